@@ -1,4 +1,4 @@
-//! One decision of the controller: the guidance law, the contact kinematics, the wheel loops.
+//! One controller update: the guidance law, the contact kinematics, the wheel loops.
 
 use divan::{AllocProfiler, Bencher, black_box};
 use ilon_control::{
@@ -22,7 +22,7 @@ fn robot(name: &str) -> Robot {
     Robot::load(format!("{folder}/{name}.urdf")).expect("a shipped robot loads")
 }
 
-/// From a pose and a desired pose, half a metre apart, to saturated wheel rates: eqs. (29)-(50).
+/// From a pose and a desired pose half a metre apart to saturated wheel rates: eqs. (29)-(50).
 #[divan::bench(args = ROBOTS)]
 fn prioritised_guidance(bencher: Bencher, name: &str) {
     let kinematics = Kinematics::new(&robot(name)).expect("a shipped robot has kinematics");
@@ -46,7 +46,7 @@ fn prioritised_guidance(bencher: Bencher, name: &str) {
     });
 }
 
-/// The twist without slip at the rollers that touch.
+/// The twist without slip at the rollers in contact.
 #[divan::bench(args = ROBOTS)]
 fn contact_kinematics(bencher: Bencher, name: &str) {
     let robot = robot(name);
@@ -56,7 +56,7 @@ fn contact_kinematics(bencher: Bencher, name: &str) {
     bencher.bench_local(|| contact.twist(black_box(&angles_rad), &rates_rad_s));
 }
 
-/// One PID a wheel.
+/// One PID per wheel.
 #[divan::bench(args = [3, 4, 6])]
 fn wheel_loops(bencher: Bencher, wheels: usize) {
     let gains = WheelGains::propose_continuous(7e-3, 60.0).expect("valid figures");

@@ -1,5 +1,5 @@
-//! One step of the whole loop (sensors, guidance, wheel loops, motors, world, record): time, and what it asks of the
-//! allocator, beside `step`, which is the world alone.
+//! One step of the whole loop (sensors, guidance, wheel loops, motors, world, record): time and
+//! allocations. The bench `step` measures the world alone.
 
 use divan::{AllocProfiler, Bencher};
 use ilon::Scenario;
@@ -12,19 +12,19 @@ fn main() {
     divan::main();
 }
 
-/// Open loop, sideways, as `ilon run` does it: a row of the trace every 10 ms.
+/// Open loop, sideways, as in `ilon run`: a row of the trace every 10 ms.
 #[divan::bench(args = ["volksbot_lateral", "mecanum4_lateral"])]
 fn open_loop(bencher: Bencher, scenario: &str) {
     bench(bencher, scenario, 1);
 }
 
-/// Under guidance, which decides every 10 ms.
+/// With guidance, which updates every 10 ms.
 #[divan::bench(args = ["volksbot_position_first", "mecanum4_circle"])]
 fn closed_loop(bencher: Bencher, scenario: &str) {
     bench(bencher, scenario, 1);
 }
 
-/// The same, with a row of the trace a second.
+/// The same, with a row of the trace every second.
 #[divan::bench(args = ["volksbot_position_first", "mecanum4_circle"])]
 fn thinned(bencher: Bencher, scenario: &str) {
     bench(bencher, scenario, 100);

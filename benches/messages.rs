@@ -1,4 +1,4 @@
-//! What it costs to encode, decode and record the frames of a robot with 36 rollers.
+//! Cost of encoding, decoding and recording the frames of a robot with 36 rollers.
 
 use divan::Bencher;
 use divan::counter::BytesCount;
@@ -12,7 +12,7 @@ fn main() {
     divan::main();
 }
 
-/// A chassis, four wheels and nine rollers on each.
+/// A chassis and four wheels with nine rollers each.
 fn frames() -> TFMessage {
     let frame = |number| {
         let mut frame = TransformStamped {
@@ -50,7 +50,7 @@ fn encode_odometry(bencher: Bencher) {
     bencher.bench_local(|| odometry.encode_into(&mut bytes));
 }
 
-/// One second of frames at 60 Hz, from a bag's beginning to its end on the disk.
+/// One second of frames at 60 Hz, from creating the bag to its end on disk.
 #[divan::bench(sample_count = 20)]
 fn record_one_second(bencher: Bencher) {
     let (frames, folder) = (frames(), tempfile::tempdir().unwrap());

@@ -1,4 +1,4 @@
-//! One step of the world: time, and what it asks of the allocator, for three robots driving sideways.
+//! One step of the world: time and allocations, for three robots driving sideways.
 
 use divan::{AllocProfiler, Bencher};
 use ilon_formats::LoadRobot;
@@ -27,7 +27,8 @@ fn near(bencher: Bencher, robot: &str) {
     bench(bencher, robot, RollerBodies::Near);
 }
 
-/// On a plate as a box, on the same plate as heights, on bars that stand as boxes, and on waves as heights. The first two have the same contacts.
+/// On a plate as a box, on the same plate as heights, on bars as boxes, and on waves as heights.
+/// The first two have the same contacts.
 #[divan::bench(args = ["box", "heights", "bars", "waves"])]
 fn ground(bencher: Bencher, ground: &str) {
     let plate = |center_x_m: f64, half_x_m: f64, height_m: f64| GroundBox {
@@ -64,7 +65,8 @@ fn bench(bencher: Bencher, robot: &str, roller_bodies: RollerBodies) {
     drive(bencher, robot, roller_bodies, &Floor::default());
 }
 
-/// Steps of 1 ms of a robot that turns its wheels against each other by a proportional loop, after a second of warm-up.
+/// Steps of 1 ms of a robot that turns its wheels against each other with a proportional loop,
+/// after a second of warm-up.
 fn drive(bencher: Bencher, robot: &str, roller_bodies: RollerBodies, floor: &Floor) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/robots");
     let robot = Robot::load(format!("{folder}/{robot}.urdf")).expect("a shipped robot loads");

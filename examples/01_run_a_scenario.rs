@@ -1,4 +1,4 @@
-//! The main job from Rust: run a scenario, look at its summary and its trace.
+//! Runs a scenario from Rust, and reads its summary and its trace.
 
 fn main() -> Result<(), ilon::Error> {
     let scenario = ilon::Scenario::load("assets/scenarios/volksbot_position_first.toml")?;

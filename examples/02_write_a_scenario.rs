@@ -1,5 +1,5 @@
-//! A scenario written in Rust instead of a file, and changed from run to run: how a mecanum robot's sideways motion
-//! depends on nothing but geometry, whatever the floor.
+//! A scenario written in Rust instead of a file, and changed from run to run: a mecanum robot's
+//! sideways motion depends only on geometry, not on the floor.
 
 use ilon::Scenario;
 
@@ -23,7 +23,8 @@ fn main() -> Result<(), ilon::Error> {
         let ideal = summary.twist_ratio_ideal.vy.unwrap_or(f64::NAN);
         let contact = summary.twist_ratio_contact.vy.unwrap_or(f64::NAN);
         println!("{friction:8.1}  {ideal:10.4}  {contact:21.4}");
-        // Nine rollers at 45 deg: sin(20 deg) / 20 deg = 0.980 by geometry; the rest is slip, and small.
+        // Nine rollers at 45 deg: sin(20 deg) / 20 deg = 0.980 by geometry; the rest is slip, and
+        // small.
         assert!((ideal - 0.980).abs() < 0.005 && (contact - 1.0).abs() < 0.005);
     }
     Ok(())

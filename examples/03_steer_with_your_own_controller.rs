@@ -1,4 +1,5 @@
-//! A controller of one's own in place of the guidance: a plain proportional law, held against the same circle.
+//! A custom controller in place of the guidance: a plain proportional law, judged on the same
+//! circle.
 
 use ilon::robot::{Twist, wrap_angle};
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};

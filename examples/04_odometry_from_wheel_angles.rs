@@ -1,5 +1,5 @@
-//! What a robot of one's own needs for dead reckoning by the rollers that touch: its description, and its wheel angles. Here
-//! the angles of a simulated run stand in for the encoders.
+//! Dead reckoning with the rollers in contact on a real robot: it needs the robot's description and
+//! its wheel angles. Here the angles of a simulated run stand in for the encoders.
 
 use ilon::control::{ContactKinematics, Odometry};
 use ilon::formats::LoadRobot;

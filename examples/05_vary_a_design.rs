@@ -1,5 +1,5 @@
-//! What the shipped robots' wheels allow, and how gamma, the rollers' number and the wheels' places move what a robot can
-//! do, for three, four and six wheels: writes `target/design.html`.
+//! The speeds that the shipped robots' wheels allow, and how gamma, the number of rollers and the
+//! places of the wheels affect them, for three, four and six wheels. Writes `target/design.html`.
 
 use ilon::control::{Kinematics, SpeedLimits};
 use ilon::formats::LoadRobot;
@@ -7,12 +7,12 @@ use ilon::formats::{Arrangement, PlacedWheel, Spec, generate};
 use ilon::pages::design::{self, Curve, Merits, Reach, Study};
 use ilon::robot::Robot;
 
-/// Wheels turn at up to this.
+/// Largest wheel rate; chosen.
 const WHEEL_RATE_RAD_S: f64 = 10.0;
 
 type Fault = Box<dyn std::error::Error>;
 
-/// Robot A's chassis, wheels and rollers with other wheels' places and another number of rollers.
+/// Robot A's chassis, wheels and rollers with other wheel places and another number of rollers.
 fn merits(wheels: Arrangement, rollers: usize) -> Result<Merits, Fault> {
     let mut spec = Spec::load("assets/robots/mecanum4.toml")?;
     spec.wheels = wheels;
@@ -119,8 +119,8 @@ fn main() -> Result<(), Fault> {
         })?],
     };
 
-    // What the page shows, held: the number of rollers moves nothing of M, and a square robot with its wheels on the
-    // wrong sides is refused by Lemma 1.
+    // The page's statements as assertions: the number of rollers does not affect M, and Lemma 1
+    // refuses a square robot with its wheels on the wrong sides.
     let values = |curve: &Curve| {
         curve
             .points
@@ -137,7 +137,8 @@ fn main() -> Result<(), Fault> {
         .fold(f64::INFINITY, f64::min);
     assert!(worst < 0.02, "{worst}");
 
-    // The experiment of the paper holds its robot's wheels to 8.7 rad/s; the others have their motors' limits.
+    // The paper's experiment limits its robot's wheels to 8.7 rad/s; the others have their motors'
+    // limits.
     let reach = |name: &str, limit_rad_s: Option<f64>| -> Result<Reach, Fault> {
         let robot = Robot::load(format!("assets/robots/{name}.urdf"))?;
         let limit_rad_s = limit_rad_s.unwrap_or(robot.wheel_rate_limit_rad_s());
@@ -158,7 +159,7 @@ fn main() -> Result<(), Fault> {
     Ok(())
 }
 
-/// Four mecanum wheels whose left and right ones were exchanged.
+/// Four mecanum wheels with left and right ones exchanged.
 fn wrong_handed(half_m: f64) -> Arrangement {
     let wheels = mecanum(&[half_m, -half_m], 0.31 - half_m, 45.0).placed();
     let exchanged = wheels.into_iter().map(|wheel| PlacedWheel {
@@ -168,7 +169,7 @@ fn wrong_handed(half_m: f64) -> Arrangement {
     Arrangement::List(exchanged.collect())
 }
 
-/// Three wheels on a ring: one ahead, two at an angle to its sides.
+/// Three wheels on a ring: one ahead, two at an angle on either side.
 fn spread(angle_deg: f64) -> Arrangement {
     let wheel = |name: &str, at_deg: f64| {
         let (sin, cos) = at_deg.to_radians().sin_cos();

@@ -1,5 +1,6 @@
-//! A robot stepped from outside, without the loop of a run: every tenth of a second it tries some motions on copies of itself, rollers,
-//! contacts and all, and takes the one that ends nearest to its goal.
+//! A robot stepped from outside, without the loop of a run. Every tenth of a second it tries
+//! several motions on copies of itself, with all rollers and contacts, and takes the one that ends
+//! nearest to its goal.
 
 use ilon::robot::Twist;
 use ilon::simulate::{Plant, WheelCommand, load_robot, resolve};
@@ -7,7 +8,7 @@ use nalgebra::Vector2;
 
 const GOAL_M: Vector2<f64> = Vector2::new(0.6, 0.4);
 const PERIOD_S: f64 = 0.1;
-/// How far it looks ahead, in periods.
+/// The look-ahead, in periods.
 const AHEAD: usize = 3;
 
 fn main() -> Result<(), ilon::Error> {
@@ -15,7 +16,7 @@ fn main() -> Result<(), ilon::Error> {
     let robot = load_robot(&scenario)?;
     let mut plant = Plant::new(&resolve(&scenario, &robot)?, &robot)?;
 
-    // Eight directions at 0.3 m/s, the same slowly, and to stand still.
+    // Eight directions at 0.3 m/s, the same slowly, and standing still.
     let directions = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
     let mut motions: Vec<Twist> = directions
         .flat_map(|angle| [0.3, 0.06].map(|speed| (speed, angle)))
@@ -40,7 +41,7 @@ fn main() -> Result<(), ilon::Error> {
         plant.advance(WheelCommand::Rates(&rates_rad_s), PERIOD_S)?;
     }
     println!("ends {:.0} mm off its goal", 1e3 * off_m(&plant));
-    // The slow motions go 18 mm in the time that is looked ahead: half of that is what they can tell apart.
+    // The slow motions move 18 mm within the look-ahead: half of that is their resolution.
     assert!(off_m(&plant) < 0.018);
     Ok(())
 }

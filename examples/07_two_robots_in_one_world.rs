@@ -1,11 +1,11 @@
-//! Two robots in one world: one drives into the other, whose motors are off, and pushes it along. No scenario, no controller: the world
-//! alone, stepped by hand.
+//! Two robots in one world: one drives into the other, whose motors are off, and pushes it along.
+//! There is no scenario and no controller; the program steps the world itself.
 
 use ilon::formats::LoadRobot;
 use ilon::robot::{Pose, Robot};
 use ilon::world::{Floor, MotorTorque, Settings, SharedRobot, World};
 
-/// How much torque a motor gives for each rad/s that its wheel is too slow, in N m s/rad.
+/// Motor torque per lag of the wheel's rate, in N m s/rad.
 const GAIN_N_M_S: f64 = 0.2;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         world.body_mut(ids[0]).drive(&motors);
         world.step();
     }
-    // It drove 0.9 m, and the other stood 0.2 m before its nose.
+    // It drove 0.9 m, and the other stood 0.2 m ahead of it.
     assert!(world.body(ids[1]).state().pose.x_m > 0.9);
     Ok(())
 }

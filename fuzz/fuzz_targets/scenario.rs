@@ -1,5 +1,5 @@
-//! A scenario, damaged: it is refused in words, or written out loads again to the same, and its first steps can be taken, under its
-//! own guidance and from outside.
+//! A damaged scenario is refused with a message; or its encoded form loads to the same scenario,
+//! and its first steps can be taken, with its own guidance and from outside.
 #![no_main]
 
 use std::sync::LazyLock;

@@ -1,4 +1,5 @@
-//! A robot's file, damaged: it loads or is refused in words, and what loads can be inspected and set into a world.
+//! A damaged robot file loads or is refused with a message; one that loads can be inspected and
+//! placed in a world.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -10,7 +11,7 @@ use ilon_formats::{Handedness, LoadOptions, LoadRobot, WheelOptions};
 use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
-/// More rollers than this are slow to set into a world, which is nothing new.
+/// More rollers than this are slow to simulate, which is known.
 const MOST_ROLLERS_SIMULATED: usize = 40;
 
 static SIDEWAYS: LazyLock<Scenario> = LazyLock::new(|| {

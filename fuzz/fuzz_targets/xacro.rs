@@ -1,4 +1,5 @@
-//! A xacro file, damaged: it is expanded or refused in words, within its limits of time, depth and memory.
+//! A damaged xacro file is expanded or refused with a message, within its limits of time, depth and
+//! memory.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -8,7 +9,7 @@ use ilon_formats::{LoadOptions, LoadRobot, Package};
 use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
-/// The packages of the cases of xacro, and nothing else, may be read.
+/// Only the packages of the xacro test cases may be read.
 static OPTIONS: LazyLock<LoadOptions> = LazyLock::new(|| {
     let packages = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -24,7 +25,7 @@ static OPTIONS: LazyLock<LoadOptions> = LazyLock::new(|| {
 });
 
 fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
-    // Elements move as wholes, and so do the parts of expressions.
+    // Moves whole elements, or parts of expressions.
     let piece = if seed.is_multiple_of(3) { b' ' } else { b'<' };
     ilon_fuzz::mutate(data, size, max_size, seed, piece)
 });

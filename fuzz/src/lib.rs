@@ -1,13 +1,13 @@
-//! Damage that knows what a text file is made of.
+//! Mutations that know the structure of text files.
 //!
-//! Bytes changed at random hardly ever leave a file that a parser lets through. Here whole pieces move (elements of XML,
-//! lines of TOML), names are swapped and numbers take values that people and programs get wrong. What comes out of it whole is
-//! driven from outside by [`drive`].
+//! Random byte changes rarely leave a file that a parser accepts. Here whole pieces move (XML
+//! elements, TOML lines), names are swapped and numbers take values that often cause errors.
+//! Accepted results are driven from outside by [`drive`].
 
 use ilon::simulate::{Plant, WheelCommand};
 use libfuzzer_sys::fuzzer_mutate;
 
-/// Numbers that break what is not prepared for them.
+/// Numbers that often cause errors.
 const NUMBERS: [&str; 24] = [
     "0",
     "-0",
@@ -35,7 +35,8 @@ const NUMBERS: [&str; 24] = [
     "3.141592653589793",
 ];
 
-/// A small random number generator (SplitMix64): the fuzzer hands over its seed, so that a run can be repeated.
+/// A small random number generator (SplitMix64): the fuzzer provides its seed, so that a run can be
+/// repeated.
 struct Dice(u64);
 
 impl Dice {
@@ -46,13 +47,14 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// Below `end`; 0 where there is nothing below it.
+    /// A number below `end`; 0 if `end` is 0.
     fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
 }
 
-/// Changes a text in place and returns its new length. `piece` begins a piece of it: `<` in XML, a line break in TOML.
+/// Changes a text in place and returns its new length. `piece` is the first byte of a piece: `<` in
+/// XML, a line break in TOML.
 pub fn mutate(data: &mut [u8], size: usize, max_size: usize, seed: u32, piece: u8) -> usize {
     let mut dice = Dice(u64::from(seed));
     let text = &data[..size];
@@ -67,7 +69,7 @@ pub fn mutate(data: &mut [u8], size: usize, max_size: usize, seed: u32, piece: u
     length
 }
 
-/// Ranges of the bytes that belong together by a rule.
+/// Ranges of bytes that belong together by a rule.
 fn runs(text: &[u8], belongs: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;
@@ -123,8 +125,8 @@ fn pieces_moved(text: &[u8], piece: u8, dice: &mut Dice) -> Vec<u8> {
     pieces.concat()
 }
 
-/// Steps a plant from outside as a program does that looks ahead: what it does from a snapshot on it does again to the bit, and
-/// where its motion is no number it says so.
+/// Steps a plant from outside as a program with look-ahead does. From a snapshot it repeats its
+/// motion bit for bit, and a motion that is no longer finite is reported.
 pub fn drive(plant: &mut Plant) {
     let wheels = plant.robot().wheels.len();
     let step_s = plant.resolved().physics_dt_s();
@@ -143,7 +145,7 @@ pub fn drive(plant: &mut Plant) {
         };
         let pose = plant.truth().pose;
         let numbers = [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits);
-        // As text: where a law has nothing to say it says that it is no number, which equals nothing.
+        // As text: an undefined result is NaN, which is unequal to itself.
         (went.is_ok(), format!("{went:?}"), numbers)
     };
     let start = plant.snapshot();

@@ -41,7 +41,9 @@ RIGHT_SLIP = 0.1
 
 
 def twists(seed: int) -> np.ndarray:
-    """Twists of a beginner, in m/s, m/s and rad/s, one a control period: standard deviations 0.34, 0.34 and 1.0, forgotten within 0.2 s."""
+    """Random twists, in m/s, m/s and rad/s, one per control period: standard deviations 0.34, 0.34
+    and 1.0, correlated over 0.2 s.
+    """
     rng, rows = np.random.default_rng(seed), [np.zeros(3)]
     for _ in range(round(LONGEST_S / CONTROL_DT_S)):
         rows.append(0.9 * rows[-1] + 0.15 * rng.standard_normal(3) * [1.0, 1.0, 3.0])
@@ -50,19 +52,19 @@ def twists(seed: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Drive:
-    """Where a drive led, and what it lost so far, a row a control period."""
+    """The poses of a drive, and its losses so far, one row per control period."""
 
     places_m: np.ndarray
     slip_j: np.ndarray
 
     def after(self) -> int:
-        """The row at which `WAY_M` is made."""
+        """The row at which the path has the length `WAY_M`."""
         way_m = np.hypot(*np.diff(self.places_m, axis=0).T).cumsum()
         return int(np.searchsorted(way_m, WAY_M))
 
 
 def driven(step_s: float | str, seed: int) -> Drive:
-    """The robot of the task under the twists of a seed, in physics steps of its own."""
+    """The task's robot with the twists of a seed, at a given physics step."""
     settings = {"run.physics_dt_s": step_s, "run.control_dt_s": CONTROL_DT_S, "run.duration_s": LONGEST_S}
     robot, asked = ilon.Simulation(ilon.gym.FIGURE_EIGHT, settings=settings), twists(seed)
 
@@ -74,27 +76,27 @@ def driven(step_s: float | str, seed: int) -> Drive:
 
 
 def followed_j(step_s: float | str) -> float:
-    """What sliding contacts lose on the path of the task, under its guidance, in J."""
+    """The heat of sliding on the task's path with its guidance, in J."""
     run = ilon.run(ilon.gym.FIGURE_EIGHT, settings={"run.physics_dt_s": step_s, "run.control_dt_s": CONTROL_DT_S})
     return run.summary["slip_energy_j"]
 
 
 @dataclass(frozen=True)
 class Limit:
-    """What steps of `LIMIT_S` come to, which is taken for the truth."""
+    """The results of steps of `LIMIT_S`, which serve as the reference."""
 
     drives: list[Drive]
     followed_j: float
 
     @classmethod
     def found(cls) -> Limit:
-        """Drives it."""
+        """Simulates it."""
         return cls([driven(LIMIT_S, seed) for seed in range(DRIVES)], followed_j(LIMIT_S))
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a step costs against `LIMIT_S`."""
+    """The errors of a step against `LIMIT_S`, and its speed."""
 
     rms_mm: float
     """How far the robot is off after `WAY_M`, root mean square over the drives."""
@@ -105,12 +107,12 @@ class Cost:
     """The same on the path of the task, under guidance."""
 
     def is_right(self) -> bool:
-        """Whether a task may take the step by default."""
+        """Whether the step may be a task's default."""
         return self.rms_mm < RIGHT_MM and max(abs(self.slip_share), abs(self.followed_share)) < RIGHT_SLIP
 
 
 def cost(step_s: float | str, limit: Limit) -> Cost:
-    """What a step costs."""
+    """The errors and the speed of a step."""
     off_m, slip_j, limit_j = [], 0.0, 0.0
     for seed, true in enumerate(limit.drives):
         drive, row = driven(step_s, seed), true.after()
@@ -121,7 +123,7 @@ def cost(step_s: float | str, limit: Limit) -> Cost:
 
 
 def default_step_s() -> float:
-    """The step that the task takes where nobody says another."""
+    """The default step of the task."""
     return ilon.Simulation(ilon.gym.FIGURE_EIGHT).physics_dt_s
 
 
@@ -146,13 +148,13 @@ def table(costs: dict[float, Cost], seconds: float) -> str:
 
 
 def written(text: str) -> str:
-    """What the page has between its marks."""
+    """The page's text between its marks."""
     begins, ends = text.index(BEGINS) + len(BEGINS), text.index(ENDS)
     return text[begins:ends].strip()
 
 
 def check(costs: dict[float, Cost], page: str) -> list[str]:
-    """What is wrong with the page's errors, and with the default step."""
+    """Errors in the page's table, and in the default step."""
     faults, rows = [], [line for line in written(page).splitlines() if re.match(r"\| [0-9.]+ ms", line)]
     for (step_s, found), row in zip(costs.items(), rows, strict=True):
         name, *columns = (cell.strip() for cell in row.strip("|").split("|"))

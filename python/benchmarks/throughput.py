@@ -26,13 +26,13 @@ ROBOTS = 64
 
 
 def twists(step: int) -> np.ndarray:
-    """Shares of the top speeds that turn slowly, from rest: a robot that drives around."""
+    """Shares of the top speeds that turn slowly, from rest."""
     share = 0.2 * min(1.0, step / 50)
     return share * np.array([np.cos(0.02 * step), np.sin(0.02 * step), 0.3], dtype=np.float32)
 
 
 def rate(act, seconds: float, robots: int = 1) -> tuple[float, float]:
-    """Control steps in a second: of the clock, and of the CPU time of all threads."""
+    """Control steps per second: of wall clock, and of the CPU time of all threads."""
     warm_up = 100
     for step in range(warm_up):
         act(step)
@@ -58,10 +58,10 @@ def of_ilon(seconds: float, physics_dt_s: float | None, robots: int = 1, threads
 
 
 def mujoco_model(timestep_s: float):
-    """The robot of the URDF on a plane, with a velocity actuator a wheel."""
+    """The robot of the URDF on a plane, with one velocity actuator per wheel."""
     import mujoco
 
-    # MuJoCo merges links that are fixed to each other, and drops their names, unless told not to.
+    # By default MuJoCo merges links that are fixed to each other, and drops their names.
     text = URDF.read_text().replace(
         "</robot>", '<mujoco><compiler discardvisual="true" fusestatic="false"/></mujoco></robot>'
     )
@@ -76,7 +76,7 @@ def mujoco_model(timestep_s: float):
         actuator.gainprm[0], actuator.biasprm[2] = 0.5, -0.5
         actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
         actuator.forcelimited, actuator.forcerange = True, [-1.8, 1.8]
-    # The robot touches the floor alone.
+    # Only the robot and the floor touch.
     model = spec.compile()
     for geom in range(model.ngeom):
         is_floor = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
@@ -85,7 +85,7 @@ def mujoco_model(timestep_s: float):
 
 
 class MujocoEnv(gymnasium.Env):
-    """The plain loop that people write."""
+    """The plain loop, as users write it."""
 
     def __init__(self, timestep_s: float, kinematics: ilon.Simulation, scale: np.ndarray) -> None:
         import mujoco
@@ -119,7 +119,7 @@ def of_mujoco(seconds: float, timestep_s: float):
     loop = MujocoEnv(timestep_s, ilon.Simulation(ilon.gym.FIGURE_EIGHT), env.action_scale)
     loop.reset(seed=0)
     rates = rate(lambda step: loop.step(twists(step)), seconds)
-    # It must drive, or what was measured is a robot that lies.
+    # Checks that it drives: a robot that has fallen over would be measured otherwise.
     loop.reset(seed=0)
     for _ in range(100):
         loop.step(np.array([0.2, 0.0, 0.0], dtype=np.float32))

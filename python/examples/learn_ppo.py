@@ -22,14 +22,15 @@ EPISODE_S = 8.0
 TASK = {
     "episode_s": EPISODE_S,
     "randomise": {"world.floor.friction": (0.4, 0.9)},
-    # Ten times the task's own: a first try may be coarse.
+    # Ten times the task's own step: coarse, for a first try.
     "settings": {"run.physics_dt_s": 0.01},
 }
 
 
 def judged(act) -> tuple[float, float, float]:
-    """What share of its episodes a law lives, and its mean position error in m and heading error in rad meanwhile: 64 robots, from seeds
-    that nothing was learned on."""
+    """The share of its episodes that a law survives, and its mean position error in m and heading
+    error in rad meanwhile: 64 robots, with seeds not used for learning.
+    """
     envs = ilon.gym.TrackVectorEnv(num_envs=64, autoreset_mode="Disabled", **TASK)
     seen, _ = envs.reset(seed=list(range(5000, 5064)))
     on, lived, off_m, off_rad = np.ones(64, dtype=bool), 0, 0.0, 0.0
@@ -60,9 +61,10 @@ def main() -> None:
     said("at rest", lambda seen, _: np.zeros((len(seen), 3), dtype=np.float32))
     said("the paper's law, gains 2 /s", lambda seen, envs: ((seen[:, 3:6] + 2.0 * seen[:, :3]) / envs.action_scale).astype(np.float32))
 
-    # Observations have units; a network wants them alike.
+    # Observations have units, and a network needs them normalised.
     envs = VecNormalize(ilon.sb3.TrackVecEnv(num_envs=ROBOTS, **TASK))
-    # Small first actions: a beginner that draws from the whole range of 1.5 m/s leaves its path at once.
+    # Small first actions: a beginner that draws from the whole range of 1.5 m/s leaves its path at
+    # once.
     policy = {"log_std_init": -2.0, "net_arch": [64, 64]}
     model = PPO("MlpPolicy", envs, n_steps=128, batch_size=512, n_epochs=8, policy_kwargs=policy, seed=arguments.seed, device="cpu")
     began, done = time.perf_counter(), 0

@@ -89,21 +89,21 @@ LAWS = ("paper", "lead", "residual")
 
 
 class Law:
-    """A law with numbers to be found, one of `LAWS`."""
+    """A law with parameters to be found, one of `LAWS`."""
 
     def __init__(self, kind: str) -> None:
         robot = ilon.Simulation(scenario(EIGHT, JUDGED_DT_S))
         self.kind = kind
         self.twist_from_rates = np.stack([robot.twist(row) for row in np.eye(len(robot.wheel_names))], axis=1)
-        # Gains as logarithms: they stay above zero, and a search moves them by factors.
+        # Gains as logarithms: they stay positive, and a search changes them by factors.
         gains, spread = [np.log(2.0)] * 2, [0.4, 0.4]
         more = {"paper": [], "lead": [0.05], "residual": np.repeat([0.2, 0.03, 0.1, 0.2, 0.5], 3).tolist()}[kind]
         self.start, self.spread = np.array(gains + [0.0] * len(more)), np.array(spread + more)
 
     def twist(self, numbers: np.ndarray, seen: np.ndarray, action_scale: np.ndarray) -> np.ndarray:
-        """What is asked for in the body's frame, in m/s, m/s and rad/s, a row a robot."""
+        """The commanded twist in the body frame, in m/s, m/s and rad/s, one row per robot."""
         error, velocity, near, far = (seen[:, i : i + 3] for i in (0, 3, 6, 9))
-        # How the desired velocity changes from now to `PREVIEW_S`, in m/s^2, m/s^2 and rad/s^2.
+        # The change of the desired velocity from now to `PREVIEW_S`, in m/s^2, m/s^2 and rad/s^2.
         soon, later = PREVIEW_S
         sooner = 2.0 * (near - velocity * soon) / soon**2
         later_on = 2.0 * (far - velocity * later) / later**2
@@ -111,7 +111,7 @@ class Law:
         if self.kind == "lead":
             asked = asked + numbers[:, 2:] * sooner
         if self.kind == "residual":
-            # How far the wheels are behind what was asked of them last.
+            # The lag of the wheels behind their last command.
             rates, last = seen[:, 12:16], seen[:, 16:19]
             behind = last * action_scale - rates @ self.twist_from_rates.T
             features = np.stack([velocity, sooner, later_on, behind, error], axis=1)
@@ -120,8 +120,9 @@ class Law:
 
 
 def errors(envs: ilon.gym.TrackVectorEnv, act: Callable[[np.ndarray], np.ndarray], seeds: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """The root mean squares of the true position errors in m and heading errors in rad once the start is over, for each robot;
-    of one that left its path, `LOST_M` and half a turn."""
+    """The root mean squares of the true position errors in m and heading errors in rad after the
+    start, for each robot; for one that left its path, `LOST_M` and half a turn.
+    """
     seen, _ = envs.reset(seed=seeds)
     squares, lost, steps = np.zeros((2, envs.num_envs)), np.zeros(envs.num_envs, dtype=bool), 0
     step = 0
@@ -136,13 +137,14 @@ def errors(envs: ilon.gym.TrackVectorEnv, act: Callable[[np.ndarray], np.ndarray
             rms = np.sqrt(squares / max(steps, 1))
             return np.where(lost, LOST_M, rms[0]), np.where(lost, np.pi, rms[1])
         if (time_is_up | failed).any():
-            # Those that are lost begin again, and do not count.
+            # Lost robots begin again, and do not count.
             seen, _ = envs.reset(options={"reset_mask": time_is_up | failed})
 
 
 def tuned(law: Law, generations: int, seed: int, candidates: int = 24, episodes: int = 2) -> np.ndarray:
-    """The numbers that the cross-entropy method finds: each generation is drawn around the best quarter of the last, and each candidate
-    drives the same few episodes."""
+    """Parameters found by the cross-entropy method: each generation is drawn around the best
+    quarter of the last, and each candidate drives the same few episodes.
+    """
     envs = ilon.gym.TrackVectorEnv(
         scenario(EIGHT, LEARNED_DT_S),
         num_envs=candidates * episodes,
@@ -164,7 +166,7 @@ def tuned(law: Law, generations: int, seed: int, candidates: int = 24, episodes:
         costs = np.hypot(position_m, RADIAN_M * heading_rad).reshape(candidates, episodes).mean(axis=1)
         best = numbers[np.argsort(costs)[: candidates // 4]]
         mean = 0.5 * mean + 0.5 * best.mean(axis=0)
-        # Never so narrow that it stands still early.
+        # A lower bound of the spread keeps the search from stopping early.
         spread = np.maximum(0.5 * spread + 0.5 * best.std(axis=0), 0.05 * law.spread)
         if generation % 10 == 9:
             print(f"  {law.kind}, generation {generation + 1}: {1e3 * costs[0]:.1f} mm", flush=True)
@@ -191,7 +193,9 @@ def held_out(law: Law, numbers: np.ndarray, physics_dt_s: float = JUDGED_DT_S) -
 
 
 def best_gains(law: Law) -> dict[str, tuple[float, tuple[float, float]]]:
-    """The paper's law at the best gains of a grid for each held-out track itself: the error in m and the gains in 1/s."""
+    """The paper's law with the best gains of a grid for each held-out track itself: the error in m
+    and the gains in 1/s.
+    """
     best: dict[str, tuple[float, tuple[float, float]]] = {}
     for gains in itertools.product(GAINS_PER_S, GAINS_PER_S):
         for name, found_m in held_out(law, np.log(gains), LEARNED_DT_S).items():

@@ -68,7 +68,7 @@ def arm_wants(t_s: float) -> np.ndarray:
 
 @dataclass
 class Account:
-    """Where energy came from and went, in J, and what moved, in m."""
+    """Energies supplied and dissipated, in J, and distances, in m."""
 
     ilon: dict[str, float]
     scene_stored: float
@@ -83,13 +83,13 @@ class Account:
 
 
 def drive(friction: float = 0.6, lasts_s: float = LASTS_S, looker: object = None) -> Account:
-    """Drives ahead against the box; the account at the end."""
+    """Drives ahead against the box; returns the account at the end."""
     simulation = ilon.Simulation({
         "robot": {"file": str(ROBOT)},
         "twist": {},
         "world": {"floor": {"friction": friction}},
         "run": {"duration_s": lasts_s, "physics_dt_s": 0.001},
-        # Gains follow from the robot's own mass, and arm and box come on top.
+        # Default gains follow from the robot's own mass, without arm and box.
         "wheel_loop": {"bandwidth_rad_s": 40.0},
     })
     model = mujoco.MjModel.from_xml_string(SCENE)
@@ -101,7 +101,7 @@ def drive(friction: float = 0.6, lasts_s: float = LASTS_S, looker: object = None
     potential_begins_j = simulation.energies()["potential_j"]
     motors_j = dampers_j = 0.0
     while data.time < lasts_s - 1e-9:
-        # Begun gently: wheels that slide have no say.
+        # A gentle start: sliding wheels have no control.
         ahead = AHEAD_M_S * min(data.time / STARTS_S, 1.0)
         data.ctrl[:] = STIFFNESS * (arm_wants(data.time) - data.qpos[7:9]) - DAMPING * data.qvel[joints]
         torques, before = np.clip(data.ctrl, -12, 12), data.qvel[joints].copy()

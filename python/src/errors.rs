@@ -1,16 +1,16 @@
-//! Faults as Python's exceptions, with all that the command line says of them.
+//! Errors as Python exceptions, with the whole text of the command line.
 
 use ilon::Error;
 use ilon::cli::{Explained, explain};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-/// The classes are Python's own, in `ilon.errors`.
+/// The classes are defined in Python, in `ilon.errors`.
 static CLASSES: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
 
-/// A result whose fault Python raises.
+/// Converts errors to Python exceptions.
 pub trait OrRaise<T> {
-    /// The value, or an exception of the fault's class.
+    /// Returns the value, or an exception of the error's class.
     fn or_raise(self, py: Python<'_>) -> PyResult<T>;
 }
 
@@ -20,7 +20,7 @@ impl<T, E: Into<Error>> OrRaise<T> for Result<T, E> {
     }
 }
 
-/// The exception of a fault.
+/// The exception of an error.
 pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
         Error::Read { .. } => "ReadError",
@@ -34,7 +34,7 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     explained(py, class, &explain(error))
 }
 
-/// An exception of a class of `ilon.errors`, as the command explains the fault.
+/// An exception of a class of `ilon.errors`, with the command's explanation.
 pub fn explained(py: Python<'_>, class: &str, fault: &Explained) -> PyErr {
     instance(
         py,
@@ -47,7 +47,7 @@ pub fn explained(py: Python<'_>, class: &str, fault: &Explained) -> PyErr {
     )
 }
 
-/// An exception of a class of `ilon.errors`, with what is wrong and how to repair it.
+/// An exception of a class of `ilon.errors`, with a message and how to repair it.
 pub fn refused(py: Python<'_>, class: &str, message: &str, help: &str) -> PyErr {
     instance(py, class, (message, Some(help), None))
 }

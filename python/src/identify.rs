@@ -1,4 +1,4 @@
-//! What a robot really is, fitted to logs of its drives.
+//! Fits a robot's parameters to logs of its drives.
 
 use std::panic::resume_unwind;
 use std::path::PathBuf;
@@ -12,7 +12,8 @@ use crate::run::until_interrupted;
 use crate::scenario;
 use crate::values::as_python;
 
-/// Fits all that a study leaves free; gives what `identified.json` holds, and writes it with its page into a folder, if one is given.
+/// Fits all free parameters of a study; returns the content of `identified.json`, and writes it
+/// with its page into a folder, if one is given.
 #[pyfunction]
 #[pyo3(signature = (study, *, out=None, sandbox=None))]
 pub fn identify<'py>(
@@ -34,7 +35,8 @@ pub fn identify<'py>(
         |stop, _: &(dyn Fn(()) + Sync)| {
             ilon::identify::identify(&study, &|_: Progress| {
                 if stop.is_asked() {
-                    // There is no other way out of a fit; whoever waits for it raises what stopped it.
+                    // A fit cannot be stopped otherwise; the waiting thread raises the exception
+                    // that stopped it.
                     resume_unwind(Box::new("stopped"));
                 }
             })

@@ -1,15 +1,16 @@
-//! The compiled half of the Python package `ilon`; the other half, in `package/ilon`, is what a person imports.
+//! The compiled half of the Python package `ilon`; the other half, in `package/ilon`, is what users
+//! import.
 //!
 //! | module | is |
 //! |---|---|
-//! | `run`, `trace` | whole runs, and what they recorded |
+//! | `run`, `trace` | whole runs, and their traces |
 //! | `simulation`, `moments` | a robot that is driven step by step |
-//! | `study` | many runs of a scenario under keys that vary |
-//! | `identify` | what a robot really is, fitted to logs |
+//! | `study` | many runs of a scenario with varied keys |
+//! | `identify` | fits of a robot's parameters to logs |
 //! | `track` | the learning task, for many robots at once |
 //! | `tools` | inspect, generate, compare, judge, the command |
-//! | `scenario`, `values` | scenarios and values as Python writes them |
-//! | `errors` | faults as exceptions |
+//! | `scenario`, `values` | scenarios and values from Python |
+//! | `errors` | errors as exceptions |
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 

@@ -1,4 +1,4 @@
-//! What is known of a robot at one moment, with numpy arrays for what has several numbers.
+//! The state of a robot at one moment, with numpy arrays for vectors.
 
 use ilon::robot::{Pose, Twist};
 use ilon::simulate::{Measurements, Plant};
@@ -23,8 +23,8 @@ fn of_twist(twist: &Twist) -> [f64; 3] {
     [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s]
 }
 
-/// What Python reads of a class, a line each: its name and type, and what it is of the object and under the interpreter that are named first. Behind
-/// the `;` stand its other methods.
+/// Defines the getters of a class, one per line: docstring, name, type, and expression in terms of
+/// the object and the interpreter, which are named first. The other methods follow after the `;`.
 macro_rules! getters {
     (
         $class:ident |$me:ident, $py:ident|
@@ -58,7 +58,7 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// What was seen at a time in seconds.
+    /// The measurements at a time in seconds.
     pub fn new(t_s: f64, seen: Measurements) -> Self {
         Self { t_s, seen }
     }
@@ -140,7 +140,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// The body of a plant now.
+    /// The current state of a plant's body.
     pub fn of(plant: &Plant) -> Self {
         Self {
             state: plant.world().robot().state(),
@@ -190,7 +190,7 @@ pub struct Wheels {
 }
 
 impl Wheels {
-    /// The wheels of a plant now.
+    /// The current state of a plant's wheels.
     pub fn of(plant: &Plant) -> Self {
         let robot = plant.world().robot();
         Self {
@@ -247,7 +247,7 @@ getters! { Wheels |me, py|
 pub struct FreeBody(FreeBodyState);
 
 impl FreeBody {
-    /// The free bodies of a plant now with their names, in the scenario's order.
+    /// The current state of a plant's free bodies with their names, in the scenario's order.
     pub fn all_of(plant: &Plant) -> impl Iterator<Item = (&str, Self)> {
         let world = plant.world();
         world.free_bodies().iter().filter_map(|id| {

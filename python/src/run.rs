@@ -1,4 +1,4 @@
-//! Whole runs: `ilon.run`, and what comes of it.
+//! Whole runs: `ilon.run` and its result.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -22,14 +22,14 @@ use crate::scenario;
 use crate::trace::Trace;
 use crate::values::{as_python, finite_row};
 
-/// How often a long run looks whether Ctrl-C was pressed.
+/// Interval in which a long run checks for Ctrl-C; chosen.
 pub const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
 /// A finished run.
 #[pyclass(frozen, module = "ilon._ilon", name = "Run", subclass)]
 pub struct Run {
     run: Arc<ilon::Run>,
-    /// What a person would type for it.
+    /// The equivalent call, for the report.
     called: String,
     trace: Py<Trace>,
 }
@@ -47,7 +47,7 @@ impl Run {
     }
 }
 
-/// Simulates a scenario to its end; `called` is what a person would type for it.
+/// Simulates a scenario to its end; `called` is the equivalent call, for the report.
 #[pyfunction]
 #[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false, causes=None))]
 #[expect(clippy::too_many_arguments, reason = "they are those of `ilon.run`")]
@@ -97,8 +97,9 @@ pub fn run(
     }
 }
 
-/// Works in threads of its own, until Ctrl-C is pressed or `seen` raises: then it is stopped, and that is raised. `work` tells how far
-/// it is, from any thread, and `seen` sees the newest of it in the thread of the caller, which alone is asked for Ctrl-C.
+/// Runs `work` on other threads until it ends. If Ctrl-C is pressed or `seen` raises, the work is
+/// stopped and the exception is raised. `work` reports progress from any thread; `seen` receives
+/// the newest report on the calling thread, which alone can check for Ctrl-C.
 pub fn until_interrupted<T: Send, P: Send>(
     py: Python<'_>,
     work: impl FnOnce(&Stop, &(dyn Fn(P) + Sync)) -> Result<T, Error> + Send,
@@ -145,19 +146,19 @@ pub fn until_interrupted<T: Send, P: Send>(
     }
 }
 
-/// What a controller of Python's raised.
+/// The exception raised by a Python controller.
 type Fault = Arc<Mutex<Option<PyErr>>>;
 
-/// Why a run has no end.
+/// Why a run was stopped.
 pub enum Stopped {
-    /// Python raised something: a controller of its own, or Ctrl-C.
+    /// Python raised an exception: a controller, or Ctrl-C.
     Raised(PyErr),
-    /// The simulation refused.
+    /// The simulation failed.
     Refused(Error),
 }
 
 impl Stopped {
-    /// What Python is told.
+    /// The exception to raise.
     pub fn fault(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Raised(fault) => fault,
@@ -248,7 +249,7 @@ impl Torques {
 
 #[pymethods]
 impl Run {
-    /// The same run, of a class of Python's that derives from this one.
+    /// The same run in a derived Python class.
     #[new]
     fn of(py: Python<'_>, run: &Bound<'_, Run>) -> Self {
         let run = run.get();
@@ -315,7 +316,8 @@ impl Run {
             .map_err(|fault| explained(py, "TraceError", &fault))
     }
 
-    /// The parts from which a run is made again in another process: trace, summary, scenario, name, folder, sandbox, warnings, call.
+    /// The parts from which a run is rebuilt in another process: trace, summary, scenario, name,
+    /// folder, sandbox, warnings, call.
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
         let bytes = py.detach(|| -> Result<_, Error> {
             let folder = tempfile::tempdir().map_err(no_room)?;
@@ -339,7 +341,7 @@ impl Run {
         ))
     }
 
-    /// A run from its parts.
+    /// Rebuilds a run from its parts.
     #[staticmethod]
     #[expect(clippy::too_many_arguments, reason = "they are what `parts` gives")]
     fn of_parts(
@@ -364,7 +366,7 @@ impl Run {
             .map_err(|fault| PyValueError::new_err(fault.to_string()))?;
         let files = match sandbox {
             None => FileAccess::anywhere(),
-            // Folders that are not there hold nothing that may be read.
+            // Folders that do not exist contain no readable files.
             Some(folders) => FileAccess::below(folders.iter().filter(|folder| folder.exists()))
                 .map_err(no_room)
                 .or_raise(py)?,
@@ -381,7 +383,7 @@ impl Run {
     }
 }
 
-/// What a run is pickled as.
+/// The pickled parts of a run.
 type Parts<'py> = (
     Bound<'py, PyBytes>,
     String,

@@ -1,4 +1,4 @@
-//! Scenarios as Python names them: by a path, or as a dict of what the file would hold.
+//! Scenarios from Python: a path, or a dict with the content of a file.
 
 use std::path::PathBuf;
 
@@ -13,16 +13,16 @@ use toml::Value;
 use crate::errors::{OrRaise, refused};
 use crate::values::to_toml;
 
-/// What a scenario that is no file is called.
+/// The name of a scenario that is not a file.
 const NAMELESS: &str = "scenario";
 
-/// Keys of a scenario, such as `world.floor.friction`, and what they shall be.
+/// Keys of a scenario, such as `world.floor.friction`, with new values.
 pub type Settings = Vec<(String, Value)>;
 
-/// Reads a scenario from a path, or takes it from a dict; some of its keys may be set anew.
+/// Reads a scenario from a path or a dict, with changed keys.
 ///
-/// Relative paths of a dict start from `folder`, or from where the program runs. It, and all files that it names, must be among those that
-/// may be read.
+/// Relative paths of a dict start from `folder`, or from the working directory. The scenario and
+/// all files that it names must be readable under `sandbox`.
 pub fn read(
     source: &Bound<'_, PyAny>,
     settings: Option<&Bound<'_, PyMapping>>,
@@ -44,15 +44,15 @@ pub fn read(
     }
 }
 
-/// What Python names.
+/// A path or a dict.
 pub enum Named {
-    /// A dict, as text, and the folder that its relative paths start from.
+    /// A dict, as text, and the folder for its relative paths.
     Text(String, PathBuf),
     /// A file.
     File(PathBuf),
 }
 
-/// What Python names by a path or a dict, of which one is called `what` and several `many`.
+/// Reads a path or a dict; `what` and `many` name it in the singular and plural for errors.
 pub fn named(
     source: &Bound<'_, PyAny>,
     folder: Option<PathBuf>,
@@ -81,7 +81,7 @@ pub fn named(
     Ok(Named::File(source.extract()?))
 }
 
-/// Settings as Python writes them: `{"world.floor.friction": 0.2}`.
+/// Settings from Python: `{"world.floor.friction": 0.2}`.
 pub fn read_settings(settings: &Bound<'_, PyMapping>) -> PyResult<Settings> {
     let mut read = Settings::new();
     for item in settings.items()?.iter() {
@@ -96,7 +96,7 @@ pub fn read_settings(settings: &Bound<'_, PyMapping>) -> PyResult<Settings> {
     Ok(read)
 }
 
-/// Settings as a scenario takes them.
+/// Settings for a scenario.
 pub fn as_settings(settings: &Settings) -> Vec<Setting> {
     let settings = settings.iter();
     settings
@@ -104,7 +104,7 @@ pub fn as_settings(settings: &Settings) -> Vec<Setting> {
         .collect()
 }
 
-/// Which files may be read: any without a `sandbox`, else those below its folder, or its folders.
+/// Which files may be read: any without a `sandbox`, otherwise those below its folder or folders.
 pub fn files(py: Python<'_>, sandbox: Option<&Bound<'_, PyAny>>) -> PyResult<FileAccess> {
     let Some(sandbox) = sandbox else {
         return Ok(FileAccess::anywhere());

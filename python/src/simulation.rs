@@ -17,10 +17,11 @@ use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
 use crate::values::{as_python, finite_row};
 
-/// Physics steps that are taken before the clock is looked at: some milliseconds' worth.
+/// Physics steps between checks of the clock, several milliseconds of computation; chosen.
 const STEPS_AT_ONCE: f64 = 500.0;
 
-/// The most physics steps of one advance: days of a robot's time. More are a mistake, which the plant refuses in words.
+/// The most physics steps of one advance: days of simulated time; chosen. More are a mistake, which
+/// the plant refuses.
 const MOST_STEPS: f64 = 1e9;
 
 /// A robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
@@ -419,7 +420,7 @@ fn maybe_triple(value: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option
     value.map(|value| triple(value, what)).transpose()
 }
 
-/// Advances a plant; of a long time it looks in between whether Ctrl-C was pressed.
+/// Advances a plant; during a long advance it checks for Ctrl-C.
 fn advanced(
     plant: &mut Plant,
     command: WheelCommand<'_>,
@@ -427,7 +428,8 @@ fn advanced(
 ) -> Result<Outcome, Stopped> {
     let physics_dt_s = plant.resolved().physics_dt_s();
     let at_once_s = STEPS_AT_ONCE * physics_dt_s;
-    // What is short, no number, or no whole number of steps where loops take those alone, is the plant's to take or refuse at once.
+    // A short or invalid period, or one that is no whole number of steps where sampled loops need
+    // it, goes to the plant at once, which accepts or refuses it.
     let steps = period_s / physics_dt_s;
     let is_whole = (steps - steps.round()).abs() <= 1e-6 * steps;
     let takes_parts = !plant.resolved().scenario().wheel_loop.is_sampled();
@@ -445,7 +447,7 @@ fn advanced(
     };
     let (mut left, mut looked) = (steps, Instant::now());
     while left > 0.0 {
-        // What is left at last is no less than a step.
+        // The last part is never shorter than one step.
         let now = if left < STEPS_AT_ONCE + 1.0 {
             left
         } else {

@@ -1,4 +1,4 @@
-//! What else the command does, for Python: inspect, generate, compare, judge.
+//! Other commands for Python: inspect, generate, compare, judge.
 
 use std::path::PathBuf;
 
@@ -21,12 +21,13 @@ use crate::run::Run;
 use crate::scenario::{self, Settings};
 use crate::values::{as_python, to_toml};
 
-/// A scenario in which a robot does nothing.
+/// A scenario of a standing robot.
 const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
-/// A robot's file as it is understood: a dict as `ilon inspect --json` prints it, a drawing from above in SVG, and the URDF that
-/// was read; with `limits` also how hard it may be driven, and a drawing of that. `options` are keys of a scenario's `[robot]`, `limits` any of
-/// its keys.
+/// Inspects a robot's file: the dict that `ilon inspect --json` prints, a drawing from above in
+/// SVG, and the URDF that was read; with `limits` also the speeds and accelerations that it can
+/// reach, and a drawing of them. `options` are keys of a scenario's `[robot]`, `limits` any of its
+/// keys.
 #[pyfunction]
 #[pyo3(signature = (path, options, *, limits=None, sandbox=None))]
 pub fn inspect<'py>(
@@ -47,10 +48,11 @@ pub fn inspect<'py>(
     Ok((as_python(py, &inspection)?, svg, urdf, limits_svg))
 }
 
-/// What is inspected, drawn and read of a robot, and its limits drawn.
+/// The inspection of a robot, its drawing, the file's text, and the drawing of its limits.
 type Seen<'py> = (Bound<'py, PyAny>, String, String, Option<String>);
 
-/// What the usual suspects do to the robot of a file in standard motions. `options` are keys of a scenario's `[robot]`, `settings` any of its keys.
+/// The effects of common suspects on the robot of a file in standard motions. `options` are keys of
+/// a scenario's `[robot]`, `settings` any of its keys.
 #[pyfunction]
 #[pyo3(signature = (path, options, *, settings=None, sandbox=None))]
 pub fn suspects<'py>(
@@ -114,12 +116,12 @@ fn inspected(
     Ok((inspection, svg, loaded.urdf.to_string()))
 }
 
-/// A URDF with explicit rollers from the file of a short description.
+/// A URDF with explicit rollers from the file of a robot description.
 #[pyfunction]
 pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
     let generated = py.detach(|| -> Result<String, Error> {
         let urdf = ilon::formats::generate(&Spec::load(&spec)?)?;
-        // What is handed out can be run.
+        // Only a robot that can be simulated is returned.
         let name = format!("{} (generated)", spec.display());
         let robot = Robot::from_urdf_str(&urdf, &name)?;
         let standing = Scenario::from_toml(STANDING, "standing", "")?;
@@ -129,7 +131,7 @@ pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
     generated.or_raise(py)
 }
 
-/// Runs beside each other: names and summaries, the keys that differ, and the page.
+/// Compares runs: names and summaries, the keys that differ, and the page.
 #[pyfunction]
 pub fn compare<'py>(
     py: Python<'py>,
@@ -182,7 +184,8 @@ fn not_comparable(py: Python<'_>, fault: CompareError) -> PyErr {
     }
 }
 
-/// A run against its scenario's `[expect]`: quantity, bound, measured, at_s, held, and all of it in words, for each expectation.
+/// Checks a run against its scenario's `[expect]`: quantity, bound, measured, at_s, held, and a
+/// sentence, for each expectation.
 #[pyfunction]
 pub fn judged<'py>(py: Python<'py>, run: &Run) -> PyResult<Bound<'py, PyAny>> {
     let verdicts = judge::judge(run.inner());
@@ -208,7 +211,7 @@ pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     as_python(py, &Scenario::json_schema())
 }
 
-/// Runs the `ilon` command; gives its exit code.
+/// Runs the `ilon` command; returns its exit code.
 #[cfg(feature = "command")]
 #[pyfunction]
 pub fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {

@@ -1,4 +1,4 @@
-//! A trace as columns: of numpy, and of Arrow.
+//! A trace as columns for numpy and for Arrow.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,7 +20,7 @@ use crate::values::as_python;
 pub struct Trace {
     run: Arc<ilon::Run>,
     signals: Vec<Signal>,
-    /// Columns that were asked for; asked again, they are the same arrays.
+    /// Arrays of columns that were requested; a second request returns the same arrays.
     columns: Mutex<HashMap<usize, Py<PyAny>>>,
 }
 
@@ -43,7 +43,7 @@ impl Trace {
         rows.map(move |row| signal.get(self.trace(), row))
     }
 
-    /// A column as a numpy array that cannot be written to.
+    /// A column as a read-only numpy array.
     fn array<'py>(&self, py: Python<'py>, signal: &Signal) -> PyResult<Bound<'py, PyAny>> {
         let present = || self.values(signal).map(Option::unwrap_or_default);
         let array = match signal.kind {
@@ -105,7 +105,7 @@ impl Trace {
         if let Some(array) = kept(&columns()) {
             return Ok(array.into_bound(py));
         }
-        // Not under the lock: making an array may let another thread of Python run.
+        // Outside the lock, as making an array may let another Python thread run.
         let array = self.array(py, &self.signals[place])?;
         let mut columns = columns();
         let array = columns.entry(place).or_insert_with(|| array.unbind());
@@ -174,7 +174,7 @@ impl Trace {
     }
 }
 
-/// That a table has no such column, with the one that was likely meant, or with what lists all names.
+/// The error for a missing column, with the most similar name, or how to list all names.
 pub fn no_column<'n>(name: &str, names: impl Iterator<Item = &'n str>, all: &str) -> PyErr {
     let hint = match nearest(name, names) {
         Some(near) => format!("; did you mean `{near}`?"),
@@ -190,7 +190,7 @@ pub struct ArrowTable {
 }
 
 impl ArrowTable {
-    /// A table of one batch of rows.
+    /// A table with one batch of rows.
     pub fn of(columns: impl Iterator<Item = (Field, ArrayRef)>) -> PyResult<Self> {
         let (fields, arrays): (Vec<Field>, Vec<ArrayRef>) = columns.unzip();
         let batch = RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays)

@@ -1,4 +1,4 @@
-//! Values of Python as TOML, and JSON as values of Python.
+//! Converts Python values to TOML, and JSON to Python values.
 
 use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -7,10 +7,11 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, P
 use serde_json::Value as Json;
 use toml::Value as Toml;
 
-/// Tables within tables of a scenario; deeper is a mistake, such as a dict that holds itself.
+/// Largest depth of nested tables in a scenario; chosen. Deeper nesting is a mistake, such as a
+/// dict that contains itself.
 const DEEPEST: usize = 32;
 
-/// A value of Python as TOML. `None` within a dict leaves its key out.
+/// A Python value as TOML. `None` within a dict leaves its key out.
 pub fn to_toml(value: &Bound<'_, PyAny>) -> PyResult<Toml> {
     toml_at(value, "", 0)
 }
@@ -48,7 +49,7 @@ fn toml_at(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Toml> 
         }
         return Ok(Toml::Array(items));
     }
-    // Paths, and numpy's numbers and arrays, which say themselves what they are.
+    // Paths, and numpy's numbers and arrays, which convert themselves.
     if value.hasattr("__fspath__")? {
         let text = value.call_method0("__fspath__")?;
         return Ok(Toml::String(text.extract()?));
@@ -87,7 +88,7 @@ fn join(key: &str, name: &str) -> String {
     }
 }
 
-/// JSON as values of Python.
+/// JSON as Python values.
 pub fn from_json<'py>(py: Python<'py>, value: &Json) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Json::Null => py.None().into_bound(py),
@@ -117,7 +118,7 @@ pub fn from_json<'py>(py: Python<'py>, value: &Json) -> PyResult<Bound<'py, PyAn
     })
 }
 
-/// Anything that serde knows as values of Python, such as a summary.
+/// Any serializable value as Python values, such as a summary.
 pub fn as_python<'py>(
     py: Python<'py>,
     value: &impl serde::Serialize,
@@ -127,7 +128,8 @@ pub fn as_python<'py>(
     from_json(py, &json)
 }
 
-/// Numbers of Python, in any form that numpy takes, as a row of `count` finite ones; `what` names them.
+/// Python numbers, in any form that numpy accepts, as a row of `count` finite ones; `what` names
+/// them in errors.
 pub fn finite_row(value: &Bound<'_, PyAny>, what: &str, count: usize) -> PyResult<Vec<f64>> {
     let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value
         .extract()

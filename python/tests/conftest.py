@@ -1,4 +1,4 @@
-"""Where robots and scenarios lie, and short runs that several tests look at."""
+"""Folders of robots and scenarios, and short runs shared by several tests."""
 
 import gc
 import subprocess
@@ -29,7 +29,7 @@ def lateral_run(lateral: Path) -> ilon.Run:
 
 @pytest.fixture
 def circle(assets: Path) -> dict:
-    """A circle for the four-wheeled robot, two seconds of it, as a dict."""
+    """Two seconds of a circle of the four-wheeled robot, as a dict."""
     return {
         "robot": {"file": str(assets / "robots" / "mecanum4.urdf"), "x_m": 1.0, "heading_deg": 0},
         "reference": {"circle": {"radius_m": 1.0, "speed_m_s": 0.3, "heading": {"constant_deg": 0}}},
@@ -53,6 +53,6 @@ def command():
 
 @pytest.fixture(autouse=True)
 def at_rest_between_tests():
-    """Nothing is left over from one test to the next: pools of threads end with what they belong to."""
+    """Collects garbage between tests: thread pools end with their owners."""
     yield
     gc.collect()

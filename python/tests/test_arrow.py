@@ -1,4 +1,4 @@
-"""The whole trace goes to other libraries by Arrow's PyCapsule protocol."""
+"""The whole trace is passed to other libraries by Arrow's PyCapsule protocol."""
 
 import numpy as np
 import pytest

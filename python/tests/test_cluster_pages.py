@@ -1,4 +1,5 @@
-"""What docs/clusters.md says to type: run here, with processes in place of a cluster's jobs and pods."""
+"""The commands of docs/clusters.md, run here with processes in place of a cluster's jobs and pods.
+"""
 
 import os
 import re
@@ -22,7 +23,7 @@ pytestmark = [
 
 
 def section(heading):
-    """What the page says below a heading, up to the next one of any level."""
+    """The page's text below a heading, up to the next one of any level."""
     (text,) = re.findall(rf"^#+ {heading}\n(.*?)(?=^##|\Z)", PAGE.read_text(), re.MULTILINE | re.DOTALL)
     return text
 
@@ -34,7 +35,7 @@ def blocks(heading, language):
 
 @pytest.fixture
 def study(assets, tmp_path):
-    """A study of 64 runs in a folder of its own; what it comes to on one machine."""
+    """A study of 64 runs in its own folder, and its result on one machine."""
     folder = tmp_path / "study"
     folder.mkdir()
     (folder / "short.toml").write_text(
@@ -49,7 +50,7 @@ def study(assets, tmp_path):
 
 
 def environment(**more):
-    """With the `ilon` command of this Python first."""
+    """An environment with the `ilon` command of this Python first."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return {**os.environ, "PATH": path, **{name: str(value) for name, value in more.items()}}
 
@@ -119,7 +120,7 @@ def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
     (line,) = container["args"]
     assert f'/{spec["completions"]}"' in line, "each completion is a shard"
     assert f"--jobs {container['resources']['limits']['cpu']}" in line
-    # The volumes' places become folders of this machine, and there are fewer pods.
+    # Mounted volumes become folders of this machine, and there are fewer pods.
     few = 3
     (merge,) = re.findall(r"`(ilon sweep --merge [^`]*)`", section("Kubernetes"))
     places = {mounts["study"]: str(study.parent), mounts["results"]: str(tmp_path / "results")}
@@ -152,5 +153,5 @@ def test_the_ray_job_of_the_kubernetes_page_is_yaml(study):
     groups = [cluster["headGroupSpec"], *cluster["workerGroupSpecs"]]
     images = {container["image"] for group in groups for container in group["template"]["spec"]["containers"]}
     assert len(images) == 1, "all nodes have the same ilon"
-    # What it runs is Python.
+    # The entry point is valid Python.
     compile(*re.findall(r'python -c "(.*)"', job["spec"]["entrypoint"]), "entrypoint", "exec")

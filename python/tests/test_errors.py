@@ -1,4 +1,4 @@
-"""What the command line says of bad input arrives as an exception."""
+"""The command line's messages about bad input arrive as exceptions."""
 
 import pickle
 

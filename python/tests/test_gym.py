@@ -1,4 +1,4 @@
-"""The task for one robot, as Gymnasium wants it."""
+"""The task for one robot, with Gymnasium's interface."""
 
 import pickle
 import subprocess
@@ -18,7 +18,7 @@ ACTIONS = ("twist", "wheel_rates", "wheel_torques")
 
 
 def rollout(env, steps, seed=0, scale=0.3):
-    """Observations and rewards under actions that change slowly."""
+    """Observations and rewards for actions that change slowly."""
     seen, earned = [env.reset(seed=seed)[0]], []
     for step in range(steps):
         action = scale * np.sin(0.1 * step + np.arange(env.action_space.shape[0])).astype(np.float32)
@@ -71,7 +71,8 @@ def test_a_reset_without_a_seed_goes_on_with_the_random_numbers():
 
 
 def test_the_errors_seen_are_those_of_the_pose(circle):
-    # At rest on the circle at (1, 0), the path leads along +y at 0.3 m/s; the robot looks along +x and stands 0.1 m outside.
+    # At rest on the circle at (1, 0), the path leads along +y at 0.3 m/s; the robot looks along +x
+    # and stands 0.1 m outside.
     circle["robot"]["x_m"] = 1.0
     env = ilon.gym.TrackEnv(circle, any_phase=False, start_off_m=0.0, start_off_rad=0.0, preview_s=[0.5])
     observation, info = env.reset(seed=0)
@@ -84,7 +85,8 @@ def test_the_errors_seen_are_those_of_the_pose(circle):
     assert info["position_error_m"] == pytest.approx(0.0, abs=1e-6)
     for _ in range(25):
         _, _, _, _, info = env.step(np.zeros(3, dtype=np.float32))
-    # It stood still for 0.25 s; the path went on by the chord of 0.075 rad. What is left is the settling of the robot on its wheels.
+    # It stood still for 0.25 s while the path moved by the chord of 0.075 rad; the rest is the
+    # robot's settling on its wheels.
     assert info["position_error_m"] == pytest.approx(2 * np.sin(0.075 / 2), abs=5e-4)
 
 
@@ -173,13 +175,13 @@ def test_keys_of_the_scenario_are_drawn(circle):
     one, other = rollout(env, 20, seed=4), rollout(env, 20, seed=4)
     np.testing.assert_array_equal(one[0], other[0])
     assert np.isfinite(one[0]).all()
-    # Of the same seed and start, what is drawn is all that differs.
+    # With the same seed and start, only the drawn values differ.
     fixed = rollout(ilon.gym.TrackEnv(circle), 20, seed=4)
     assert (one[0][-1] != fixed[0][-1]).any()
 
 
 def test_what_is_drawn_in_a_list_needs_no_list_in_the_scenario():
-    """As the docstring says it, on the scenario that comes with the task: a payload from none to 5 kg."""
+    """The docstring's example, on the task's default scenario: a payload from none to 5 kg."""
     env = ilon.gym.TrackEnv(
         randomise={
             "world.floor.friction": (0.3, 0.9),
@@ -188,7 +190,7 @@ def test_what_is_drawn_in_a_list_needs_no_list_in_the_scenario():
         }
     )
     assert np.isfinite(rollout(env, 20, seed=4)[0]).all()
-    # A heavy load is felt, and none is none.
+    # A heavy load has an effect, and a zero one has none.
     ends = {
         kg: rollout(ilon.gym.TrackEnv(randomise={"faults.0.payload.mass_kg": (kg, kg)}), 20, seed=4)[0][-1] for kg in (0, 5)
     }
@@ -226,14 +228,15 @@ def test_bad_options_are_refused_in_words(options, error, words):
 
 
 def test_a_picture_shows_the_robot_where_it_is():
-    # One wheel of 0.1 m, 0.1 m wide, that rolls along x; its path leaves 400 pixels for 2.2 m of height.
+    # One wheel of 0.1 m, 0.1 m wide, that rolls along x; its path leaves 400 pixels for 2.2 m of
+    # height.
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     wheel = np.array([[0.0, 0.0, np.pi / 2, 0.1, 0.05]])
     picture = ilon._draw.from_above(np.array([0.5, 0.0, 0.0]), np.array([-0.5, 0.0, 0.0]), square, wheel)
     assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8
     rows, columns = np.nonzero((picture == (30, 60, 110)).all(axis=2))
     per_m = 400 / 2.2
-    # Edges fall within pixels, which then are of no pure colour.
+    # Edges fall within pixels, which then have mixed colours.
     np.testing.assert_allclose((columns.mean(), rows.mean()), (319.5 + 0.5 * per_m, 239.5), atol=1.0)
     np.testing.assert_allclose((np.ptp(columns) + 1, np.ptp(rows) + 1), (0.2 * per_m, 0.1 * per_m), atol=2.0)
 

@@ -1,4 +1,4 @@
-"""What a robot really is, from logs that ilon itself drove."""
+"""Identification from logs that ilon itself drove."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 
 import ilon
 
-# By how much the tracker of these logs counts a metre too long.
+# The scale error of these logs' tracker.
 LONGER = 1.03
 
 
@@ -18,7 +18,7 @@ def study(assets, tmp_path_factory):
 
 
 def written(assets, folder, longer):
-    """The same, by a tracker that counts a metre as so many."""
+    """The same, with a tracker of this scale."""
     robot = assets / "robots" / "mecanum4.toml"
     for name, heading in (("ahead", "along_path"), ("across", {"constant_deg": 0})):
         run = ilon.run(

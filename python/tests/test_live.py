@@ -1,4 +1,4 @@
-"""`ilon.live`: what `ilon live` does, from Python."""
+"""`ilon.live`: `ilon live` from Python."""
 
 import urllib.request
 

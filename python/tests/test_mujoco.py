@@ -23,7 +23,9 @@ STIFFNESS, DAMPING, BEGINS_S, ENDS_S = 600.0, 19.0, 0.1, 0.9
 
 
 def scenario(robot, friction, **joints):
-    """A robot whose wheels are held: loops that do not depend on what the robot weighs, which without its arm is less."""
+    """A robot whose wheels are held: its loops do not depend on its weight, which is lower without
+    its arm.
+    """
     wheels = {
         "rollers": 9,
         "roller_radius_m": 0.012,
@@ -42,7 +44,7 @@ def scenario(robot, friction, **joints):
 
 @pytest.fixture
 def base(assets, tmp_path):
-    """The robot with an arm, without it: what MuJoCo moves is taken out."""
+    """The robot without its arm, which MuJoCo moves."""
     text = (assets / "robots" / "mecanum4_arm.urdf").read_text()
     for tag, name in (("joint", "arm"), ("link", "arm_link"), ("joint", "lift"), ("link", "carriage")):
         text = re.sub(rf'<{tag} name="{name}".*?</{tag}>', "", text, flags=re.DOTALL)
@@ -59,14 +61,14 @@ def coupled(base, friction, step_s=0.001, world=""):
 
 
 def target(t_s):
-    """From rest to rest with the least jerk."""
+    """From rest to rest with minimum jerk."""
     s = min(max((t_s - BEGINS_S) / (ENDS_S - BEGINS_S), 0.0), 1.0)
     rate = (30 * s**2 - 60 * s**3 + 30 * s**4) / (ENDS_S - BEGINS_S)
     return np.pi / 2 * (10 * s**3 - 15 * s**4 + 6 * s**5), np.pi / 2 * rate
 
 
 def swing(under):
-    """Swings the arm of a coupled base for 1.2 s; its poses, and what the motor did."""
+    """Swings the arm of a coupled base for 1.2 s; returns its poses, and the motor's work."""
     poses, motor_j = [], 0.0
     for step in range(round(1.2 / under.dt_s)):
         angle, rate = target(step * under.dt_s)
@@ -80,7 +82,8 @@ def swing(under):
     return np.array(poses), motor_j
 
 
-# On ice nothing but the arm moves the base, by momentum; on a dry floor rollers and wheel loops hold it, and what shows is how far it gives.
+# On ice only the arm's momentum moves the base; on a dry floor rollers and wheel loops hold it, and
+# the result is their compliance.
 @pytest.mark.parametrize("friction", [0.0, 0.6])
 @pytest.mark.parametrize("step_s", [0.001, 0.002])
 def test_the_base_recoils_as_where_one_engine_moves_both(assets, base, friction, step_s):
@@ -97,7 +100,7 @@ def test_the_base_recoils_as_where_one_engine_moves_both(assets, base, friction,
     for _ in range(len(poses)):
         one.advance([0.0] * 4, period_s=step_s)
         expected.append(one.truth().pose)
-    # The recoil: how far the base gives in each direction.
+    # The recoil: how far the base moves in each direction.
     np.testing.assert_allclose(np.abs(poses).max(axis=0), np.abs(expected).max(axis=0), rtol=0.01)
 
 
@@ -105,9 +108,9 @@ def test_no_energy_comes_or_goes_between_the_engines(base):
     under = coupled(base, 0.6)
     begins_j = sum(under.scene_energy_j())
     _, motor_j = swing(under)
-    # What one engine gave is what the other one got: both integrate the same wrench over the same rates.
+    # One engine's work is the other's gain: both integrate the same wrench over the same rates.
     assert under.work_on_scene_j == pytest.approx(-under.simulation.energies()["outside_j"], rel=1e-3)
-    # The motor's work is stored, or went into the arm's bearing: never below.
+    # The motor's work is stored, or dissipated in the arm's bearing: never negative.
     stored_j = sum(under.scene_energy_j()) - begins_j
     assert 0.0 < motor_j + under.work_on_scene_j - stored_j < motor_j
 
@@ -139,15 +142,17 @@ def test_an_arm_swings_while_its_base_pushes_a_box_and_every_joule_is_accounted_
 
     account = mujoco_arm.drive(lasts_s=1.6)
     assert account.base_m > 0.3 and account.box_m > 0.1
-    # What one engine gave the other one got.
+    # One engine's work is the other's gain.
     assert account.passed_by_mujoco == pytest.approx(account.passed_by_ilon, rel=1e-3)
     assert account.passed_by_mujoco > 1.0
-    # The box slides on its floor for that; what is more went into the hit on it, and into its contact with the base. Half of the
-    # energy at the base's speed is the most that a hit takes of a box that weighs a sixth of it.
+    # The box slides on its floor with this heat; the excess is the impact on it, and its contact
+    # with the base. An impact takes at most half of the energy at the base's speed, for a box of a
+    # sixth of its weight.
     slid_j = 0.3 * 2.0 * 9.81 * account.box_m
     hit_j = 0.5 * 2.0 * mujoco_arm.AHEAD_M_S**2
     assert slid_j * 0.98 < account.scene_contacts < slid_j * 1.1 + hit_j
-    # On ilon's side the motors' work is stored, or went into slip, bearings and landings, or into the scene.
+    # On ilon's side the motors' work is stored, or dissipated by slip, bearings and landings, or
+    # passed to the scene.
     there = account.ilon
     gone_j = there["slip_j"] + there["spin_up_j"] + there["bearing_j"] + there["impact_j"]
     stored_j = there["motor_j"] + there["outside_j"] - gone_j

@@ -57,7 +57,7 @@ def test_ctrl_c_ends_the_command_as_any_other(assets, tmp_path):
         stderr=subprocess.PIPE,
     )
     try:
-        # It has begun to write what it simulates.
+        # It has begun to write its results.
         deadline = time.monotonic() + 30
         while not (tmp_path / "scenario.toml").exists() and time.monotonic() < deadline:
             time.sleep(0.05)
@@ -134,7 +134,8 @@ def test_memory_does_not_grow(circle, lateral_run, what):
     for _ in range(30):
         act()
     gc.collect()
-    # Whatever were kept of thirty rounds would be more: a robot alone takes some 100 kB, a trace 1 MB. Allocators keep some pages.
+    # A leak over thirty rounds would be larger: a robot alone takes about 100 kB, a trace 1 MB.
+    # Allocators keep some pages.
     assert resident_kb() - before < 3000
 
 

@@ -1,4 +1,4 @@
-"""Studies on Ray: the rows are those of this machine, whatever becomes of workers and nodes."""
+"""Studies on Ray: the rows are those of this machine, even if workers and nodes are lost."""
 
 import os
 import signal
@@ -19,7 +19,8 @@ from ray.cluster_utils import Cluster  # noqa: E402
 from ilon import _ilon, _ray  # noqa: E402
 
 pytestmark = [
-    # Of Ray's own: sockets and processes that it leaves to the collector, and what it will change.
+    # Ray's own warnings: sockets and processes that it leaves to the garbage collector, and
+    # deprecations.
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
     pytest.mark.filterwarnings("ignore::FutureWarning"),
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),
@@ -39,7 +40,7 @@ def here():
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, assets):
-    """A folder with a scenario of a second, and with studies of it."""
+    """A folder with a scenario of one second, and studies of it."""
     folder = tmp_path_factory.mktemp("studies")
     (folder / "short.toml").write_text(
         f"robot.file = '{assets / 'robots' / 'mecanum4.urdf'}'\ntwist = {{ vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.1, settle_s = 0.1 }}\nrun.duration_s = 1.0\n"
@@ -162,12 +163,12 @@ def test_a_worker_that_reads_other_files_is_refused(folder, tmp_path):
 
 
 def test_tasks_last_seconds_and_get_shorter_towards_the_end():
-    # Of 28 ms each, 71 last two seconds.
+    # At 28 ms each, 71 runs last two seconds.
     assert _ray._batch(1000, 4, 1, None) == 1
     assert _ray._batch(1000, 4, 1, 0.028) == 71
     assert _ray._batch(100, 4, 1, 0.028) == 13
     assert _ray._batch(1, 4, 1, 0.028) == 1
-    # Runs that are longer than that go alone, or as many as the task has CPUs.
+    # Longer runs are tasks of their own, or as many as the task has CPUs.
     assert _ray._batch(1000, 4, 1, 60.0) == 1
     assert _ray._batch(1000, 4, 8, 60.0) == 8
     assert _ray._batch(3, 4, 8, 60.0) == 3
@@ -262,7 +263,9 @@ cluster.shutdown()
 
 
 def test_a_cluster_whose_nodes_come_later_is_waited_for(folder, tmp_path):
-    """As that of a RayJob whose head has no CPUs and whose workers are still to come. In a process of its own, for it is another cluster."""
+    """As for a RayJob whose head has no CPUs and whose workers start later. In its own process, as
+    it is another cluster.
+    """
     done = subprocess.run(
         [sys.executable, "-c", GROWING, folder / "grid.toml", tmp_path / "ray"], capture_output=True, text=True, timeout=240
     )

@@ -1,4 +1,4 @@
-"""The reward pays for what the task is about: to stay on the path, near it."""
+"""The reward rewards the task's aim: to stay on the path, near it."""
 
 import math
 
@@ -18,14 +18,15 @@ pytest.importorskip("gymnasium")
         (0.5, {}, "wheel_torques"),
         (0.2, {"position": 50.0, "heading": 0.0}, "twist"),
         (1.0, {"position": 5.0, "heading": 10.0, "action_change": 3.0}, "twist"),
-        # What is counted in J has no bound.
+        # Costs per joule are unbounded.
         (0.5, {"energy": 100.0}, "twist"),
         (0.5, {"slip": 1000.0}, "twist"),
         (0.5, {"position": -3.0}, "twist"),
     ],
 )
 def test_to_go_on_is_never_worth_less_than_to_end(fail_at_m, weights, action):
-    # An episode that has ended earns nothing more: where no step costs, no state is worth less than that, whatever a robot does from there.
+    # An episode that has ended earns nothing more: if no step's reward is negative, no state is
+    # worth less than that, whatever the robot does.
     envs = ilon.gym.TrackVectorEnv(
         num_envs=8,
         action=action,
@@ -45,13 +46,14 @@ def test_to_go_on_is_never_worth_less_than_to_end(fail_at_m, weights, action):
         _, rewards, failed, _, _ = envs.step(actions.astype(np.float32))
         assert (rewards >= 0.0).all() and (rewards[failed] == 0.0).all()
         ends, paid = ends + failed.sum(), paid + (rewards > 0.0).sum()
-    # Some failed and some earned, or nothing of this was looked at.
+    # Some failed and some earned, so the test covers both.
     assert ends > 0 and paid > 0
 
 
 @pytest.mark.parametrize("fail_at_m", [0.1, 0.5, 3.0])
 def test_a_second_earns_by_default_what_it_can_cost_at_worst(fail_at_m):
-    # At the edge of the path, looking back, with each number of the action from one end to the other: 2^2.
+    # At the edge of the path, looking back, with each number of the action from one end to the
+    # other: 2^2.
     worst = 5.0 * fail_at_m + 1.0 * math.pi + 0.05 * 4.0
     assert ilon.gym.TrackEnv(fail_at_m=fail_at_m).alive_per_s == pytest.approx(worst, rel=1e-12)
     assert ilon.gym.TrackEnv(fail_at_m=fail_at_m, reward={"alive": 0.7}).alive_per_s == 0.7
@@ -72,8 +74,10 @@ def test_only_living_can_be_left_to_the_task():
 
 
 class Learner:
-    """Random search over linear laws, from zero: what is asked for is a matrix times the errors and the desired velocity that are seen
-    (Mania, Guy and Recht 2018, "Simple random search provides a competitive approach to reinforcement learning", V1-t)."""
+    """Random search over linear laws, from zero: the command is a matrix times the observed errors
+    and desired velocity (Mania, Guy and Recht 2018, "Simple random search provides a competitive
+    approach to reinforcement learning", V1-t).
+    """
 
     DIRECTIONS, BEST, REACH, RATE = 16, 8, 0.15, 0.15
     EPISODE_S = 4.0
@@ -89,7 +93,9 @@ class Learner:
         self.law = np.zeros((3, 6))
 
     def driven(self, laws, seeds):
-        """Returns, shares of the episode that were lived, and mean position errors in m while they were, one each a law."""
+        """Returns, survived shares of the episode, and mean position errors in m meanwhile, one
+        each per law.
+        """
         envs, robots = self.envs, self.envs.num_envs
         seen, _ = envs.reset(seed=seeds)
         bounds = envs.single_observation_space.high[:6]
@@ -102,13 +108,15 @@ class Learner:
             off_m += on * ~failed * info["position_error_m"]
             on &= ~failed
             if (failed | time_is_up).any():
-                # Those that are lost begin again, and do not count.
+                # Lost robots begin again, and do not count.
                 seen, _ = envs.reset(options={"reset_mask": failed | time_is_up})
         steps = round(self.EPISODE_S / envs.control_dt_s)
         return earned, lived / steps, off_m / np.maximum(lived, 1)
 
     def judged(self):
-        """Mean return, share lived and error in m of the law as it is, in episodes in which nothing is learned."""
+        """Mean return, survived share and error in m of the current law, in episodes without
+        learning.
+        """
         laws = np.repeat(self.law[np.newaxis], self.envs.num_envs, axis=0)
         return [float(of.mean()) for of in self.driven(laws, list(range(9000, 9000 + self.envs.num_envs)))]
 
@@ -117,7 +125,7 @@ class Learner:
         for generation in range(generations):
             directions = rng.standard_normal((self.DIRECTIONS, *self.law.shape))
             laws = np.concatenate([self.law + self.REACH * directions, self.law - self.REACH * directions])
-            # All from the same start, so that the laws are what differs.
+            # All from the same start, so that only the laws differ.
             earned, _, _ = self.driven(laws, [generation] * len(laws))
             ahead, back = np.split(earned, 2)
             best = np.argsort(-np.maximum(ahead, back))[: self.BEST]
@@ -136,13 +144,14 @@ def test_a_learner_from_zero_lives_and_comes_nearer_to_its_path(seed):
     learner.learn(15, seed)
     earned_then, lived_then, off_then_m = learner.judged()
     assert earned_then > earned and lived_then > 0.95
-    # A start is 40 mm off in the mean, and takes some of the four seconds to be driven off.
+    # A start is 40 mm off on average, which takes some of the four seconds to correct.
     assert off_then_m < 0.1 < off_m
 
 
 @pytest.mark.timeout(300)
 def test_where_living_does_not_pay_the_same_learner_learns_to_leave():
-    # With 1 a second a robot that is 0.2 m off earns less than nothing until it fails at 0.5 m: what the default must not do.
+    # With 1 per second a robot that is 0.2 m off earns less than nothing until it fails at 0.5 m:
+    # the default must not do that.
     learner = Learner(reward={"alive": 1.0})
     earned, lived, _ = learner.judged()
     learner.learn(10, seed=0)

@@ -1,4 +1,4 @@
-"""Whole runs: what `ilon.run` gives is what the command gives."""
+"""Whole runs: the results of `ilon.run` are the command's."""
 
 import json
 import os
@@ -16,7 +16,7 @@ def test_a_run_is_the_same_to_the_bit_as_that_of_the_command(lateral, lateral_ru
     command("run", lateral, "--no-twins", "--out", tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert lateral_run.summary["trace_hash"] == summary["trace_hash"]
-    # All figures but the one that measures this machine.
+    # All figures except the one that measures this machine.
     for each in (summary, ours := lateral_run.summary):
         each.pop("sim_seconds_per_cpu_second")
     assert ours == summary
@@ -115,7 +115,8 @@ def test_a_misspelt_column_is_named_with_the_nearest_one(lateral_run):
 
 
 def test_the_ideal_kinematics_are_missed_by_the_tilt_of_the_touching_roller(lateral_run):
-    # Nine rollers at 45 degrees: sin(20 deg) / (20 deg in rad) = 0.9798, held by the scenario itself to half a percent.
+    # Nine rollers at 45 degrees: sin(20 deg) / (20 deg in rad) = 0.9798, which the scenario itself
+    # checks to half a per cent.
     expected = np.sin(np.radians(20)) / np.radians(20)
     trace = lateral_run.trace
     late = trace["t_s"] > 2.0
@@ -140,7 +141,7 @@ def test_the_report_is_a_page_that_a_notebook_shows(lateral_run, tmp_path):
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == report
     shown = lateral_run._repr_html_()
     assert shown.startswith("<iframe") and shown.count("<iframe") == 1
-    # Escaped, or the page would end the attribute that holds it.
+    # Escaped, otherwise the page would end its own attribute.
     inner = shown.split('srcdoc="', 1)[1].split('" sandbox', 1)[0]
     assert '"' not in inner and "<" not in inner
 
@@ -153,13 +154,14 @@ def test_a_controller_of_ones_own_drives_the_wheels(circle):
         return [5.0, 5.0, 5.0, 5.0]
 
     run = ilon.run(circle, controller=controller)
-    # At the end of the run nothing more is decided.
+    # At the end of the run there is no further control update.
     assert len(seen) == run.trace.rows - 1
     assert seen[0][0] == 0.0
     np.testing.assert_allclose(seen[0][1], [1.0, 0.0, 0.0])
     np.testing.assert_allclose(seen[0][2], [1.0, 0.0, 0.0], atol=1e-12)
     assert (run.trace["wheel2_target_rad_s"] == 5.0).all()
-    # Straight ahead at rate times radius; a mecanum wheel of nine barrels rolls on its outline to within a percent.
+    # Straight ahead at rate times radius; a mecanum wheel of nine barrels rolls on its outline to
+    # within a per cent.
     assert run.trace["truth_vx_m_s"][-1] == pytest.approx(5.0 * 0.05, rel=0.01)
 
 
@@ -207,7 +209,7 @@ def test_a_scenario_is_checked_against_its_own_expectations(lateral):
     assert ilon.check(lateral)
     failed = ilon.check(lateral, settings={"twist.vy_m_s": 0.0, "twist.vx_m_s": 0.3})
     assert not failed
-    # What it does not drive has no ratio.
+    # An undriven direction has no ratio.
     fallen = {verdict.quantity for verdict in failed.verdicts if not verdict.held}
     assert fallen == {"twist_ratio_ideal.vy", "twist_ratio_contact.vy"}
     assert "failed" in repr(failed)
@@ -243,7 +245,7 @@ def test_a_run_is_repeated_at_half_the_step(circle):
     assert run.summary["trace_hash"] == alone.summary["trace_hash"]
     place = run.summary["converge"]["end_x_m"]
     assert place["value"] == alone.summary["end_x_m"]
-    # On a circle that it tracks, half the step moves nothing that matters.
+    # On a tracked circle, half the step changes nothing significant.
     assert 0 < place["moved"] < 1e-3 and not place["exceeds"]
     assert ilon.check(circle, converge=True).run.summary["converge"] == run.summary["converge"]
     assert pickle.loads(pickle.dumps(run)).summary == run.summary
@@ -278,7 +280,7 @@ def test_what_a_cause_did_is_a_difference_of_two_runs(assets):
 def test_suspects_drift(assets):
     found = ilon.suspects(assets / "robots/mecanum4.urdf")
     smaller = next(one for one in found if one["wheel"] == "front_left" and "smaller" in one["words"])
-    # A wheel of four that rolls 1 % less takes a quarter of it from the way ahead.
+    # One wheel of four that rolls 1 % less reduces the distance ahead by a quarter of that.
     assert smaller["drifts"][0]["ahead_m"] == pytest.approx(-0.0025, rel=0.02)
 
 

@@ -28,7 +28,7 @@ def same(one, other):
 
 
 def test_a_run_of_the_command_is_driven_again_step_by_step_to_the_bit(lateral, lateral_run):
-    # The wheel rates that were commanded, given from outside, and the step that was taken.
+    # The commanded wheel rates, applied from outside, and the same step.
     simulation = ilon.Simulation(lateral_run.scenario, folder=lateral.parent)
     targets = np.column_stack([lateral_run.trace[f"wheel{wheel}_target_rad_s"] for wheel in range(4)])
     for row, rates in enumerate(targets[:200]):
@@ -54,10 +54,10 @@ def test_an_imu_says_how_the_robot_turns_and_what_holds_it(circle):
         simulation.advance(simulation.wheel_rates([0.0, 0.0, 0.5]))
         imu = simulation.observe().imu
         turned_rad += imu.rate_rad_s[2] * simulation.control_dt_s
-    # What it says is the mean over the time since it said the last: nothing of the turn is lost.
+    # Its reading is the mean since the last reading: no part of the turn is lost.
     assert turned_rad == pytest.approx(simulation.truth().pose[2], rel=1e-9)
     assert turned_rad > 0.4
-    # At its place, the body's origin, the robot turns on the spot; the ground holds it.
+    # At the body's origin, the robot turns on the spot; the ground supports it.
     assert imu.specific_force_m_s2 == pytest.approx([0.0, 0.0, 9.81], abs=0.02)
     assert [imu.roll_rad, imu.pitch_rad] == pytest.approx([0.0, 0.0], abs=1e-3)
 
@@ -105,7 +105,7 @@ def test_a_snapshot_leads_to_the_same_motion(simulation):
     simulation.restore(snapshot)
     assert simulation.time_s == pytest.approx(20 * simulation.control_dt_s)
     assert same(driven(simulation, 30), first)
-    # One of another simulation of the same scenario does as well.
+    # One of another simulation of the same scenario is valid too.
     other = ilon.Simulation(simulation.scenario)
     other.restore(snapshot)
     assert same(driven(other, 30), first)
@@ -123,7 +123,7 @@ def test_a_snapshot_of_another_simulation_is_refused(simulation, assets):
             simulation.restore(other.snapshot())
         with pytest.raises(ilon.ScenarioError, match="another simulation"):
             other.restore(before)
-    # It is as it was.
+    # The state is restored.
     simulation.restore(before)
     assert same(driven(simulation, 10), first)
 
@@ -142,7 +142,8 @@ def test_a_torque_acts(simulation):
 
 
 def test_a_push_gives_its_impulse(simulation):
-    # On a robot that weighs 12 kg and whose wheels are free: dv = F t / m, less what wheels and rollers take up in turning.
+    # On a robot of 12 kg with free wheels: dv = F t / m, less the effect of the rotating wheels and
+    # rollers.
     simulation.push([0.0, 0.0, 0.0], 0.01)
     simulation.push([12.0, 0.0, 0.0], 0.5)
     for _ in range(50):
@@ -151,7 +152,7 @@ def test_a_push_gives_its_impulse(simulation):
     before = simulation.truth().twist_in_body[0]
     for _ in range(10):
         simulation.advance(torques=[0.0] * 4)
-    # It is over.
+    # The push has ended.
     assert simulation.truth().twist_in_body[0] <= before
 
 
@@ -173,7 +174,7 @@ def test_a_long_advance_is_many_short_ones(circle):
 
 def test_other_threads_run_while_it_steps(simulation):
     ticks, done = 0, threading.Event()
-    # A second thread counts while this one is away in one long step.
+    # A second thread counts during one long step of this one.
     def count():
         nonlocal ticks
         while not done.is_set():
@@ -187,7 +188,7 @@ def test_other_threads_run_while_it_steps(simulation):
     took = time.monotonic() - start
     done.set()
     counter.join()
-    # Held back by the step, it would count once or twice.
+    # Blocked by the step, it would count once or twice.
     assert ticks > 10 * took
 
 
@@ -287,7 +288,8 @@ def test_a_negative_seed_is_refused(simulation):
 
 
 def test_a_box_that_is_pushed_says_where_it_is_and_what_it_takes(assets):
-    # mu m g is 0.3 * 2 kg * 9.81 m/s^2 = 5.886 N; the scenario holds the mean within 0.03 N, single steps within 5 % of it.
+    # mu m g is 0.3 * 2 kg * 9.81 m/s^2 = 5.886 N; the scenario checks the mean within 0.03 N,
+    # single steps within 5 % of it.
     simulation = ilon.Simulation(assets / "scenarios" / "mecanum4_push_box.toml")
     rates = simulation.wheel_rates([0.2, 0.0, 0.0])
     rest = simulation.free_bodies()["box"]
@@ -348,7 +350,7 @@ def test_joints_go_where_they_are_sent_and_a_reset_brings_them_back(with_arm):
 def test_joints_run_at_rates_and_bear_forces(with_arm):
     with_arm.command_joints(rates={"arm": 0.5}, efforts={"lift": 60.0})
     with_arm.advance([0.0] * 4, period_s=0.2)
-    # The arm follows but for its sag; 60 N lift 4 kg by 4.94 m/s2 less damping and friction.
+    # The arm follows except for its sag; 60 N lift 4 kg by 4.94 m/s2 less damping and friction.
     assert with_arm.joints()["arm"] == pytest.approx(0.1, abs=0.01)
     assert with_arm.joints()["lift"] == pytest.approx(0.09, abs=0.01)
     with pytest.raises(ValueError, match="effort"):

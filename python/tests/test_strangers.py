@@ -1,4 +1,6 @@
-"""Robots of people that nobody knows: nothing of a file is ever run, and with a sandbox none is read outside of it."""
+"""Untrusted robots: no content of a file is ever executed, and with a sandbox no file outside is
+read.
+"""
 
 import os
 import textwrap
@@ -10,7 +12,8 @@ import ilon
 
 HEAD = '<robot name="bait" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
-# Each runs a shell where Python evaluates it; a lambda hides the names from whoever looks at those of the outermost code object alone.
+# Each runs a shell if Python evaluates it; a lambda hides the names from checks of the outermost
+# code object only.
 BAITS = {
     "subclasses": "(lambda: [c for c in ().__class__.__base__.__subclasses__() if c.__name__ == '_wrap_close'][0]"
     ".__init__.__globals__['system']('touch MARK'))() and ''",
@@ -22,7 +25,7 @@ BAITS = {
 
 @pytest.fixture(params=BAITS)
 def bait(request, tmp_path, assets):
-    """A robot that tries to run something, and where its mark would be."""
+    """A robot that tries to run something, and the path of the file that would prove it."""
     mark = tmp_path / "mark"
     (tmp_path / "bait.yaml").write_text(f"!!python/object/apply:os.system ['touch {mark}']\n")
     expression = BAITS[request.param].replace("MARK", str(mark))
@@ -42,7 +45,7 @@ def bait(request, tmp_path, assets):
 
 
 def entries(path):
-    """Everything that reads a robot, by its name."""
+    """All functions that read a robot, by name."""
     folder = path.parent
     scenario, study = folder / "s.toml", folder / "study.toml"
     asked = {
@@ -93,7 +96,7 @@ def test_no_command_runs_anything_of_a_robot(bait, command):
         ["live", folder / "s.toml", "--port", "0", "--seconds", "1"],
         ["generate", path],
     ):
-        # The study's rows are those of robots that were refused; all else ends with 2.
+        # The study's rows are those of refused robots; all others end with 2.
         command(*arguments, code={0, 2} if arguments[0] == "sweep" else 2)
         assert not mark.exists(), arguments
 
@@ -106,7 +109,8 @@ def test_the_bait_bites_where_python_evaluates_it(tmp_path):
 
 @pytest.fixture
 def confined(tmp_path, assets):
-    """A folder with a scenario and a robot, beside another robot and other scenarios that lie outside of it."""
+    """A folder with a scenario and a robot, beside another robot and other scenarios outside of it.
+    """
     inside = tmp_path / "in"
     inside.mkdir()
     robot = (assets / "robots" / "mecanum4.urdf").read_text()
@@ -129,7 +133,9 @@ def confined(tmp_path, assets):
 
 
 def asked(folder, name, sandbox):
-    """Everything that takes a sandbox, of the scenario that lies well or of the one that names a robot outside."""
+    """All functions with a sandbox argument, with the valid scenario or the one that names a robot
+    outside.
+    """
     import gymnasium
 
     scenario = folder / f"{name}.toml"

@@ -1,4 +1,4 @@
-"""Studies: what `ilon.sweep` gives is what the command gives."""
+"""Studies: the results of `ilon.sweep` are the command's."""
 
 import json
 import pickle
@@ -58,7 +58,7 @@ def test_rows_are_columns_of_numpy_and_of_arrow(study, tmp_path):
     assert len(sweep) == 4 and sweep.failed == 0
     np.testing.assert_array_equal(sweep["world.floor.friction"], FRICTIONS)
     assert sweep["status"] == ["done"] * 4 and sweep["error"] == [None] * 4
-    # What does not apply to a run without a reference is absent.
+    # Figures that do not apply to a run without a reference are absent.
     assert np.isnan(sweep["position_error_max_m"]).all()
     ours, written = pyarrow.table(sweep.to_arrow()), parquet.read_table(tmp_path / "runs.parquet")
     assert ours.equals(written.cast(ours.schema))
@@ -136,7 +136,7 @@ def test_traces_are_kept_where_the_study_says(study, tmp_path):
 
 
 def test_expectations_are_held_against_the_rows(study):
-    # On the most slippery of the four floors alone it slides.
+    # It slides only on the most slippery of the four floors.
     least, most = np.sort(ilon.sweep(study)["slip_energy_j"])[-2:]
     for share, held in ((0.75, True), (1.0, False)):
         bound = {"max": float(0.5 * (least + most)), "share": share}
@@ -264,7 +264,7 @@ def test_ctrl_c_ends_a_study_in_the_middle_of_a_run(folder, tmp_path):
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=10)
         assert out.endswith("interrupted\n") and process.returncode == 0
-        # A run that was stopped is no row.
+        # A stopped run is no row.
         assert (tmp_path / "out" / "rows.log").read_bytes() == b""
     finally:
         process.kill()

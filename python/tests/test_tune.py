@@ -24,7 +24,7 @@ def here():
 
 
 def test_optuna_finds_better_gains_by_tune(assets, tmp_path, monkeypatch):
-    # A path from where the program runs: trials run elsewhere.
+    # A path relative to the working directory, whereas trials run elsewhere.
     monkeypatch.chdir(assets / "scenarios")
     key, metric = "guidance.position_gain_per_s", "position_error_rms_m"
     settings = {"run.duration_s": 1.0}

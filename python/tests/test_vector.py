@@ -40,7 +40,7 @@ def test_gymnasium_makes_the_compiled_one():
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_many_robots_go_the_ways_of_single_ones(mode):
-    # Episodes of different ends: some leave the path, some run out of time.
+    # Episodes with different ends: some leave the path, some run out of time.
     options = {"episode_s": 0.3, "fail_at_m": 0.12, "start_off_m": 0.1}
     ours, theirs = vector(mode, **options), others(mode, **options)
     seen, _ = ours.reset(seed=11)
@@ -65,7 +65,7 @@ def test_many_robots_go_the_ways_of_single_ones(mode):
         if mode is AutoresetMode.DISABLED and ended.any():
             resets = [env.reset(options={"reset_mask": ended.copy()}) for env in (ours, theirs)]
             np.testing.assert_array_equal(resets[0][0], resets[1][0])
-    # More than one each, or nothing of this was looked at.
+    # More than one each, so the test covers new episodes.
     assert ends > COUNT
 
 
@@ -104,7 +104,7 @@ def test_seeds_are_given_one_by_one_or_counted_on():
     np.testing.assert_array_equal(counted, listed)
     with pytest.raises(ValueError, match="5 environments"):
         env.reset(seed=[1, 2])
-    # Without seeds the random numbers go on.
+    # Without seeds the random numbers continue.
     assert (env.reset()[0] != listed).any()
     some, _ = env.reset(seed=[5, None, 7, None, 9])
     np.testing.assert_array_equal(some[::2], listed[::2])

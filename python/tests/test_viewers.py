@@ -1,4 +1,4 @@
-"""Runs in other people's viewers."""
+"""Runs in other viewers."""
 
 import subprocess
 import sys

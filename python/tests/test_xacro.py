@@ -1,4 +1,4 @@
-"""xacro: ilon's own expander and the xacro of ROS make the same of a robot."""
+"""xacro: ilon's expander and ROS xacro give the same robot."""
 
 import xml.dom.minidom as dom
 
@@ -18,7 +18,9 @@ ARGUMENTS = """
 
 @pytest.fixture
 def robot(assets, tmp_path):
-    """A xacro file of the four-wheeled robot, every roller's bearing with the friction that an argument says."""
+    """A xacro file of the four-wheeled robot, with the friction of every roller bearing set by an
+    argument.
+    """
 
     def write(friction="${2 * friction / 2}", more=""):
         text = (assets / "robots" / "mecanum4.urdf").read_text()
@@ -33,7 +35,7 @@ def robot(assets, tmp_path):
 
 
 def normal(text):
-    """Elements in their order, their attributes sorted, without comments and spaces."""
+    """Elements in order, with sorted attributes, without comments and spaces."""
 
     def lines(node):
         yield node.tagName, sorted(item for item in node.attributes.items() if not item[0].startswith("xmlns"))
@@ -55,7 +57,7 @@ def test_both_make_the_same_of_a_robot(robot):
 
 
 def test_what_ilon_does_not_know_is_refused_in_its_words_though_the_other_would_expand_it(robot, command):
-    # The own expander knows no base of `int`, and asks nobody else: the other runs what it is given.
+    # ilon's expander does not support a base in `int`; the other one evaluates it.
     path = robot(friction="${friction * int('0x10', 16) / 16}")
     with pytest.raises(ilon.RobotError, match="invalid literal for int"):
         ilon.inspect(path, args={"friction": "0.001"})

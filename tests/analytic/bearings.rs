@@ -1,15 +1,19 @@
-//! Rollers that turn hard slow a robot sideways and leave it alone straight ahead, where its wheels are driven by torque.
+//! Bearing friction of rollers slows a torque-driven robot sideways, and has no effect straight
+//! ahead.
 //!
-//! A touching roller at the angle phi, of a wheel at rate q' that drives its robot along the hub axis at rho q' cos phi,
-//! is carried over the ground at rho q' sqrt(1 + cos^2 phi) across its axis. Spin w of the roller takes that off at
-//! w s(phi) sqrt(cos^2 delta + sin^2 delta cos^2 phi), which for delta = 45 deg is w s sqrt((1 + cos^2 phi) / 2). So w =
-//! sqrt 2 rho q' / s(phi), with the barrel's radius s(phi) = rho - a / cos phi. Straight ahead it does not spin at all.
-//! Friction tau in its bearing takes the power tau w, which the wheel's motor gives: T = sqrt 2 rho tau / s(phi) more.
-//! At every hand-over a roller comes down at rest and is spun up to w at the end of its barrel, s_e = s(pi/n): I w^2 / 2
-//! goes into it, as much is lost to sliding meanwhile, and its bearing brakes it again once it is up. That is I w^2 a
-//! pitch, and in the mean a torque of I w^2 n / (2 pi).
-//! A drive that gives T = k (target - rate), as a motor at a steady voltage does, gives that only if it falls short of
-//! its target by T / k.
+//! Consider the roller in contact at the angle phi, of a wheel at rate q' that drives its robot
+//! along the hub axis at rho q' cos phi. It is carried over the ground at rho q' sqrt(1 + cos^2
+//! phi) across its axis. Spin w of the roller compensates that at w s(phi) sqrt(cos^2 delta + sin^2
+//! delta cos^2 phi), which for delta = 45 deg is w s sqrt((1 + cos^2 phi) / 2). So w = sqrt 2 rho
+//! q' / s(phi), with the barrel's radius s(phi) = rho - a / cos phi. Straight ahead it does not
+//! spin at all.
+//!
+//! Friction tau in its bearing dissipates the power tau w, which the wheel's motor supplies:
+//! T = sqrt 2 rho tau / s(phi) in addition. At every hand-over a roller touches down at rest and is
+//! spun up to w at the end of its barrel, s_e = s(pi/n): this takes I w^2 / 2, as much is lost to
+//! sliding meanwhile, and its bearing stops it again once it has left the ground. That is I w^2 per
+//! pitch, and a mean torque of I w^2 n / (2 pi). A drive with T = k (target - rate), as a motor at
+//! a steady voltage, supplies that only if its rate is below its target by T / k.
 
 use super::run;
 use ilon_formats::LoadRobot;
@@ -23,7 +27,7 @@ const DRIVE_N_M_S: f64 = 0.06;
 const HUB_DAMPING_N_M_S: f64 = 1e-3;
 const ROLLER_DAMPING_N_M_S: f64 = 1e-6;
 
-/// Mean over phi in +-20 deg of a function of the touching roller's barrel radius.
+/// Mean over phi in +-20 deg of a function of the contacting roller's barrel radius.
 fn mean(of_radius_m: impl Fn(f64) -> f64) -> f64 {
     const STEPS: u32 = 1000;
     let half_pitch_rad = 20_f64.to_radians();
@@ -36,7 +40,8 @@ fn mean(of_radius_m: impl Fn(f64) -> f64) -> f64 {
 fn rollers_that_turn_hard_slow_a_torque_driven_robot_sideways_by_what_their_bearings_take() {
     let summary = run("mecanum4_hard_rollers_lateral", &[]).summary;
     let target_rad_s = 0.3 / RADIUS_M;
-    // k (target - q') = T_friction + (damping of hub and rollers) q' + T_spin-up(q'^2), solved by iteration.
+    // k (target - q') = T_friction + (damping of hub and rollers) q' + T_spin-up(q'^2), solved by
+    // iteration.
     let torque_n_m = mean(|s_m| 2_f64.sqrt() * RADIUS_M * FRICTION_N_M / s_m);
     let damping =
         HUB_DAMPING_N_M_S + mean(|s_m| 2.0 * (RADIUS_M / s_m).powi(2) * ROLLER_DAMPING_N_M_S);
@@ -63,9 +68,10 @@ fn rollers_that_turn_hard_slow_a_torque_driven_robot_sideways_by_what_their_bear
         100.0 * short(measured_rad_s),
         100.0 * short(rate_rad_s)
     );
-    // Left out: slip at other times than a hand-over, and that the rate itself shakes with the rollers.
+    // Neglected: slip between hand-overs, and the ripple of the rate itself.
     assert!((short(measured_rad_s) / short(rate_rad_s) - 1.0).abs() < 0.03);
-    // The robot lacks that, and on top of it what the rollers' geometry takes, sin(20 deg) / (20 deg in rad) = 0.980.
+    // The robot loses that, and in addition the geometric loss of the rollers, sin(20
+    // deg) / (20 deg in rad) = 0.980.
     let real = summary.twist_mean.expect("it moves").vy_m_s / 0.3;
     let geometry = 20_f64.to_radians().sin() / 20_f64.to_radians();
     println!(
@@ -91,7 +97,8 @@ fn rollers_that_turn_hard_do_not_slow_it_straight_ahead() {
 
 #[test]
 fn the_friction_of_hard_rollers_is_all_that_a_loop_with_an_integral_hides() {
-    // The default loop finds the torque that the bearings take; only geometry is left to see.
+    // The default loop has an integral part that supplies the bearing torque; only geometry is
+    // left.
     let settings = [
         "wheel_loop.integral_n_m=0.5",
         "wheel_loop.proportional_n_m_s=0.12",

@@ -1,15 +1,19 @@
-//! Where grip ends: wheels that pull ever harder begin to slide where mu g and the geometry say.
+//! The grip limit: wheels with growing torque begin to slide at the torque given by mu g and the
+//! geometry.
 //!
-//! Torques grow in step on all four wheels of robot A, from rest. A contact can push along its roller's axis only, which
-//! stands at delta_eff from the hub axis on the ground: tan delta_eff = tan delta cos phi, phi the roller's angle from
-//! straight down. To speed up at a along the hub axes each wheel pushes with m a / (4 cos delta_eff), across them with
-//! m a / (4 sin delta_eff). Meanwhile the leading wheels are relieved: of the loads' moment about the ground, m a h_e is
-//! taken up by the wheels, with h_e the height of the centre of mass and the wheels' spin counted in, m a h_e = m a h +
-//! sum I q'' and q'' = a / rho in either direction. The leading wheel is the first to slide.
-//! Sideways the contacts have wandered along the hub axes by e = a_ring tan(phi) tan(gamma) towards the leading side. So it slides at
+//! Torques grow equally on all four wheels of robot A, from rest. A contact can push only along its
+//! roller's axis, which is at delta_eff from the hub axis on the ground: tan delta_eff = tan delta
+//! cos phi, with phi the roller's angle from straight down. To accelerate at a along the hub axes
+//! each wheel pushes with m a / (4 cos delta_eff), across them with m a / (4 sin delta_eff).
+//! Meanwhile the leading wheels are unloaded: the loads' moment about the ground balances m a h_e,
+//! with h_e the height of the centre of mass including the wheels' spin, m a h_e = m a h + sum I
+//! q'' and q'' = a / rho in either direction. The leading wheel slides first. Sideways the contacts
+//! have moved along the hub axes by e = a_ring tan(phi) tan(gamma) towards the leading side. So it
+//! slides at
 //!
-//! a = mu g sin(delta_eff) / (1 + 2 mu sin(delta_eff) h_e / l) ahead, with l the wheels' distance, and at
-//! a = mu g cos(delta_eff) (1 - 2 e / w) / (1 + 2 mu cos(delta_eff) h_e / w) sideways, with w the track.
+//! a = mu g sin(delta_eff) / (1 + 2 mu sin(delta_eff) h_e / l) ahead, with l the wheels' distance,
+//! and at a = mu g cos(delta_eff) (1 - 2 e / w) / (1 + 2 mu cos(delta_eff) h_e / w) sideways, with
+//! w the track.
 
 use ilon::control::Kinematics;
 use ilon::robot::{Robot, Twist};
@@ -37,7 +41,7 @@ impl Controller for GrowingTorque {
     }
 }
 
-/// A robot of the shipped files that pulls ever harder in a direction.
+/// A shipped robot that accelerates in a direction with growing torque.
 fn pulling(file: &str, direction: Twist) -> (Robot, Trace) {
     let path = format!("{}/assets/robots/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
     let text = format!(
@@ -58,7 +62,8 @@ fn pulling(file: &str, direction: Twist) -> (Robot, Trace) {
     (robot, run.run().trace)
 }
 
-/// The first step from which on a wheel stays on the edge of its friction cone for three steps, and that wheel.
+/// The first step after which a wheel stays on the edge of its friction cone for three steps, and
+/// that wheel.
 fn onset(trace: &Trace) -> (usize, usize) {
     let on_edge = |step: usize, wheel: usize| {
         let used = trace.wheels_at(step)[wheel].friction_used();
@@ -74,7 +79,8 @@ fn onset(trace: &Trace) -> (usize, usize) {
         .expect("some wheel slides in the end")
 }
 
-/// The robot's real acceleration around a step, along a direction in the body frame, over 10 ms to either side.
+/// The robot's true acceleration around a step, along a direction in the body frame, over 10 ms on
+/// either side.
 fn acceleration_m_s2(trace: &Trace, step: usize, direction: Twist) -> f64 {
     let speed = |step: usize| {
         let v = trace.records()[step].truth.twist_in_body;
@@ -83,7 +89,7 @@ fn acceleration_m_s2(trace: &Trace, step: usize, direction: Twist) -> f64 {
     (speed(step + 5) - speed(step - 5)) / (10.0 * DT_S)
 }
 
-/// Mass in kg, and the height of the centre of mass with the wheels' spin counted in, in metres.
+/// Mass in kg, and the height of the centre of mass including the wheels' spin, in metres.
 fn mass_and_height(robot: &Robot) -> (f64, f64) {
     let chassis = &robot.chassis.mass;
     let mut mass_kg = chassis.mass_kg;
@@ -94,7 +100,8 @@ fn mass_and_height(robot: &Robot) -> (f64, f64) {
         let of_wheel_kg = wheel.hub.mass_kg + rollers_kg;
         mass_kg += of_wheel_kg;
         moment_kg_m += of_wheel_kg * wheel.position_m().z;
-        // A roller about the hub axis: its mass at the ring, and its own inertia, below a hundredth of that, left out.
+        // A roller about the hub axis: its mass at the ring. Its own inertia, below a hundredth of
+        // that, is neglected.
         let ring = wheel.rollers.iter();
         let ring: f64 = ring
             .map(|r| r.mass_kg * r.center_in_hub_m.xy().norm_squared())
@@ -104,8 +111,8 @@ fn mass_and_height(robot: &Robot) -> (f64, f64) {
     (mass_kg, (moment_kg_m + spin_kg_m) / mass_kg)
 }
 
-/// The angle phi of the touching roller of a wheel from straight down: robot A's nine rollers stand 40 deg apart, one
-/// straight down at wheel angle zero.
+/// The angle phi of a wheel's roller in contact from straight down: robot A's nine rollers are
+/// 40 deg apart, one straight down at wheel angle zero.
 fn phi_rad(angle_rad: f64) -> f64 {
     let pitch_rad = std::f64::consts::TAU / 9.0;
     angle_rad - pitch_rad * (angle_rad / pitch_rad).round()
@@ -130,8 +137,8 @@ fn hard_acceleration_begins_to_slide_where_mu_g_and_the_geometry_say() {
         } else {
             delta_eff.cos()
         };
-        // Sideways all contacts wander along the hub axes by the same e: towards the leading wheels they unload them
-        // further. The recorded place says which way.
+        // Sideways all contacts move along the hub axes by the same e; towards the leading wheels
+        // this unloads them further. The recorded contact place has the sign.
         let e_m = if is_ahead {
             0.0
         } else {
@@ -145,10 +152,10 @@ fn hard_acceleration_begins_to_slide_where_mu_g_and_the_geometry_say() {
             phi.to_degrees(),
             FRICTION * G_M_S2
         );
-        // What is left out: the rollers' own inertia (0.3 %), bearings, and the torque's growth within the 20 ms over
-        // which the acceleration is taken.
+        // Neglected: the rollers' own inertia (0.3 %), bearings, and the torque's growth within the
+        // 20 ms over which the acceleration is taken.
         assert!((measured / predicted - 1.0).abs() < 0.03, "{name}");
-        // The leading wheels go first: the front ones ahead, the left ones sideways.
+        // The leading wheels slide first: the front ones ahead, the left ones sideways.
         let place = robot.wheels[wheel].position_m();
         assert!(if is_ahead {
             place.x > 0.0
@@ -176,12 +183,12 @@ fn with_a_payload_over_one_corner_the_opposite_wheel_slides_first_and_much_soone
     };
     let (_, _, centred, centred_step) = sliding_torque_n_m("mecanum4");
     let (robot, wheel, loaded, loaded_step) = sliding_torque_n_m("mecanum4_payload");
-    // The payload sits over the rear left.
+    // The payload is over the rear left wheel.
     assert_eq!(robot.wheels[wheel].name, "front_right");
 
-    // Loads by statics where every contact gives way alike: N = m/4 (g (1 + x_c x / X^2 + y_c y / Y^2) - 2 a h_e / l) for
-    // the front right wheel, with (x_c, y_c) the centre of mass and (X, Y) half of the wheels' distances. Its share of
-    // the grip is what its torque can be.
+    // Loads by statics with equal contact stiffness: N = m/4 (g (1 + x_c x / X^2 + y_c y / Y^2) - 2
+    // a h_e / l) for the front right wheel, with (x_c, y_c) the centre of mass and (X, Y) half of
+    // the wheels' distances. Its grip limits its torque.
     let (mass_kg, h_e) = mass_and_height(&robot);
     let chassis = &robot.chassis.mass;
     let c = chassis.center_of_mass_m * chassis.mass_kg / mass_kg;
@@ -190,8 +197,8 @@ fn with_a_payload_over_one_corner_the_opposite_wheel_slides_first_and_much_soone
     let load_n = mass_kg / 4.0 * (G_M_S2 * share - 2.0 * a * h_e / 0.30);
     let measured_n = loaded.wheels_at(loaded_step)[wheel].normal_force_n;
     println!("load of the front right wheel {measured_n:.1} N, by statics {load_n:.1} N");
-    // Four legs on a floor: statics leaves one number open, how much the diagonals take. Which way the solver settles
-    // it is worth some per cent of a load.
+    // Four supports on a floor: statics leaves one unknown, the load on the diagonals. The solver's
+    // choice changes a load by several per cent.
     assert!((measured_n / load_n - 1.0).abs() < 0.15);
     let slower = a / acceleration_m_s2(&centred, centred_step, ahead);
     assert!((0.5..0.75).contains(&slower), "{slower}");

@@ -1,6 +1,7 @@
-//! Closed-form answers that the simulated robots must meet: where slip and shortfall come from, and how much of it.
+//! Closed-form results that the simulated robots must reproduce: the sources of slip and shortfall,
+//! and their sizes.
 //!
-//! docs/slip.md tells each with its derivation and its figures.
+//! docs/slip.md explains each with its derivation and its figures.
 
 mod bearings;
 mod feedforward;
@@ -10,7 +11,7 @@ mod rollers;
 use ilon::scenario::Setting;
 use ilon::{Run, Scenario};
 
-/// Runs a shipped scenario with some of its keys changed.
+/// Runs a shipped scenario with changed keys.
 fn run(name: &str, settings: &[&str]) -> Run {
     let path = format!(
         "{}/assets/scenarios/{name}.toml",

@@ -1,4 +1,5 @@
-//! What computed torque (12) is worth against one PID a wheel, in the simulated world, and where it is worth nothing.
+//! The benefit of computed torque (12) over one PID per wheel in the simulated world, and a case
+//! without benefit.
 
 use ilon::Scenario;
 use ilon_trace::Trace;
@@ -13,8 +14,8 @@ fn scenario(what: &str, law: &str) -> Scenario {
     scenario
 }
 
-/// Rms of the position error in metres and of the wheel rate errors in rad/s, past the start from rest into a moving
-/// reference.
+/// Rms of the position error in metres and of the wheel rate errors in rad/s, after the start from
+/// rest into a moving reference.
 #[derive(Clone, Copy, Debug)]
 struct Errors {
     path_m: f64,
@@ -65,8 +66,8 @@ fn eq_12_computed_torque_tracks_fast_references_closer_than_pid() {
 
 #[test]
 fn eq_12_does_not_help_where_the_wheels_slip() {
-    // Friction 0.15 holds 1.5 m/s^2 at best, and mecanum wheels a part of that; the eight asks for 1.6. The model (11) is
-    // of wheels that roll: what it feeds forward spins them.
+    // Friction 0.15 allows 1.5 m/s^2 at best, and mecanum wheels a part of that; the eight demands
+    // 1.6. The model (11) assumes rolling wheels: its feedforward spins them.
     let [pid, computed] = side_by_side("eight", 0.15);
     assert!(computed.path_m > 0.9 * pid.path_m, "{pid:?} {computed:?}");
     assert!(

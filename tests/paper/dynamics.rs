@@ -1,4 +1,4 @@
-//! Eq. (11) against the simulated robot: torque steps and the motion that follows.
+//! Eq. (11) against the simulated robot: torque steps and the resulting motion.
 
 use ilon_control::DynamicModel;
 use ilon_robot::{Pose, Robot, Twist};
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::robots::shipped;
 
-/// Torques on every wheel that accelerate the body along `twist_rate` alone from rest, by the model.
+/// Torques on every wheel that accelerate the body only along `twist_rate` from rest, by the model.
 fn torques_for(model: &DynamicModel, twist_rate: Twist) -> Vec<f64> {
     let n = model.kinematics().wheel_count();
     let (mut accelerations, mut torques) = (vec![0.0; n], vec![0.0; n]);
@@ -48,18 +48,18 @@ fn after_torque_step(robot: &Robot, twist_rate: Twist, time_s: f64) -> (Twist, T
     )
 }
 
-/// Eq. (11) leaves out that each roller has to be spun up when its turn to touch comes. The faster the robot goes
-/// across its wheels, the more that costs: on mecanum wheels after 1 s at 0.5 m/s^2 sideways 0.7 to 1.1 % of the speed,
-/// at 2 rad/s^2 in a turn 2 %. So the accelerations are compared over the first 0.2 s, in which a wheel turns by about 11
-/// degrees.
+/// Eq. (11) neglects that each roller has to be spun up when it touches down. The faster the robot
+/// moves across its wheels, the more that costs: on mecanum wheels 0.7 to 1.1 % of the speed after
+/// 1 s at 0.5 m/s^2 sideways, 2 % at 2 rad/s^2 in a turn. So the accelerations are compared over
+/// the first 0.2 s, in which a wheel turns by about 11 degrees.
 const STEP_S: f64 = 0.2;
 
-/// Torque steps ahead, sideways and turning: the simulated robot gains the twist that the model foretells, within 2 %
-/// of it, couplings through an off-centre mass included.
+/// Torque steps ahead, sideways and turning: the simulated robot gains the twist that the model
+/// predicts, within 2 % of it, including couplings through an off-centre mass.
 fn holds(name: &str, payload: bool) {
     let mut robot = shipped(name);
     if payload {
-        // 3 kg more, which put the centre of mass off the middle.
+        // 3 kg more, which move the centre of mass off the middle.
         robot.chassis.mass.mass_kg += 3.0;
         robot.chassis.mass.center_of_mass_m += Vector3::new(0.04, 0.03, 0.0);
     }
@@ -69,7 +69,7 @@ fn holds(name: &str, payload: bool) {
         Twist::new(0.0, 0.0, 2.0),
     ] {
         let (foretold, real) = after_torque_step(&robot, wanted, STEP_S);
-        // Turning counts by the speed that it gives to a point 0.25 m away, about where the wheels are.
+        // Turning counts by the speed of a point 0.25 m away, about where the wheels are.
         let size = |t: Twist| Vector3::new(t.vx_m_s, t.vy_m_s, 0.25 * t.omega_rad_s).norm();
         let off = size(real - foretold) / size(foretold);
         println!(
@@ -80,13 +80,14 @@ fn holds(name: &str, payload: bool) {
             off < 0.02,
             "{name} {wanted:?}: {foretold:?} against {real:?}"
         );
-        // The torques were made for this motion, so that the comparison is not one of small numbers.
+        // The torques were computed for this motion, so that the comparison is not one of small
+        // numbers.
         assert!(size(foretold) > 0.9 * STEP_S * size(wanted));
     }
 }
 
-/// A rotor of 2e-5 kg m^2 behind a gear of 20:1 is 8e-3 kg m^2 at the wheel: 4 x 8e-3 / rho^2 = 12.8 kg of 11.4 more for the
-/// motors to move, in the model and in the world.
+/// A rotor of 2e-5 kg m^2 behind a gear of 20:1 is 8e-3 kg m^2 at the wheel: an equivalent mass of
+/// 4 x 8e-3 / rho^2 = 12.8 kg in addition to 11.4, in the model and in the world.
 #[test]
 fn eq_11_knows_the_rotors_behind_the_gears() {
     let mut robot = shipped("mecanum4");
@@ -112,8 +113,9 @@ fn eq_11_knows_the_rotors_behind_the_gears() {
     }
 }
 
-/// Of the torque T a gear of efficiency 0.7 leaves 0.7 T, and of 0.02 N m of friction in it that much less: the robot moves as
-/// under so much torque without a gear. What the gear takes is booked with the bearings.
+/// A gear of efficiency 0.7 passes 0.7 T of a torque T, and 0.02 N m of friction in it reduces that
+/// further: the robot moves as under that torque without a gear. The gear's loss is counted with
+/// the bearings.
 #[test]
 fn a_gear_takes_its_share_of_the_torque() {
     let speed_m_s = |efficiency: f64, friction_n_m: f64, torque_n_m: f64| {
@@ -137,7 +139,7 @@ fn a_gear_takes_its_share_of_the_torque() {
         (geared - bare).abs() < 1e-6 * bare,
         "{geared} for {bare} m/s"
     );
-    // 0.06 + 0.02 N m of 0.2, and what the bearings take anyway.
+    // 0.06 + 0.02 N m of 0.2, plus the bearings' own loss.
     let taken = (geared_j - bearing_j) / motor_j;
     assert!((taken - 0.4).abs() < 1e-4, "{taken} of the work");
 }

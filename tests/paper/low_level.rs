@@ -1,5 +1,5 @@
-//! The two steps that section V leaves to future research, in the simulated world: priorities under torque limits, and
-//! free torques spent on grip.
+//! The two steps that section V leaves to future research, in the simulated world: priorities under
+//! torque limits, and free torques used to spare grip.
 
 use ilon_control::{
     ComputedTorque, ComputedTorqueSettings, Demand, DynamicModel, Kinematics, PrioritisedTorque,
@@ -34,7 +34,7 @@ fn prioritised(robot: &Robot, settings: &Settings, friction: f64) -> Box<dyn Tor
     Box::new(PrioritisedTorque::new(robot, &law_settings).unwrap())
 }
 
-/// What a run ended with.
+/// The end state of a run.
 #[derive(Debug)]
 struct Outcome {
     twist: Twist,
@@ -83,8 +83,9 @@ fn drive(
 
 #[test]
 fn section_5_a_saturating_motor_slows_the_turn_and_not_the_sideways_motion() {
-    // Robot A asked for 0.6 m/s^2 sideways and 6 rad/s^2 at once with motors of 0.1 N m, which can give the one or the
-    // other. Position first: the sideways speed is what it is without any turn. Plain clipping halves it.
+    // Robot A with 0.6 m/s^2 sideways and 6 rad/s^2 commanded at once, with motors of 0.1 N m that
+    // allow one of the two. Position first: the sideways speed is that without any turn. Plain
+    // clipping halves it.
     let robot = shipped("mecanum4");
     let (sideways, both) = (Twist::new(0.0, 0.6, 0.0), Twist::new(0.0, 0.6, 6.0));
     let by_priority =
@@ -105,8 +106,9 @@ fn section_5_a_saturating_motor_slows_the_turn_and_not_the_sideways_motion() {
 
 #[test]
 fn section_5_free_torques_save_slip_on_a_slippery_floor() {
-    // Robot A on a floor of friction 0.29, its mass centred 8 cm towards the front left wheel, speeding up at 1 m/s^2.
-    // Eq. (12) spreads the pushes alike and asks more of the rear right wheel than it can hold; spread by load they fit.
+    // Robot A on a floor of friction 0.29, its mass centred 8 cm towards the front left wheel,
+    // accelerating at 1 m/s^2. Eq. (12) distributes the forces equally and exceeds the grip of the
+    // rear right wheel; distributed by load they stay within it.
     let mut robot = shipped("mecanum4");
     robot.chassis.mass.center_of_mass_m += Vector3::new(0.08, 0.08, 0.0);
     let wanted = Twist::new(0.9, 0.45, 0.0);
@@ -116,7 +118,7 @@ fn section_5_free_torques_save_slip_on_a_slippery_floor() {
     });
     let gripping = drive(&robot, 0.8, 50.0, wanted, 0.5, computed_torque);
     let turned = |outcome: &Outcome| outcome.twist.omega_rad_s.abs();
-    // Rollers that are spun up as they take over cost something on any floor.
+    // Spinning up rollers at hand-overs costs energy on any floor.
     let slid_j = |outcome: &Outcome| outcome.slip_energy_j - gripping.slip_energy_j;
     println!(
         "slip energy: plain {:.2} mJ, by load {:.2} mJ, on a floor that grips {:.2} mJ; turn that nobody asked for: {:.4}, \
@@ -127,8 +129,8 @@ fn section_5_free_torques_save_slip_on_a_slippery_floor() {
         turned(&plain),
         turned(&spared)
     );
-    // The law knows the mean loads; at every hand-over the contact jumps along the roller and the loads by several N, so
-    // that now and then a wheel slides all the same.
+    // The law uses mean loads. At every hand-over the contact jumps along the roller and the loads
+    // change by several N, so that a wheel still slides at times.
     assert!(slid_j(&spared) < 0.6 * slid_j(&plain));
     assert!(turned(&spared) < 0.3 * turned(&plain));
 }

@@ -1,5 +1,6 @@
-//! Indiveri 2009 across crates: the shipped robots read from their files, and the dynamic model (11) held against a
-//! simulated robot. What needs the control crate alone is tested in `crates/core/ilon-control/tests/paper`.
+//! Indiveri 2009 across crates: the shipped robots read from their files, and the dynamic model
+//! (11) compared with a simulated robot. Tests of the control crate alone are in
+//! `crates/core/ilon-control/tests/paper`.
 
 mod computed_torque;
 mod dynamics;
@@ -8,7 +9,8 @@ mod reference_point;
 mod robots;
 mod section_iv;
 
-/// Distances of the reference point from the desired position, in metres, Indiveri 2009, eq. (16), row by row.
+/// Distances of the reference point from the desired position, in metres, Indiveri 2009, eq. (16),
+/// row by row.
 fn position_errors_m(trace: &ilon_trace::Trace) -> Vec<f64> {
     let error = |record| ilon_trace::metrics::error(&trace.header, record);
     trace

@@ -1,4 +1,4 @@
-//! The decoupling point as the guidance's reference point: what an asymmetric base makes of it.
+//! The decoupling point as the guidance's reference point, on an asymmetric base.
 
 use ilon::Scenario;
 use ilon::scenario::ReferencePoint;
@@ -26,7 +26,8 @@ fn section_3_the_decoupling_point_follows_the_reference_of_an_asymmetric_robot()
     let mut scenario = Scenario::load(format!("{scenarios}/mecanum4_circle.toml")).unwrap();
     scenario.guidance.reference_point = ReferencePoint::Decoupling;
     scenario.robot.roller_bodies = ilon::scenario::RollerBodies::Near;
-    // The origin begins where the reference does: the other point is off by the arm, and gets there within seconds.
+    // The origin begins where the reference does: the other point is off by the arm, and arrives
+    // within seconds.
     (scenario.robot.x_m, scenario.robot.heading_deg) = (1.0, 0.0);
     scenario.run.duration_s = 10.0;
     scenario.run.physics_dt_s = ilon::scenario::Step::Seconds(0.002);
@@ -36,7 +37,7 @@ fn section_3_the_decoupling_point_follows_the_reference_of_an_asymmetric_robot()
     let desired = last.desired.unwrap().pose.position_m();
     let errors_m = position_errors_m(&run.trace);
     let off_m = errors_m.last().unwrap();
-    // The point is where it should be; the origin is not, by the arm between them.
+    // The point tracks the reference; the origin is off by the arm between them.
     println!("reference point off by {:.2} mm", 1e3 * off_m);
     assert!(*off_m < 5e-3, "{off_m}");
     let origin_m = (desired - last.truth.pose.position_m()).norm();
@@ -44,7 +45,7 @@ fn section_3_the_decoupling_point_follows_the_reference_of_an_asymmetric_robot()
         (origin_m - d.norm()).abs() < 2.0 * off_m,
         "{origin_m} {d:?}"
     );
-    // What is recorded of the command is the origin's: it fits the targets.
+    // The recorded command is that of the origin: it fits the targets.
     let (told, made) = (last.granted_twist_in_body, last.twist_target_ideal);
     let off = told - made;
     assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-12);

@@ -14,8 +14,8 @@ pub fn shipped(name: &str) -> Robot {
 #[test]
 fn eq_08_the_shipped_mecanum_robot_has_the_textbook_matrix() {
     let kinematics = Kinematics::new(&shipped("mecanum4")).unwrap();
-    // Each row is (1, -+1, -+0.31)/sqrt 2 by the wheel's corner: (1, -s, -side 0.31) with s = +1 where the corner is
-    // front left or rear right. The order of the wheels is the file's.
+    // Each row is (1, -+1, -+0.31)/sqrt 2 by the wheel's corner: (1, -s, -side 0.31) with s = +1
+    // for front left and rear right. The order of the wheels is the file's.
     let rows: Vec<_> = kinematics
         .wheels()
         .iter()
@@ -24,7 +24,7 @@ fn eq_08_the_shipped_mecanum_robot_has_the_textbook_matrix() {
             nalgebra::RowVector3::new(1.0, -front * left, -left * 0.31) / 2.0_f64.sqrt()
         })
         .collect();
-    // A file's angles are written to some 1e-15; 1e-9 would show any real difference.
+    // A file's angles are rounded to about 1e-15; 1e-9 would show any real difference.
     assert!((kinematics.m() - MatrixXx3::from_rows(&rows)).norm() < 1e-9);
 }
 
@@ -43,7 +43,7 @@ fn lemma_1_every_shipped_robot_is_omnidirectional() {
     for name in ["mecanum4", "volksbot", "mecanum6"] {
         let arrangement = Arrangement::of(&shipped(name)).unwrap();
         assert_eq!(arrangement.rank, 3, "{name}");
-        // The worst of them turns a metre per second of misfit into no more than ten of motion.
+        // The worst of them maps 1 m/s of error in the wheels' speeds to at most 10 m/s of motion.
         assert!(
             arrangement.condition < 10.0,
             "{name}: {}",

@@ -1,5 +1,5 @@
-//! The experiment of section IV in the simulated world, with the paper's sensing: what the low-level loop and the
-//! vehicle's dynamics do to errors that the kinematic model says can only fall.
+//! The experiment of section IV in the simulated world, with the paper's sensing: how the low-level
+//! loop and the vehicle's dynamics affect errors that only fall in the kinematic model.
 
 use ilon::Scenario;
 use ilon::simulate::Run;
@@ -23,7 +23,7 @@ fn run(scenario: &Scenario) -> Run {
     ilon::simulate::run(scenario).unwrap()
 }
 
-/// The largest position error and when it was, in metres beyond the first one and in seconds.
+/// The largest position error beyond the first one, in metres, and its time in seconds.
 fn growth(run: &Run) -> (f64, f64) {
     let errors_m = position_errors_m(&run.trace);
     let rows = run.trace.records().iter().zip(&errors_m);
@@ -37,7 +37,8 @@ fn growth(run: &Run) -> (f64, f64) {
     (largest_m - errors_m[0], t_s)
 }
 
-/// The largest position error of the same course under the kinematic model: wheels that turn as they are told.
+/// The largest position error of the same course in the kinematic model, in which wheels follow
+/// their commands exactly.
 fn kinematic_errors_m(duration_s: f64) -> Vec<f64> {
     let settings = GuidanceSettings {
         position_gain: Gain::Scalar(1.0),
@@ -71,15 +72,16 @@ fn kinematic_errors_m(duration_s: f64) -> Vec<f64> {
 
 #[test]
 fn section_4_errors_grow_at_first_for_the_neglected_dynamics_and_the_more_the_slower_the_wheels() {
-    // The reference runs away at 0.2 m/s. Wheels that turn as told are after it at once, by (44); wheels of bandwidth w
-    // reach its speed after some 0.6 / w, while it gains about 0.05 / w m: the robot is told to do 0.45 m/s.
+    // The reference moves away at 0.2 m/s. Ideal wheels follow it at once, by (44); wheels of
+    // bandwidth w reach its speed after about 0.6 / w, while it gains about 0.05 / w m: the robot
+    // is commanded 0.45 m/s.
     let ideal = kinematic_errors_m(2.0);
     assert!(ideal.windows(2).all(|pair| pair[1] < pair[0]), "{ideal:?}");
 
     let grown = [9.0, 3.0, 1.5].map(|bandwidth_rad_s| {
         let mut scenario = scenario("position_first", 2.0);
         scenario.wheel_loop.bandwidth_rad_s = bandwidth_rad_s;
-        // The truth at every step of the guidance: what grows is not the sensors' doing.
+        // The true pose at every step of the guidance: the growth is not caused by the sensors.
         scenario.sensors = ilon::scenario::Sensors::default();
         let (by_m, at_s) = growth(&run(&scenario));
         println!(
@@ -89,15 +91,17 @@ fn section_4_errors_grow_at_first_for_the_neglected_dynamics_and_the_more_the_sl
         by_m * bandwidth_rad_s
     });
     for lag in grown {
-        // 0.05 m/s, as estimated above, within a fifth: 30 Hz and the loops' integral part move it a little.
+        // 0.05 m/s, as estimated above, within a fifth: 30 Hz and the loops' integral part change
+        // it slightly.
         assert!((0.04..0.065).contains(&lag), "{grown:?}");
     }
 }
 
 #[test]
 fn section_4_the_filter_sees_through_the_cameras_noise_and_delay() {
-    // While the errors are large the robot does 0.5 m/s: a pose that is a tenth of a second old (and up to a thirtieth
-    // more) is off by 5 cm and more, which no filter without the time of exposure can know.
+    // While the errors are large the robot moves at 0.5 m/s: a pose that is a tenth of a second old
+    // (and up to a thirtieth more) is off by 5 cm or more, which a filter can only know from the
+    // time of exposure.
     let fused = scenario("position_first", 10.0);
     let mut raw = fused.clone();
     raw.sensors.fusion = None;
@@ -108,7 +112,7 @@ fn section_4_the_filter_sees_through_the_cameras_noise_and_delay() {
         1e3 * fused_m,
         1e3 * raw_m
     );
-    // A camera of 2 cm noise on x and y is 2.8 cm off even where the robot stands.
+    // Noise of 2 cm on a camera's x and y gives an error of 2.8 cm even at rest.
     assert!(raw_m > 0.028, "{raw_m}");
     assert!(fused_m < 0.4 * raw_m, "{fused_m} {raw_m}");
 }

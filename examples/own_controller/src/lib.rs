@@ -1,6 +1,6 @@
-//! A controller that knows nothing of ilon: drives a mecanum robot towards a goal and stops there.
+//! A controller without dependence on ilon: it drives a mecanum robot to a goal and stops there.
 
-/// Where a robot is, or should be, in the world.
+/// The pose of a robot, or its goal, in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
     /// In metres.
@@ -14,18 +14,18 @@ pub struct Pose {
 /// A four-wheeled mecanum robot: wheels front left, front right, rear left, rear right.
 #[derive(Clone, Copy, Debug)]
 pub struct GoToGoal {
-    /// Where to go.
+    /// The goal.
     pub goal: Pose,
     /// Half of the wheelbase plus half of the track, in metres.
     pub arm: f64,
     /// In metres.
     pub wheel_radius: f64,
-    /// The fastest that it goes, in m/s.
+    /// The largest speed, in m/s.
     pub top_speed: f64,
 }
 
 impl GoToGoal {
-    /// Wheel rates in rad/s for where the robot is.
+    /// Wheel rates in rad/s at the robot's pose.
     pub fn wheel_rates(&self, here: Pose) -> [f64; 4] {
         let (dx, dy) = (self.goal.x - here.x, self.goal.y - here.y);
         let (sin, cos) = here.heading.sin_cos();

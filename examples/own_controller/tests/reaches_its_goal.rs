@@ -1,9 +1,10 @@
-//! The controller in a simulated robot with real rollers: does it arrive, and does it keep to its speed?
+//! Tests the controller on a simulated robot with real rollers: that it arrives, and that it keeps
+//! its speed limit.
 
 use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 use own_controller::{GoToGoal, Pose};
 
-/// The controller as ilon calls it.
+/// Implements ilon's controller trait.
 struct InIlon(GoToGoal);
 
 impl Controller for InIlon {
@@ -52,13 +53,14 @@ fn it_arrives_and_keeps_to_its_speed() -> Result<(), ilon::Error> {
     };
     let run = Simulation::with_controller(&scenario, InIlon(controller))?.run();
 
-    // Noise of 2 mm and a gain of 1/s leave less than that; 1 cm is what a docking station forgives.
+    // Noise of 2 mm and a gain of 1/s leave less than that; 1 cm is the tolerance of a docking
+    // station.
     let off_m = run.summary.position_error_final_m.unwrap_or(f64::INFINITY);
     assert!(off_m < 0.01, "{off_m} m off the goal");
     for record in run.trace.records() {
         let speed_m_s = record.truth.twist_in_body.linear_m_s().norm();
-        // From rest the rates are asked for in one step, to which a critically damped PI answers with an overshoot of
-        // e^-2 = 13.5 %; the rest is for noise of the camera.
+        // From rest the rates are commanded in one step, to which a critically damped PI responds
+        // with an overshoot of e^-2 = 13.5 %; the rest is for camera noise.
         assert!(speed_m_s < 1.2 * 0.4, "{speed_m_s} m/s at {} s", record.t_s);
     }
     Ok(())

@@ -92,7 +92,7 @@ __all__ = [
 
 
 def _register() -> None:
-    """Makes the tasks known to Gymnasium, where it is installed."""
+    """Registers the tasks with Gymnasium, if it is installed."""
     try:
         import gymnasium
     except ImportError:
@@ -109,7 +109,7 @@ _register()
 
 
 def __getattr__(name: str) -> object:
-    # Only for who asks, since they need what others made.
+    # Imported on demand, since they need other packages.
     if name in ("gym", "mujoco", "sb3"):
         import importlib
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 _WIDTH, _HEIGHT, _MARGIN = 640, 480, 40
-# Drawn larger and made smaller, so that lines are smooth.
+# Drawn larger and scaled down, so that lines are smooth.
 _OVER = 3
 
 _Array = npt.NDArray[np.float64]
@@ -52,14 +52,14 @@ def from_above(pose: _Array, desired: _Array, path: _Array, wheels: _Array) -> n
 
 
 def _outlines(wheels: _Array) -> Iterable[_Array]:
-    """The rectangles of the wheels in the body's frame, a row a corner."""
+    """The rectangles of the wheels in the body frame, one row per corner."""
     for x_m, y_m, axis_rad, radius_m, half_width_m in wheels:
         corners = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
         yield _moved(np.array(corners) * (half_width_m, radius_m), np.array([x_m, y_m, axis_rad]))
 
 
 def _moved(points: _Array, pose: Any) -> _Array:
-    """Points of a body that stands at a pose."""
+    """Points of a body at a pose."""
     x_m, y_m, heading_rad = pose
     cos, sin = np.cos(heading_rad), np.sin(heading_rad)
     moved: _Array = points @ np.array([[cos, sin], [-sin, cos]]) + (x_m, y_m)

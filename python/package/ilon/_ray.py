@@ -1,7 +1,8 @@
-"""Studies on a cluster of Ray: batches of runs are tasks, and whoever called gathers their rows.
+"""Studies on a Ray cluster: tasks simulate batches of runs, and the caller collects their rows.
 
-A task takes some parts of a study and gives back their rows as text. It needs the study's files, and reads them where it runs; the
-fingerprint says whether they are the same. Lost workers and nodes cost the tasks that they had, which Ray makes again elsewhere.
+A task simulates some parts of a study and returns their rows as text. It reads the study's files on
+its node; the fingerprint tells whether they are the same. If workers or nodes are lost, Ray repeats
+their tasks elsewhere.
 """
 
 from __future__ import annotations
@@ -21,23 +22,25 @@ from . import _ilon
 from .errors import Error
 from .runs import Sandbox, folders
 
-# What a task shall last, in seconds: long beside the milliseconds that Ray takes for one, short beside what its loss costs.
+# Target duration of a task, in seconds; chosen: long compared with Ray's overhead of milliseconds,
+# short compared with the cost of losing it.
 _TASK_S = 2.0
-# Tasks that are handed out, for each that can run at a time: while one ends the next is there.
+# Submitted tasks per task that can run at a time: when one ends the next is ready.
 _HANDED_OUT = 2
-# Tasks that are handed out at least, so that a cluster that grows with what waits does so.
+# Least number of submitted tasks, so that a cluster that scales with its queue does so.
 _HANDED_OUT_LEAST = 4
-# How often a task is made again whose worker or node was lost.
+# Retries of a task whose worker or node was lost.
 _RETRIES = 5
-# How often it is looked whether the cluster has grown or shrunk, in seconds.
+# Interval of checks whether the cluster has grown or shrunk, in seconds.
 _LOOK_S = 1.0
-# How long a cluster may take to grow a node that a task fits on, in seconds: an autoscaler needs minutes for one.
+# Longest time for a cluster to add a node that is large enough for a task, in seconds: an
+# autoscaler needs minutes.
 _PATIENCE_S = 600.0
 
 
 @dataclass(frozen=True)
 class _Order:
-    """What all tasks of a study share."""
+    """Data shared by all tasks of a study."""
 
     version: str
     """Of ilon."""
@@ -104,8 +107,9 @@ def make(
     under_way: dict[Any, list[int]] = {}
     each_s: float | None = None
     too_small_since_s: float | None = None
-    # Where this ends early, the tasks under way go on to their end: Ray's `cancel` aborts the caller's process now and then, where a task
-    # ends at that moment ("Tried to complete task that was not pending", seen with Ray 2.60 in 4 of 85 interrupts).
+    # If this ends early, the running tasks continue to their end: Ray's `cancel` sometimes aborts
+    # the caller's process if a task ends at that moment ("Tried to complete task that was not
+    # pending", seen with Ray 2.60 in 4 of 85 interrupts).
     while missing or under_way:
         at_a_time = max(1, int(ray.cluster_resources().get("CPU", 0)) // jobs)
         while missing and len(under_way) < max(_HANDED_OUT * at_a_time, _HANDED_OUT_LEAST):
@@ -126,7 +130,9 @@ def make(
 
 
 def _patience(ray: ModuleType, jobs: int, since_s: float | None) -> float | None:
-    """Since when no node of the cluster has been large enough for a task; None while one is. Says so once, and not for ever."""
+    """The time since which no node of the cluster has been large enough for a task; None while one
+    is. Prints a message once, and gives up in the end.
+    """
     most_cpus = max((node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]), default=0)
     if jobs <= most_cpus:
         return None
@@ -144,7 +150,9 @@ def _patience(ray: ModuleType, jobs: int, since_s: float | None) -> float | None
 
 
 def _sandboxes(sandbox: Sandbox | None) -> tuple[tuple[str, ...] | None, ...]:
-    """The folders of a sandbox as the caller names them and from the root, as the study's file is."""
+    """The folders of a sandbox as the caller names them and as absolute paths, as the study's file
+    has.
+    """
     if sandbox is None:
         return None, None
     named = folders(sandbox)
@@ -152,17 +160,17 @@ def _sandboxes(sandbox: Sandbox | None) -> tuple[tuple[str, ...] | None, ...]:
 
 
 def _batch(missing: int, at_a_time: int, jobs: int, each_s: float | None) -> int:
-    """How many parts go into the next task."""
+    """The number of parts in the next task."""
     if each_s is None:
         return min(jobs, missing)
     by_time = _TASK_S / max(each_s, 1e-9)
-    # Towards the end tasks get shorter, so that none works on alone.
+    # Towards the end tasks get shorter, so that none runs alone.
     by_end = math.ceil(missing / (_HANDED_OUT * at_a_time))
     return max(1, min(missing, max(jobs, int(min(by_time, by_end)))))
 
 
 def _result(ray: ModuleType, reference: Any, parts: list[int]) -> tuple[bytes, float]:
-    """What a task gave back."""
+    """The result of a task."""
     try:
         result: tuple[bytes, float] = ray.get(reference)
     except ray.exceptions.RayError as fault:
@@ -182,12 +190,12 @@ def _result(ray: ModuleType, reference: Any, parts: list[int]) -> tuple[bytes, f
     return result
 
 
-# Studies that this process has read, the newest alone: workers serve one after the other.
+# The newest study that this process has read: workers process one after the other.
 _read: dict[str, _ilon.Study] = {}
 
 
 def _work(order: _Order, parts: list[int]) -> tuple[bytes, float]:
-    """What a task does: the rows of some parts, and how long they took in seconds."""
+    """A task: the rows of some parts, and their duration in seconds."""
     if _ilon.__version__ != order.version:
         raise Error(
             f"a worker of Ray has ilon {_ilon.__version__}, and this is ilon {order.version}: rows are not mixed",
@@ -203,7 +211,7 @@ def _work(order: _Order, parts: list[int]) -> tuple[bytes, float]:
 
 
 def _study(order: _Order) -> _ilon.Study:
-    """The study as it is read here; it must be what the caller reads."""
+    """The study as read here; it must be the same as the caller's."""
     reason = "the scenarios or robots are others than there"
     for path, sandbox in zip(order.paths, order.sandbox, strict=True):
         try:

@@ -88,7 +88,7 @@ def _options(
         "threads": threads,
         "num_envs": num_envs,
         "autoreset": autoreset,
-        # Where nobody seeds, every environment is another.
+        # Without a seed, every environment differs.
         "seed": int(np.random.SeedSequence().generate_state(1, np.uint64)[0]) % _SEEDS,
     }
     return Track(scenario, options)
@@ -149,10 +149,10 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
         EzPickle.__init__(self, scenario, render_mode=render_mode, **options)
         self.render_mode = _render_mode(render_mode)
         self._track = _options(scenario, 1, "disabled", **options)
-        # Gymnasium types a Box by all numbers that it might hold.
+        # Gymnasium annotates a Box by all numeric types that it might hold.
         self.observation_space, self.action_space = _spaces(self._track)  # type: ignore[assignment]
         self._describe()
-        # What writes films asks for it.
+        # Video recorders read it.
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.control_dt_s)}
 
     def _describe(self) -> None:
@@ -166,7 +166,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
         super().reset(seed=seed)
-        # Random numbers go on where none is given, as Gymnasium asks for.
+        # Without a seed the random numbers continue, as Gymnasium requires.
         seeds = [None] if seed is None else [int(self.np_random.integers(_SEEDS))]
         observations, position_m, heading_rad = self._track.reset(seeds)
         return observations[0], {"position_error_m": position_m[0], "heading_error_rad": heading_rad[0]}
@@ -239,7 +239,7 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         mask = self._mask(options)
         observations, position_m, heading_rad = self._track.reset(seeds, None if mask is None else mask.tolist())
         if mask is not None:
-            # Those that go on are where they were.
+            # The others keep their observations.
             observations[~mask] = self._observations[~mask]
         self._observations = observations
         began = np.ones(self.num_envs, dtype=bool) if mask is None else mask.copy()
@@ -276,7 +276,7 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
         each = [seed + index for index in range(self.num_envs)] if isinstance(seed, int) else list(seed)
         if len(each) != self.num_envs:
             raise ValueError(f"{len(each)} seeds were given for {self.num_envs} environments")
-        # As `TrackEnv` does, so that each robot goes the way of a single one of the same seed.
+        # As in `TrackEnv`, so that each robot behaves as a single one of the same seed.
         return [
             None if one is None else int(gymnasium.utils.seeding.np_random(one)[0].integers(_SEEDS)) for one in each
         ]
@@ -293,7 +293,7 @@ class TrackVectorEnv(gymnasium.vector.VectorEnv[npt.NDArray[np.float32], npt.NDA
 
 
 def _info(mask: npt.NDArray[np.bool_], position_m: npt.NDArray[Any], heading_rad: npt.NDArray[Any]) -> dict[str, Any]:
-    """What Gymnasium's vector environments give: arrays, and which rows of them count."""
+    """The info of Gymnasium's vector environments: arrays, and masks of the rows that count."""
     return {
         "position_error_m": position_m,
         "_position_error_m": mask,

@@ -92,7 +92,7 @@ def live(
     arguments += ["--ros2"] * ros2 + ["--foxglove=0"] * foxglove
     for folder in _folders(sandbox):
         arguments += ["--sandbox", os.fspath(folder)]
-    # What it says later goes on into the file: a pipe that nobody reads would hold it up.
+    # Later output goes to the file: a pipe that is not read would block the command.
     with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
         command = [sys.executable, "-m", "ilon", "live", *arguments]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=said, stdin=subprocess.DEVNULL, text=True, encoding="utf-8")
@@ -115,7 +115,7 @@ def _folders(sandbox: Sandbox | None) -> Sequence[str | os.PathLike[str]]:
 
 
 def _toml(value: _Setting) -> str:
-    """A value as the command takes it."""
+    """A value in the command's syntax."""
     if isinstance(value, bool):
         return str(value).lower()
     return json.dumps(value) if isinstance(value, str) else str(value)

@@ -97,7 +97,7 @@ class Base:
                 f"gravity is {np.linalg.norm(model.opt.gravity):.6g} m/s^2 in the model and {np.linalg.norm(down):.6g} in ilon's: "
                 "make both alike, by <option gravity> or world.gravity_m_s2"
             )
-        # Its own inertia is ilon's.
+        # Its own inertia is in ilon.
         model.body_subtreemass[[0, index]] -= model.body_mass[index]
         model.body_mass[index] = 0.0
         model.body_inertia[index] = 0.0
@@ -116,7 +116,7 @@ class Base:
         self.data.qvel[self._dofs] = _rates(body)
         self.model.opt.gravity[:] = body.gravity_in_world_m_s2
         lent = self.model.dof_armature[self._dofs].copy()
-        # A base without mass is none that MuJoCo could move.
+        # MuJoCo could not move a base without mass.
         self.model.dof_armature[self._dofs] = self._armature
         try:
             mj.mj_forward(self.model, self.data)
@@ -136,7 +136,7 @@ class Base:
         given = self._acceleration
         wrench, inertia = self._scene(given)
         for self.passes in range(1, self.most_passes + 1):
-            # What the scene puts on a base that is not accelerated, by the tangent at what was tried.
+            # The scene's wrench on an unaccelerated base, by the tangent at the last trial.
             at_rest = turned @ (wrench + inertia @ given + self._owed)
             plant.set_articulated_inertia(turned @ inertia @ turned.T)
             plant.set_wrench(at_rest[:3], at_rest[3:], place_m=[0.0, 0.0, 0.0])
@@ -145,8 +145,9 @@ class Base:
             acted = wrench + inertia @ (given - moved) + self._owed
             mj.mj_setState(model, data, begin, _GIVEN)
             given = moved
-            # Where dry friction turns over with what is tried, the tangents of both its sides send to the other side for ever. The mean of the
-            # loosest and the stiffest tangent is at least half of any, and leads in.
+            # If dry friction reverses within the iteration, the tangents of both sides can
+            # alternate forever. The mean of the loosest and the stiffest tangent is at least half
+            # of either, and converges.
             self._wrench = wrench
             held = "as it is" if self.passes < _NEWTON else "all"
             if self.passes <= _NEWTON:
@@ -167,7 +168,7 @@ class Base:
                 f"base and scene disagree by {self.disagreement_n:.3g} N at {plant.time_s:.4f} s after {self.passes} passes: "
                 "take shorter steps, or make MuJoCo's contacts and joints softer (solref, frictionloss)"
             )
-        # What did not arrive in this step does in the next.
+        # The remainder of this step is applied in the next.
         self._owed = apart
         self._acceleration, self._wrench = given, wrench
         after = plant.body()
@@ -182,7 +183,7 @@ class Base:
     def scene_energy_j(self) -> tuple[float, float]:
         """Kinetic and potential energy of the scene now, without the base's own body, in J."""
         model, data = self.model, self.data
-        # What energies need, and nothing that would divide by the mass of the base.
+        # Everything that energies need, without a division by the mass of the base.
         for part in (mj.mj_kinematics, mj.mj_comPos, mj.mj_tendon, mj.mj_makeM, mj.mj_energyPos):
             part(model, data)
         product = np.zeros(model.nv)
@@ -190,9 +191,10 @@ class Base:
         return float(data.qvel @ product) / 2, float(data.energy[0])
 
     def _scene(self, acceleration: _Floats, held: str = "as it is") -> tuple[_Floats, _Floats]:
-        """Moves the scene on under a base of this acceleration. The mean wrench that it puts on the base, and how that falls with the
-        acceleration where the step begins; both along the axes of MuJoCo's free joint: the force's along the world's, the moment's along the
-        body's."""
+        """Advances the scene with a base of this acceleration. Returns the mean wrench on the base,
+        and its decrease per acceleration at the start of the step; both along the axes of MuJoCo's
+        free joint: the force's along the world's, the moment's along the body's.
+        """
         model, data, dofs = self.model, self.data, self._dofs
         wrench, inertia = np.zeros(6), np.zeros((6, 6))
         applied = data.qfrc_applied[dofs].copy()
@@ -216,7 +218,9 @@ class Base:
         return wrench, inertia
 
     def _masses(self) -> _Floats:
-        """The scene's mass matrix at the beginning of the last step of MuJoCo, without what was lent to the base."""
+        """The scene's mass matrix at the beginning of MuJoCo's last step, without the mass added to
+        the base.
+        """
         model, data = self.model, self.data
         masses = np.zeros((model.nv, model.nv))
         mj.mj_fullM(model, data, masses)
@@ -224,8 +228,9 @@ class Base:
         return masses
 
     def _tangent(self, masses: _Floats, held: str) -> _Floats:
-        """The articulated inertia of the scene at the base: the Schur complement of its masses, dampers and constraints, those that hold or
-        all."""
+        """The articulated inertia of the scene at the base: the Schur complement of its masses,
+        dampers and constraints, either active or all.
+        """
         model, data = self.model, self.data
         whole = masses + np.diag(model.opt.timestep * np.asarray(model.dof_damping).reshape(model.nv, -1)[:, 0])
         if data.nefc:
@@ -247,7 +252,9 @@ class Base:
 
 
 def _rates(body: Any) -> _Floats:
-    """A body's rates as MuJoCo's free joint has them: velocity along the world's axes, rates along the body's."""
+    """A body's velocity in the convention of MuJoCo's free joint: linear along the world's axes,
+    angular along the body's.
+    """
     return np.concatenate([body.velocity_in_world_m_s, body.angular_in_body_rad_s])
 
 
@@ -258,7 +265,7 @@ def _matrix(quaternion: _Floats) -> _Floats:
 
 
 def _steps(of_model_s: float, of_plant_s: float) -> tuple[int, int]:
-    """How many steps each engine takes in the longer of both."""
+    """The number of steps of each engine in the longer of both steps."""
     longer = max(of_model_s, of_plant_s)
     counts = round(longer / of_model_s), round(longer / of_plant_s)
     for count, step_s in zip(counts, (of_model_s, of_plant_s), strict=True):

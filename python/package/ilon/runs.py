@@ -40,7 +40,7 @@ class Report(str):
         Path(path).write_text(self, encoding="utf-8")
 
     def _repr_html_(self) -> str:
-        # A page of its own within the notebook's: neither disturbs the other's styles and scripts.
+        # A separate page within the notebook's: neither affects the other's styles and scripts.
         return (
             f'<iframe srcdoc="{html.escape(self)}" sandbox="allow-scripts" '
             f'style="width:100%;height:{_REPORT_HEIGHT_PX}px;border:0"></iframe>'
@@ -184,7 +184,7 @@ def _call(
     converge: bool,
     causes: object,
 ) -> str:
-    """What a person would type for a run; a scenario in a dict stands in its report anyway."""
+    """The equivalent command line of a run; a scenario in a dict is in its report anyway."""
     words = ["scenario" if isinstance(scenario, Mapping) else repr(str(scenario))]
     if settings is not None:
         words.append(f"settings={settings!r}")

@@ -49,7 +49,7 @@ class TrackVecEnv(VecEnv):
             infos[index] = {
                 "terminal_observation": info["final_obs"][index],
                 "TimeLimit.truncated": bool(time_is_up[index]),
-                # What `Monitor` would count, which wraps single environments only.
+                # The figures of `Monitor`, which wraps only single environments.
                 "episode": {"r": float(self._earned[index]), "l": int(self._steps[index]), "t": 0.0},
             }
         self._earned[done], self._steps[done] = 0.0, 0

@@ -88,12 +88,13 @@ def _wheel(rr: Any, recording: Any, send: Any, trace: Any, entity: str, index: i
     across = np.cross(axis, [0.0, 0.0, 1.0])
     radius, count = wheel["radius_m"], wheel["roller_count"]
     sine, cosine = np.sin(wheel["gamma_rad"]), np.cos(wheel["gamma_rad"])
-    # As long as the wheel is wide, or as the way to the next one.
+    # As long as the wheel is wide, or as the distance to the next one.
     length = wheel["width_m"] / abs(sine) if abs(sine) > 0.3 else 2.0 * np.pi * radius / max(count, 1)
     for roller in range(count):
         around = 2.0 * np.pi * roller / count
         outwards = np.cos(around) * np.array([0.0, 0.0, -1.0]) + np.sin(around) * across
-        # The lowest roller rolls at gamma from the hub's axis, counter-clockwise seen from above, and spins across that.
+        # The lowest roller rolls at gamma from the hub's axis, counter-clockwise seen from above,
+        # and spins across that.
         spin = cosine * np.cross(-outwards, axis) - sine * axis
         middle = 0.8 * radius * outwards
         ends = [middle - 0.5 * length * spin, middle + 0.5 * length * spin]
@@ -105,7 +106,9 @@ def _wheel(rr: Any, recording: Any, send: Any, trace: Any, entity: str, index: i
 
 
 def _quaternions(roll: np.ndarray, pitch: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """x, y, z, w of turns by roll about x, then pitch about y, then heading about z."""
+    """Quaternions x, y, z, w of rotations by roll about x, then pitch about y, then heading about
+    z.
+    """
     sines, cosines = zip(*((np.sin(0.5 * angle), np.cos(0.5 * angle)) for angle in (roll, pitch, heading)), strict=True)
     (sr, sp, sy), (cr, cp, cy) = sines, cosines
     return np.column_stack(

@@ -1,10 +1,10 @@
-//! Studies: many runs of a scenario under keys that vary.
+//! Studies: many runs of a scenario with varied keys.
 //!
 //! | class | is |
 //! |---|---|
-//! | `Study` | a study that was read; it makes parts of itself wherever it is |
-//! | `Rows` | what was run of a study, in a folder or in memory, for this process alone |
-//! | `Sweep` | what came of it |
+//! | `Study` | a study that was read; it can simulate a part of itself in any process |
+//! | `Rows` | the runs of a study so far, in a folder or in memory, for this process alone |
+//! | `Sweep` | the results of a study |
 
 mod results;
 mod rows;
@@ -24,14 +24,15 @@ use crate::scenario::{self, Named};
 pub use results::Sweep;
 pub use rows::{Rows, merge_sweeps};
 
-/// What a study that is no file is called.
+/// The name of a study that is not a file.
 const NAMELESS: &str = "study";
 
 /// A study that was read.
 #[pyclass(frozen, module = "ilon._ilon")]
 pub struct Study(Arc<sweep::Study>);
 
-/// Reads a study from a path, or takes it from a dict; the paths of a dict start from `folder`, or from where the program runs.
+/// Reads a study from a path or a dict; relative paths of a dict start from `folder`, or from the
+/// working directory.
 fn read(
     source: &Bound<'_, PyAny>,
     folder: Option<PathBuf>,
@@ -69,7 +70,7 @@ impl Study {
         Ok(Self(Arc::new(read(study, folder, &files)?)))
     }
 
-    /// A study from the text of a file that need not be there; the paths in it start from `path`.
+    /// A study from the text of a file that need not exist; its paths start from `path`.
     #[staticmethod]
     #[pyo3(signature = (text, path, *, sandbox=None))]
     fn of_text(
@@ -106,7 +107,8 @@ impl Study {
         self.0.fingerprint()
     }
 
-    /// Makes parts of the study, so many runs at a time; their rows, as text. `folder` is that of its results.
+    /// Simulates parts of the study with a number of parallel runs; returns their rows as text.
+    /// `folder` is that of its results.
     #[pyo3(signature = (parts, *, jobs, folder=None))]
     fn make<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! What came of a study.
+//! The results of a study.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl Sweep {
 
 #[pymethods]
 impl Sweep {
-    /// The same, of a class of Python's that derives from this one.
+    /// The same in a derived Python class.
     #[new]
     fn of(sweep: &Bound<'_, Sweep>) -> Self {
         let sweep = sweep.get();

@@ -1,4 +1,4 @@
-//! What was run of a study: in a folder that outlives the process, or in memory.
+//! The runs of a study: in a folder that outlives the process, or in memory.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,16 +13,16 @@ use super::results::Sweep;
 use crate::errors::{OrRaise, explained, refused};
 use crate::run::until_interrupted;
 
-/// What was run of a study, for this process alone until it is finished or closed.
+/// The rows of a study, reserved for this process until they are finished or closed.
 #[pyclass(frozen, module = "ilon._ilon")]
 pub struct Rows {
     study: Arc<sweep::Study>,
     shard: Option<Shard>,
-    /// None once it is finished or closed.
+    /// None once they are finished or closed.
     store: Mutex<Option<Store>>,
 }
 
-/// Rows as they go from one process to another.
+/// Rows as text for transfer between processes.
 pub fn text_of(rows: &[Row]) -> PyResult<Vec<u8>> {
     serde_json::to_vec(rows).map_err(|fault| PyValueError::new_err(fault.to_string()))
 }
@@ -36,7 +36,7 @@ impl Rows {
         self.store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `work` makes of the rows, unless they are closed.
+    /// Runs `work` on the rows, unless they are closed.
     fn with<T>(&self, work: impl FnOnce(&Store) -> PyResult<T>) -> PyResult<T> {
         work(self.locked().as_ref().ok_or_else(closed)?)
     }
@@ -44,7 +44,8 @@ impl Rows {
 
 #[pymethods]
 impl Rows {
-    /// What there is of a study in a folder, or nothing and in memory; of one shard of it, such as `"3/8"`, or of all of it.
+    /// The existing rows of a study in a folder, or none in memory; for one shard of it, such as
+    /// `"3/8"`, or for all of it.
     #[new]
     #[pyo3(signature = (study, *, folder=None, shard=None))]
     fn new(
@@ -82,36 +83,36 @@ impl Rows {
         })
     }
 
-    /// The folder that its rows and results are in.
+    /// The folder of its rows and results.
     #[getter]
     fn folder(&self) -> PyResult<Option<PathBuf>> {
         self.with(|store| Ok(store.folder().map(Into::into)))
     }
 
-    /// How many rows could not be read again, and are run anew.
+    /// The number of rows that could not be read, and are run again.
     #[getter]
     fn damaged(&self) -> PyResult<usize> {
         self.with(|store| Ok(store.damaged()))
     }
 
-    /// How many runs are there.
+    /// The number of existing runs.
     #[getter]
     fn done(&self) -> PyResult<usize> {
         self.with(|store| Ok(store.len()))
     }
 
-    /// How many there will be; of a search, at most.
+    /// The number of runs when complete; for a search, the largest possible.
     #[getter]
     fn most(&self) -> u64 {
         self.study.most_runs(self.shard)
     }
 
-    /// The parts of the study of which rows are missing.
+    /// The parts of the study with missing rows.
     fn missing(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         py.detach(|| self.with(|store| Ok(self.study.missing_parts(store, self.shard))))
     }
 
-    /// Adds rows that were made elsewhere; those that are there already are left as they are.
+    /// Adds rows that were made elsewhere; existing ones are kept.
     fn put(&self, py: Python<'_>, rows: &[u8]) -> PyResult<()> {
         let rows: Vec<Row> = serde_json::from_slice(rows)
             .map_err(|fault| PyValueError::new_err(format!("these are no rows: {fault}")))?;
@@ -123,13 +124,13 @@ impl Rows {
             }
             Ok(())
         };
-        // Nothing waits for Python while the rows are held.
+        // Python is detached while the rows are locked, so no other thread waits for it.
         let put = py.detach(|| self.with(|store| Ok(put(store))))?;
         put.or_raise(py)
     }
 
-    /// Runs what is missing, says what came of it and writes it; the rows are closed then. `progress` is called with how many runs
-    /// are there and how many there will be.
+    /// Runs what is missing, computes and writes the findings, and closes the rows. `progress` is
+    /// called with the number of existing runs and of all.
     #[pyo3(signature = (*, jobs=None, progress=None))]
     fn finish(
         &self,
@@ -150,7 +151,7 @@ impl Rows {
                 None => Ok(()),
             },
         )?;
-        // A shard finds nothing by itself.
+        // A shard alone has no findings.
         let findings = self.shard.is_none().then_some(findings);
         if let Some(findings) = &findings {
             py.detach(|| cli::write_study(study, &store, findings))
@@ -159,13 +160,13 @@ impl Rows {
         Ok(Sweep::new(Arc::clone(study), &store, findings))
     }
 
-    /// Leaves the rows to others.
+    /// Releases the rows.
     fn close(&self) {
         self.locked().take();
     }
 }
 
-/// Gathers the rows of one study from several folders, and from the shards in them, into one.
+/// Merges the rows of one study from several folders, and from the shards in them, into one.
 #[pyfunction]
 pub fn merge_sweeps(py: Python<'_>, folders: Vec<PathBuf>, out: PathBuf) -> PyResult<Sweep> {
     let merged = py.detach(|| Store::merge(&folders, &out));

@@ -1,4 +1,4 @@
-//! One robot on its way along a path, from a start until it fails or time is up.
+//! An episode of one robot on a path, from a start until it fails or time is up.
 
 use ilon::Error;
 use ilon::control::{Kinematics, Reference};
@@ -11,54 +11,55 @@ use toml::Value;
 use super::task::{Action, Off, Spent, Task};
 use crate::scenario::Settings;
 
-/// One robot on its way along a path.
+/// An episode of one robot on a path.
 pub struct Episode {
     plant: Plant,
     reference: Reference,
     kinematics: Kinematics,
-    /// Draws what differs between episodes.
+    /// Draws the random differences between episodes.
     rng: ChaCha8Rng,
-    /// When on the path it began, in seconds.
+    /// The time on the path at which the episode began, in seconds.
     phase_s: f64,
     step: u64,
     action: Vec<f32>,
     wheels: Vec<f64>,
-    /// Energies so far, in J: of the motors, and lost to sliding.
+    /// Energies so far, in J: work of the motors, and losses by sliding.
     energies_j: (f64, f64),
-    /// Whether it has ended, or has not begun.
+    /// Whether the episode has ended, or has not begun.
     is_over: bool,
 }
 
-/// What came of a step.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stepped {
-    /// What it earned: nothing where the robot failed.
+    /// The reward: zero if the robot failed.
     pub reward: f64,
     /// Whether the robot has failed.
     pub failed: bool,
     /// Whether time is up.
     pub time_is_up: bool,
-    /// How far it is off its path.
+    /// The robot's deviation from its path.
     pub off: Off,
 }
 
-/// A robot and its path from above, in the world's frame.
+/// A robot and its path from above, in the world frame.
 pub struct Above {
-    /// Where it really is: x and y in m, heading in rad.
+    /// The true pose: x and y in m, heading in rad.
     pub pose: [f64; 3],
-    /// Where it should be, likewise.
+    /// The desired pose, likewise.
     pub desired: [f64; 3],
-    /// Points of its path, in m.
+    /// Points of the path, in m.
     pub path: Vec<[f64; 2]>,
-    /// Of each wheel, in the body's frame: x and y in m, the direction of its axis in rad, its radius and half its width in m.
+    /// Each wheel in the body frame: x and y in m, the direction of its axis in rad, its radius and
+    /// half its width in m.
     pub wheels: Vec<[f64; 5]>,
 }
 
 impl Episode {
-    /// One that has not begun.
+    /// An episode that has not begun.
     ///
     /// # Errors
-    /// Like [`Task::plant`].
+    /// As [`Task::plant`].
     pub fn new(task: &Task, plant: &Plant, seed: u64) -> Result<Self, Error> {
         let reference = plant.resolved().reference().cloned();
         let Some(reference) = reference else {
@@ -81,22 +82,22 @@ impl Episode {
         })
     }
 
-    /// Whether it has ended, or has not begun.
+    /// Whether the episode has ended, or has not begun.
     pub fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// Draws from a seed from now on.
+    /// Sets the seed of the next draws.
     pub fn seed(&mut self, seed: u64) {
         self.rng = ChaCha8Rng::seed_from_u64(seed);
     }
 
-    /// Begins anew, with everything drawn that differs between episodes.
+    /// Begins a new episode and draws its random differences.
     ///
     /// # Errors
-    /// Where the scenario cannot be with what was drawn.
+    /// If the scenario is invalid with the drawn values.
     pub fn begin(&mut self, task: &Task, observation: &mut [f32]) -> Result<Off, Error> {
-        // In this order, so that a seed draws the same start whatever else varies.
+        // Drawn in this order, so that a seed gives the same start whatever else varies.
         let sensors = self.rng.next_u64();
         let phase = self.between(0.0, 1.0);
         let off = [
@@ -144,10 +145,10 @@ impl Episode {
         Ok(task.off(&self.plant, &self.reference, t_s))
     }
 
-    /// Acts for a control period. An action's numbers lie in [-1, 1].
+    /// Applies an action for a control period. Its numbers lie in [-1, 1].
     ///
     /// # Errors
-    /// Where the plant refuses.
+    /// If the plant refuses.
     pub fn step(
         &mut self,
         task: &Task,
@@ -171,7 +172,7 @@ impl Episode {
         let change = f64::from(change) / action.len() as f64;
         self.action.copy_from_slice(action);
         if diverged {
-            // The last observation stands; a motion that is no number has no other.
+            // The last observation is kept, as a motion that is not finite has no other.
             self.is_over = true;
             return Ok(Stepped {
                 failed: true,
@@ -217,9 +218,9 @@ impl Episode {
         })
     }
 
-    /// What a picture of it from above shows.
+    /// The robot and its path from above, for a picture.
     pub fn above(&self) -> Above {
-        /// Points of the path: enough for a smooth line.
+        /// Points of the path; chosen for a smooth line.
         const POINTS: u32 = 400;
         let numbers = |pose: Pose| [pose.x_m, pose.y_m, pose.heading_rad];
         let duration_s = self.plant.resolved().scenario().run.duration_s;
@@ -245,14 +246,14 @@ impl Episode {
         }
     }
 
-    /// When on the path it is, in seconds.
+    /// The current time on the path, in seconds.
     fn time_s(&self) -> f64 {
         self.phase_s + self.plant.time_s()
     }
 
-    /// A number between two, all equally likely.
+    /// A uniformly distributed number between two.
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        // 53 bits, as many as a number has.
+        // 53 bits, the precision of a number.
         let unit = (self.rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         low + unit * (high - low)
     }

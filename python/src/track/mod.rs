@@ -23,37 +23,39 @@ use self::task::{Action, Off, Task};
 use crate::errors::{OrRaise, raised};
 use crate::scenario;
 
-/// What happens to an episode that has ended.
+/// What happens after an episode has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Autoreset {
-    /// The next step begins another, whatever its action.
+    /// The next step begins a new episode and ignores its action.
     NextStep,
-    /// The same step begins another.
+    /// The same step begins a new episode.
     SameStep,
-    /// Nothing, until it is reset.
+    /// Nothing, until a reset.
     Disabled,
 }
 
-/// What a reset gives: observations, a row a robot; how far each is off its path, in m; and by how much it is turned from it, in rad.
+/// The result of a reset: observations, one row per robot; each robot's position error in m; and
+/// its heading error in rad.
 type Begun<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
 );
 
-/// Robots on their ways along paths, each with an episode of its own.
+/// Robots that follow paths, each in its own episode.
 #[pyclass(module = "ilon._ilon")]
 pub struct Track {
     task: Task,
     episodes: Vec<Episode>,
     autoreset: Autoreset,
     threads: usize,
-    /// The threads, and the process that they belong to: a fork has none of them.
+    /// The thread pool, and the process that it belongs to: a fork has none of its threads.
     pool: Option<(u32, ThreadPool)>,
 }
 
-/// What a step gives for all robots: observations, rewards, failed, time is up, position errors in m, heading errors in rad, and
-/// last observations and errors of episodes that ended in a step that began others, where one did.
+/// The result of a step for all robots: observations, rewards, failed, time is up, position errors
+/// in m, heading errors in rad. If some episodes ended and began anew in this step, also their last
+/// observations and errors.
 type StepOutput<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
@@ -64,14 +66,14 @@ type StepOutput<'py> = (
     Option<Final<'py>>,
 );
 
-/// Last observations, position errors and heading errors, a row a robot.
+/// Last observations, position errors and heading errors, one row per robot.
 type Final<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
 );
 
-/// What a picture of a robot from above shows: two poses, a path, and wheels.
+/// A picture of a robot from above: two poses, a path, and wheels.
 type Above<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
@@ -83,9 +85,9 @@ type Above<'py> = (
 #[derive(Default)]
 struct Part {
     stepped: Stepped,
-    /// Of the episode that goes on from here.
+    /// The deviation in the current episode.
     off: Off,
-    /// What was seen last in the episode that ended, where another began in the same step.
+    /// The last observation of an episode that ended, if a new one began in the same step.
     last: Option<Vec<f32>>,
 }
 
@@ -134,7 +136,8 @@ impl Track {
         let threads = options.get::<Option<usize>>("threads")?.unwrap_or(cores);
         let seed = options.get::<u64>("seed")?;
         let episodes = py.detach(|| {
-            // The ends of what is drawn are tried now, so that a bad one is not found in the middle of a night.
+            // The bounds of the drawn keys are tried now, so that an invalid one is not found hours
+            // later.
             for (key, low, high) in &task.drawn {
                 for end in [low, high] {
                     task.plant(&vec![(key.clone(), Value::Float(*end))])?;
@@ -154,7 +157,8 @@ impl Track {
         })
     }
 
-    /// Begins episodes anew, all or those of a mask, each from its own seed or going on with its own random numbers.
+    /// Begins new episodes, all or those of a mask, each from its own seed or with its continued
+    /// random numbers.
     #[pyo3(signature = (seeds, mask=None))]
     fn reset<'py>(
         &mut self,
@@ -204,7 +208,8 @@ impl Track {
         ))
     }
 
-    /// Steps all robots by a control period; `actions` has a row of numbers in [-1, 1] for each. What lies outside is cut off there.
+    /// Steps all robots by a control period; `actions` has one row of numbers per robot, clipped to
+    /// [-1, 1].
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -270,8 +275,9 @@ impl Track {
         ))
     }
 
-    /// What a picture of a robot from above shows: its pose and the desired one (x and y in m, heading in rad), points of its path (x and y in m), and a
-    /// row a wheel in the body's frame (x and y in m, direction of its axis in rad, radius and half its width in m).
+    /// A robot from above, for a picture: its pose and the desired one (x and y in m, heading in
+    /// rad), points of its path (x and y in m), and one row per wheel in the body frame (x and y in
+    /// m, direction of its axis in rad, radius and half its width in m).
     fn above<'py>(&self, py: Python<'py>, robot: usize) -> PyResult<Above<'py>> {
         let episode = self.episodes.get(robot).ok_or_else(|| {
             PyValueError::new_err(format!("there are {} robots", self.episodes.len()))
@@ -305,7 +311,8 @@ impl Track {
         self.task.action_names()
     }
 
-    /// What an action of 1 is: in m/s, m/s and rad/s of a twist, in rad/s of wheel rates, in N m of torques.
+    /// The value of an action of 1: in m/s, m/s and rad/s for a twist, in rad/s for wheel rates, in
+    /// N m for torques.
     #[getter]
     fn action_scale<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.task.action_scale)
@@ -317,7 +324,7 @@ impl Track {
         self.task.scenario.run.control_dt_s
     }
 
-    /// What a second without any cost earns.
+    /// The reward per second without any cost.
     #[getter]
     fn alive_per_s(&self) -> f64 {
         self.task.weights.alive_per_s(self.task.fail_at_m)
@@ -331,7 +338,7 @@ impl Track {
 }
 
 impl Track {
-    /// Actions as numpy takes them, a row a robot, finite, cut off at -1 and 1.
+    /// Actions from numpy, one row per robot, checked to be finite and clipped to [-1, 1].
     fn actions(&self, actions: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
         let shape = [self.episodes.len(), self.task.actions()];
         let array: PyArrayLikeDyn<'_, f32, AllowTypeChange> = actions
@@ -357,7 +364,8 @@ impl Track {
         Ok(numbers)
     }
 
-    /// Does something with each episode and its row of observations, on all threads where there are several.
+    /// Applies `act` to each episode and its row of observations, in parallel if there are several
+    /// threads.
     fn each<T: Send>(
         &mut self,
         observations: &mut [f32],
@@ -387,13 +395,14 @@ impl Track {
     }
 }
 
-/// The threads of this process, made when they are first needed and again after a fork.
+/// The thread pool of this process, made on first use and again after a fork.
 fn pool(slot: &mut Option<(u32, ThreadPool)>, threads: usize) -> PyResult<&ThreadPool> {
     let process = std::process::id();
     if let Some((owner, _)) = slot
         && *owner != process
     {
-        // Its threads are not here; to wait for them would be to wait for ever.
+        // After a fork its threads do not exist in this process, and joining them would wait
+        // forever.
         std::mem::forget(slot.take());
     }
     if slot.is_none() {

@@ -1,4 +1,4 @@
-//! Options of the task as Python gives them.
+//! Options of the task from Python.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -6,14 +6,14 @@ use pyo3::types::PyDict;
 
 use super::task::{Task, Weights};
 
-/// Options of the task, by name; the package gives all of them.
+/// Options of the task, by name; the Python package passes all of them.
 pub struct Options<'a, 'py>(pub &'a Bound<'py, PyDict>);
 
 impl<'py> Options<'_, 'py> {
-    /// An option as the type that it must have.
+    /// An option in its required type.
     ///
     /// # Errors
-    /// Where it is missing or of another type.
+    /// If it is missing or of another type.
     pub fn get<T: for<'a> FromPyObject<'a, 'py>>(&self, name: &str) -> PyResult<T> {
         let value = self.0.get_item(name)?;
         let value = value.ok_or_else(|| PyTypeError::new_err(format!("`{name}` is not given")))?;
@@ -22,7 +22,7 @@ impl<'py> Options<'_, 'py> {
             .map_err(|_| PyTypeError::new_err(format!("`{name}` is {value}, which it cannot be")))
     }
 
-    /// A number that is finite and not below a least one.
+    /// A finite number that is at least `least`.
     fn number(&self, name: &str, least: f64) -> PyResult<f64> {
         let number: f64 = self.get(name)?;
         if number.is_finite() && number >= least {
@@ -33,10 +33,10 @@ impl<'py> Options<'_, 'py> {
         )))
     }
 
-    /// Gives a task all options but those that it is made with.
+    /// Applies all options to a task except those of its constructor.
     ///
     /// # Errors
-    /// Where an option is of another type, or out of its range.
+    /// If an option is of another type, or out of range.
     pub fn apply(&self, task: &mut Task) -> PyResult<()> {
         let control_dt_s = task.scenario.run.control_dt_s;
         if let Some(episode_s) = self.get::<Option<f64>>("episode_s")? {
@@ -71,7 +71,7 @@ impl<'py> Options<'_, 'py> {
         Ok(())
     }
 
-    /// The weights of the reward, of which each has a default in the package.
+    /// The weights of the reward; the Python package has their defaults.
     fn weights(&self, into: &mut Weights) -> PyResult<()> {
         let given: Bound<'py, PyDict> = self.get("reward")?;
         for (name, value) in given.iter() {
@@ -105,7 +105,7 @@ impl<'py> Options<'_, 'py> {
         Ok(())
     }
 
-    /// What is drawn anew for each episode.
+    /// The keys that are drawn anew for each episode.
     fn drawn(&self, into: &mut Vec<(String, f64, f64)>) -> PyResult<()> {
         let given: Bound<'py, PyDict> = self.get("randomise")?;
         for (key, range) in given.iter() {
@@ -126,7 +126,7 @@ impl<'py> Options<'_, 'py> {
     }
 }
 
-/// A weight of the reward that is a number.
+/// A finite weight of the reward.
 fn finite(name: &str, weight: f64) -> PyResult<f64> {
     if weight.is_finite() {
         return Ok(weight);

@@ -1,4 +1,4 @@
-//! The task: to follow a path. What is seen, what is done, and what it earns.
+//! The path-following task: observations, actions and reward.
 
 use ilon::control::{Kinematics, Reference, SpeedLimits};
 use ilon::robot::{Pose, Robot, Twist, wrap_angle};
@@ -7,19 +7,19 @@ use ilon::{Error, Scenario};
 
 use crate::scenario::{Settings, as_settings};
 
-/// Times at which a reference is looked at for its peaks.
+/// Number of times at which a reference is sampled for its peaks; chosen.
 const SAMPLES: usize = 2000;
 
-/// By how much observations may go beyond what the reference and the motors allow, before they are cut off.
+/// Bounds of observations over what the reference and the motors allow; chosen.
 const MARGIN: f64 = 1.5;
 
-/// Roll or pitch at which the robot has fallen, in radians.
+/// Roll or pitch at which the robot counts as fallen, in radians; chosen.
 const FALLEN_RAD: f64 = 0.5;
 
-/// What the numbers of an action are.
+/// The meaning of an action's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// A twist of the body, turned into wheel rates.
+    /// A twist of the body, converted to wheel rates.
     Twist,
     /// Wheel rates.
     WheelRates,
@@ -27,43 +27,45 @@ pub enum Action {
     WheelTorques,
 }
 
-/// What a second of an episode earns and costs.
+/// Reward and costs per second of an episode.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights {
-    /// For a second in which the robot has not failed. Left out, living pays: it is [`Weights::worst_per_s`], and no step earns
-    /// less than nothing.
+    /// Reward per second in which the robot has not failed. `None` stands for
+    /// [`Weights::worst_per_s`] with non-negative rewards.
     pub alive: Option<f64>,
-    /// For a metre of true position error, over a second.
+    /// Cost per metre of true position error, per second.
     pub position: f64,
-    /// For a radian of true heading error, over a second.
+    /// Cost per radian of true heading error, per second.
     pub heading: f64,
-    /// For the mean square of the change of the action since the last step, over a second.
+    /// Cost per mean square of the action's change since the last step, per second.
     pub action_change: f64,
-    /// For a joule of the motors.
+    /// Cost per joule of the motors.
     pub energy: f64,
-    /// For a joule lost to sliding contacts.
+    /// Cost per joule lost to sliding contacts.
     pub slip: f64,
 }
 
 impl Weights {
-    /// What a second costs at most short of failing, but for what is counted in joules, which nothing bounds.
+    /// The largest cost per second before failing, without the energies in joules, which are
+    /// unbounded.
     pub fn worst_per_s(&self, fail_at_m: f64) -> f64 {
-        // An action's numbers lie in [-1, 1]: each changes by 2 at most.
+        // An action's numbers lie in [-1, 1], so each changes by at most 2.
         let change = 2.0_f64.powi(2);
         self.position.max(0.0) * fail_at_m
             + self.heading.max(0.0) * std::f64::consts::PI
             + self.action_change.max(0.0) * change
     }
 
-    /// What a second without any cost earns.
+    /// The reward per second without any cost.
     pub fn alive_per_s(&self, fail_at_m: f64) -> f64 {
         self.alive.unwrap_or_else(|| self.worst_per_s(fail_at_m))
     }
 
-    /// What a step earns in which the robot has not failed.
+    /// The reward of a step in which the robot has not failed.
     ///
-    /// Where living pays, no step earns less than nothing. An episode that ends earns nothing from there on, so that in every state
-    /// to go on is worth at least as much as to end, whatever the weights, what the robot does and what the motors' work costs.
+    /// If `alive` is `None`, no step's reward is negative. An episode that ends earns nothing from
+    /// then on, so in every state continuing is worth at least as much as ending, whatever the
+    /// weights, the robot's motion and the motors' work.
     pub fn earned(&self, spent: &Spent, fail_at_m: f64) -> f64 {
         let per_s = self.alive_per_s(fail_at_m)
             - self.position * spent.off.position_m
@@ -79,46 +81,46 @@ impl Weights {
     }
 }
 
-/// What a step came to, as far as it costs.
+/// What a step costs.
 #[derive(Clone, Copy, Debug)]
 pub struct Spent {
-    /// How long it took, in seconds.
+    /// Its duration, in seconds.
     pub period_s: f64,
-    /// How far the robot is off its path at its end.
+    /// The robot's deviation from its path at the end of the step.
     pub off: Off,
-    /// The mean square of the change of the action.
+    /// The mean square of the action's change.
     pub change: f64,
     /// The work of the motors, in J.
     pub motors_j: f64,
-    /// What sliding contacts lost, in J.
+    /// Energy lost to sliding contacts, in J.
     pub slip_j: f64,
 }
 
-/// What all episodes share.
+/// Data shared by all episodes.
 pub struct Task {
-    /// The scenario as text, every default spelled out.
+    /// The scenario as text, with all defaults.
     pub text: String,
-    /// The same, with where its relative paths start from, and its name.
+    /// The scenario, with its name and the folder for its relative paths.
     pub scenario: Scenario,
-    /// The robot, where no key of `[robot]` varies.
+    /// The robot, if no key of `[robot]` varies.
     pub robot: Robot,
-    /// What the numbers of an action are.
+    /// The meaning of an action's numbers.
     pub action: Action,
-    /// What an action of 1 is, in m/s and rad/s, rad/s or N m.
+    /// The value of an action of 1, in m/s and rad/s, rad/s or N m.
     pub action_scale: Vec<f64>,
-    /// How far ahead the path is seen, in seconds.
+    /// Preview times of the path, in seconds.
     pub preview_s: Vec<f64>,
-    /// Control periods of an episode.
+    /// Control periods per episode.
     pub steps: u64,
     /// The reward.
     pub weights: Weights,
     /// The position error at which an episode fails, in metres.
     pub fail_at_m: f64,
-    /// How far off the path an episode starts at most, in metres along x and y, and in radians.
+    /// The largest start deviation from the path, in metres along x and y, and in radians.
     pub start_off: (f64, f64),
-    /// Whether an episode starts anywhere on the path.
+    /// Whether an episode may start anywhere on the path.
     pub any_phase: bool,
-    /// Keys of the scenario that are drawn anew for each episode, between two numbers.
+    /// Keys of the scenario that are drawn anew for each episode, each with its range.
     pub drawn: Vec<(String, f64, f64)>,
     /// Bounds of each observation: it lies between minus and plus this.
     pub bounds: Vec<f32>,
@@ -126,7 +128,7 @@ pub struct Task {
     rate_limits_rad_s: Vec<f64>,
 }
 
-/// Where a robot is against its path.
+/// A robot's deviation from its path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Off {
     /// The position error, in metres.
@@ -136,10 +138,10 @@ pub struct Off {
 }
 
 impl Task {
-    /// Completes a task whose `action_scale` and `bounds` are open.
+    /// Completes a task without `action_scale` and `bounds`.
     ///
     /// # Errors
-    /// Where the scenario has no reference, or where nothing says what an action of 1 is.
+    /// If the scenario has no reference, or the value of an action of 1 is undefined.
     pub fn completed(mut self, resolved: &Resolved) -> Result<Self, Error> {
         let Some(reference) = resolved.reference() else {
             return Err(Error::invalid(
@@ -193,7 +195,7 @@ impl Task {
     fn bounds_for(&self, reference: &Reference, resolved: &Resolved) -> Vec<f32> {
         let duration_s = resolved.scenario().run.duration_s;
         let (speed_m_s, turn_rad_s) = reference.peaks(duration_s, SAMPLES);
-        // Never zero: a bound of a path that stands still is still a bound.
+        // Never zero: the bound of a constant quantity is still a bound.
         let wide = |number: f64| (MARGIN * number).max(1e-3);
         let off_m = MARGIN * self.fail_at_m;
         let mut bounds = vec![off_m, off_m, std::f64::consts::PI];
@@ -251,7 +253,7 @@ impl Task {
         }
     }
 
-    /// How many numbers an action has.
+    /// The number of values in an action.
     pub fn actions(&self) -> usize {
         match self.action {
             Action::Twist => 3,
@@ -259,15 +261,15 @@ impl Task {
         }
     }
 
-    /// How many numbers an observation has.
+    /// The number of values in an observation.
     pub fn observations(&self) -> usize {
         self.bounds.len()
     }
 
-    /// A plant of the scenario with some keys set anew.
+    /// A plant of the scenario with changed keys.
     ///
     /// # Errors
-    /// Where the scenario cannot be with them.
+    /// If the scenario is invalid with them.
     pub fn plant(&self, settings: &Settings) -> Result<Plant, Error> {
         if settings.is_empty() {
             let resolved = resolve_for(&self.scenario, &self.robot, Driver::Own)?;
@@ -297,7 +299,7 @@ impl Task {
         Plant::new(&resolved, robot)
     }
 
-    /// Turns an action, each number of it in [-1, 1], into numbers for the wheels.
+    /// Converts an action, each number in [-1, 1], to wheel commands.
     pub fn act(&self, kinematics: &Kinematics, action: &[f32], wheels: &mut [f64]) {
         let mut scaled = action
             .iter()
@@ -312,7 +314,7 @@ impl Task {
         let mut next = || scaled.next().unwrap_or_default();
         let twist = Twist::new(next(), next(), next());
         kinematics.wheel_rates(twist, wheels);
-        // All by one factor, so that the direction stays.
+        // All by one factor, so that the direction is kept.
         let limits = wheels.iter().zip(&self.rate_limits_rad_s);
         let over = limits.fold(1.0, |over: f64, (rate, limit)| over.max(rate.abs() / limit));
         for rate in wheels {
@@ -320,7 +322,7 @@ impl Task {
         }
     }
 
-    /// Writes what the robot sees of itself and its path.
+    /// Writes the observation of the robot and its path.
     pub fn see(
         &self,
         seen: &Measurements,
@@ -349,7 +351,7 @@ impl Task {
         }
     }
 
-    /// How far a plant really is off its path.
+    /// The true deviation of a plant from its path.
     pub fn off(&self, plant: &Plant, reference: &Reference, t_s: f64) -> Off {
         let pose = plant.truth().pose;
         let [x_m, y_m, heading_rad] = in_body(&pose, &pose, &reference.at(t_s).pose);
@@ -359,7 +361,7 @@ impl Task {
         }
     }
 
-    /// Whether an episode has failed: too far off its path, or fallen.
+    /// Whether an episode has failed: too far from its path, or fallen over.
     pub fn has_failed(&self, plant: &Plant, off: &Off) -> bool {
         let truth = plant.truth();
         let leans_rad = truth.roll_rad.abs().max(truth.pitch_rad.abs());
@@ -367,13 +369,13 @@ impl Task {
     }
 }
 
-/// From one pose to another, in the frame of a body.
+/// The difference from one pose to another, in a body's frame.
 fn in_body(body: &Pose, from: &Pose, to: &Pose) -> [f64; 3] {
     let (x_m, y_m) = turned(body.heading_rad, to.x_m - from.x_m, to.y_m - from.y_m);
     [x_m, y_m, wrap_angle(to.heading_rad - from.heading_rad)]
 }
 
-/// A vector of the world's frame in that of a body with a heading.
+/// A world vector in the frame of a body with a heading.
 fn turned(heading_rad: f64, x: f64, y: f64) -> (f64, f64) {
     let (sin, cos) = heading_rad.sin_cos();
     (cos * x + sin * y, cos * y - sin * x)
@@ -393,7 +395,7 @@ impl Default for Weights {
 }
 
 impl Task {
-    /// A task of a scenario, with everything that has a default.
+    /// A task of a scenario, with all defaults.
     pub fn new(scenario: Scenario, text: String, robot: Robot, action: Action) -> Self {
         let run = &scenario.run;
         Self {

@@ -1,26 +1,32 @@
-//! A roller against the floor: a spring and a damper along the normal, a bristle across it.
+//! A roller against the floor: a spring and a damper along the normal, a bristle in the tangent
+//! plane.
 //!
 //! **Normal.** At the depth d the floor pushes with N = max(0, k_n d + c_n d.): it never pulls.
 //!
-//! **Friction.** A bristle of stiffness k_t and damping c_t stands in line with a slider that holds |F| <= mu N (Coulomb).
-//! Its bend **z** grows by the sliding velocity **u** of the roller's material against the floor as long as the slider holds:
+//! **Friction.** A bristle of stiffness k_t and damping c_t is in series with a slider that holds
+//! |F| <= mu N (Coulomb). Its deflection **z** grows with the sliding velocity **u** of the roller's
+//! material against the floor while the slider holds:
 //!
 //! ```text
 //! F = -k_t z - c_t z.,   z. = u               while |F| <= mu N
 //! |F| = mu N,            z. = u - slip        else, the slip along -F
 //! ```
 //!
-//! Over a step of length h the bend is found implicitly. Trial: z* = z + h u and F* = -k_t z* - c_t u. Where |F*| exceeds mu N,
-//! F = mu N F* / |F*|, and the bend that gives this force is z' = (c_t z / h - F) / (k_t + c_t / h). The cone is held exactly, the
-//! friction of a steady slide is mu N against **u** whatever the damping, and F . slip is never positive: the slider only
-//! takes energy.
+//! Over a step of length h the deflection is found implicitly. Trial: z* = z + h u and
+//! F* = -k_t z* - c_t u. If |F*| exceeds mu N, F = mu N F* / |F*|, and the deflection that gives
+//! this force is z' = (c_t z / h - F) / (k_t + c_t / h). The cone is held exactly, the friction of a
+//! steady slide is mu N against **u** whatever the damping, and F . slip is never positive: the
+//! slider only dissipates.
 //!
-//! **A nap.** On a floor that grips otherwise across a direction than along it the slider holds |M^-1 F| <= N with the coefficients of the two
-//! directions in M, and slips along the ellipse's normal, -M^-2 F. Then F = F* + (k_t + c_t / h) slip gives each of the two its share
-//! F*_i / (1 + s / m_i^2), with the s >= 0 for which F lies on the ellipse, found by halving.
+//! **Anisotropic friction (a nap).** If friction across a direction of the floor differs from that
+//! along it, the slider holds |M^-1 F| <= N with the coefficients of the two directions in M, and
+//! slips along the ellipse's normal, -M^-2 F. Then F = F* + (k_t + c_t / h) slip gives each of the
+//! two its share F*_i / (1 + s / m_i^2), with the s >= 0 for which F lies on the ellipse, found by
+//! bisection.
 //!
-//! The force acts at the roller's lowest point, so that the rolling radius is that of the rigid wheel. As k_n and k_t grow, the
-//! law tends to that of rigid contacts with Coulomb friction and without rebound.
+//! The force acts at the roller's lowest point, so that the rolling radius is that of the rigid
+//! wheel. As k_n and k_t grow, the law tends to that of rigid contacts with Coulomb friction and
+//! without rebound.
 
 use ilon_robot::Robot;
 use nalgebra::Vector2;
@@ -38,13 +44,13 @@ pub struct ContactLaw {
     pub bristle_stiffness_n_m: f64,
     /// c_t, in N s/m.
     pub bristle_damping_n_s_m: f64,
-    /// mu; along the nap, where there is one.
+    /// mu; along the nap, if there is one.
     pub friction: f64,
-    /// A direction of the floor across which it grips otherwise.
+    /// A direction of the floor with different friction across it.
     pub nap: Option<Nap>,
 }
 
-/// A direction of the floor, and how it grips across that.
+/// A direction of the floor, and the friction across it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nap {
     /// From the world's x axis, counter-clockwise, in radians.
@@ -53,17 +59,18 @@ pub struct Nap {
     pub ratio: f64,
 }
 
-/// Bristles of two thirds of the normal stiffness: what an incompressible half-space has (Mindlin: 2 (1 - nu) / (2 - nu) at
-/// nu = 0.5).
+/// Bristle stiffness over normal stiffness: that of an incompressible half-space (Mindlin: 2 (1 -
+/// nu) / (2 - nu) at nu = 0.5).
 const BRISTLE_SHARE: f64 = 2.0 / 3.0;
-/// Damping of the robot bouncing on its wheels, of critical.
+/// Damping ratio of the robot bouncing on its wheels; chosen.
 const NORMAL_DAMPING_RATIO: f64 = 0.7;
-/// Damping of a roller that turns to and fro on its bristle, of critical.
+/// Damping ratio of a roller that oscillates about its axis on its bristle; chosen.
 const BRISTLE_DAMPING_RATIO: f64 = 0.5;
 
 impl ContactLaw {
-    /// A floor of this stiffness in N/m and this friction: bristles of 2/3 of it; a robot bouncing on its wheels is damped to
-    /// 0.7 of critical, a roller turning to and fro on its bristle to 0.5. Grows to the rigid limit with the stiffness.
+    /// A floor of this stiffness in N/m and this friction, with bristles of 2/3 of the stiffness. A
+    /// robot bouncing on its wheels has a damping ratio of 0.7, a roller oscillating on its bristle
+    /// one of 0.5. Tends to the rigid limit with growing stiffness.
     pub fn stiff(normal_stiffness_n_m: f64, friction: f64, robot: &Robot) -> Self {
         let bristle_stiffness_n_m = BRISTLE_SHARE * normal_stiffness_n_m;
         let on_each_kg = robot.mass_kg() / robot.wheels.len() as f64;
@@ -114,13 +121,14 @@ impl ContactLaw {
         Ok(())
     }
 
-    /// N of a contact at this depth, deepening at this rate, in N.
+    /// Normal force in N at a depth and its rate.
     pub(crate) fn normal_n(&self, depth_m: f64, deepening_m_s: f64) -> f64 {
         let spring = self.normal_stiffness_n_m * depth_m;
         (spring + self.normal_damping_n_s_m * deepening_m_s).max(0.0)
     }
 
-    /// Bends the bristle through a step of `h` seconds under the normal force `normal_n` and the sliding velocity `u`.
+    /// Updates the bristle over a step of `h` seconds under the normal force `normal_n` and the
+    /// sliding velocity `u`.
     pub(crate) fn bend(
         &self,
         z: &mut Vector2<f64>,
@@ -151,7 +159,8 @@ impl ContactLaw {
 }
 
 impl ContactLaw {
-    /// The force of a slider for a trial that is more than it holds; `None` where it holds. `limit_n` is mu N.
+    /// The force of a slider for a trial force beyond its limit; `None` if it holds. `limit_n` is
+    /// mu N.
     fn held(&self, trial: Vector2<f64>, limit_n: f64) -> Option<Vector2<f64>> {
         let Some(nap) = self.nap else {
             let size = trial.norm();
@@ -174,7 +183,7 @@ impl ContactLaw {
                 own.y / (1.0 + share / scale.y),
             )
         };
-        // The force of a larger share is smaller in both: at this one it lies in the ellipse.
+        // The force falls with s in both components: at this s it lies in the ellipse.
         let (mut low, mut high) = (0.0, scale.max() * over(own));
         for _ in 0..100 {
             let middle = 0.5 * (low + high);
@@ -192,7 +201,7 @@ impl ContactLaw {
     }
 }
 
-/// What a bristle does in a step.
+/// The result of a bristle's step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Friction {
     /// On the roller, in N.
@@ -232,7 +241,8 @@ mod tests {
             last = Some(LAW.bend(&mut z, u, normal, h));
         }
         let friction = last.expect("steps were made");
-        // mu N = 8 N against a slide of 0.5 m/s: 4 W. After 2000 steps of 5 um each the bend of 16 um has long settled.
+        // mu N = 8 N against a slide of 0.5 m/s: 4 W. After 2000 steps of 5 us the deflection of
+        // 16 um has long settled.
         assert!((friction.force - Vector2::new(-4.8, 6.4)).norm() < 1e-12);
         assert!((friction.slip_j / h - 4.0).abs() < 1e-9 && friction.damping_j < 1e-20);
         assert!(friction.slides);
@@ -246,7 +256,7 @@ mod tests {
             let u = Vector2::new(0.5 * (3.1 * x).sin(), 0.2 * (7.7 * x).cos());
             let normal = 30.0 * (0.9 * x).sin().max(0.0);
             let friction = LAW.bend(&mut z, u, normal, h);
-            // A rounding of the cone's own size.
+            // Within rounding of the cone's size.
             assert!(friction.force.norm() <= 0.4 * normal * (1.0 + 1e-14));
             assert!(friction.slip_j >= -1e-18 && friction.damping_j >= 0.0);
         }
@@ -254,7 +264,7 @@ mod tests {
 
     #[test]
     fn what_slides_nowhere_gives_its_energy_back() {
-        // Bent by 2 um and back without damping: a spring of 5e5 N/m below a cone of 8 N.
+        // Deflected by 2 um and back without damping: a spring of 5e5 N/m below a cone of 8 N.
         let law = ContactLaw {
             bristle_damping_n_s_m: 0.0,
             ..LAW
@@ -265,14 +275,14 @@ mod tests {
             let friction = law.bend(&mut z, u, 20.0, h);
             assert!(!friction.slides && friction.slip_j == 0.0);
         }
-        // A hundred roundings of 2 um each way.
+        // A hundred rounding errors of 2 um each way.
         assert!(z.norm() < 1e-18);
     }
 
     #[test]
     fn a_steady_slide_over_a_nap_has_the_force_that_takes_most() {
-        // 0.4 along x and 0.2 across it, under 20 N: an ellipse of 8 and 4 N. Of the forces (8 cos t, 4 sin t) the one against u takes
-        // most where tan t = 4 u_y / 8 u_x.
+        // 0.4 along x and 0.2 across it, under 20 N: an ellipse of 8 and 4 N. Of the forces (8 cos
+        // t, 4 sin t) the one against u dissipates most at tan t = 4 u_y / 8 u_x.
         let law = ContactLaw {
             nap: Some(Nap {
                 angle_rad: 0.0,
@@ -290,7 +300,7 @@ mod tests {
         let t = (4.0_f64 * 0.4).atan2(8.0 * 0.3);
         let most = Vector2::new(-8.0 * t.cos(), 4.0 * t.sin());
         assert!((force - most).norm() < 1e-9, "{force} {most}");
-        // The same in axes that are turned.
+        // The same in rotated axes.
         let turned = ContactLaw {
             nap: Some(Nap {
                 angle_rad: 0.7,

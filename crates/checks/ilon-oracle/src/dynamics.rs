@@ -1,9 +1,11 @@
-//! Kane's equations of the tree, every hub and every roller a body.
+//! Kane's equations of the tree, with every hub and every roller as a body.
 //!
-//! Generalised speeds: omega and v, the chassis's rate of turn and the velocity of the body frame's origin O; the rate of each joint between
-//! bodies; q', the rate of each wheel about its hub axis; phi', the rate of each roller about its own axis *against its hub*. All vectors are
-//! those of the body frame. A carrier, the chassis or a body on a joint, turns with omega_c, and its point at O moves with v_c; those of the
-//! chassis are omega and v, and `posture.rs` has the others.
+//! Generalised speeds: omega and v, the chassis's angular velocity and the velocity of the body
+//! frame's origin O; the rate of each joint between bodies; q', the rate of each wheel about its
+//! hub axis; phi', the rate of each roller about its own axis *relative to its hub*. All vectors
+//! are in the body frame. A carrier (the chassis or a body on a joint) has the angular velocity
+//! omega_c, and its material point at O the velocity v_c; those of the chassis are omega and v, and
+//! `posture.rs` has the others.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -11,22 +13,29 @@
 //! | **r**, **s** | a body's centre of mass, from O and from its wheel's middle: **r** = **o** + **s** |
 //! | **a** | a roller's axis; its centre lies on it |
 //! | m, I | a body's mass and its inertia about its centre |
-//! | **z**, **p** | a joint's axis and a place on it |
+//! | **z**, **p** | a joint's axis and a point on it |
 //! | u | the generalised speeds together |
 //!
-//! Velocities: a hub turns with omega_h = omega_c + q' **e**, a roller with omega_r = omega_h + phi' **a**; a centre moves with
-//! v_c + omega_c x **r** + q' **e** x **s**. Their factors of u are the partial velocities. Accelerations, where a dot on a
-//! component is its own derivative, alpha_c and a_c are those of the carrier, and a_c that of its point at O:
+//! Velocities: a hub turns with omega_h = omega_c + q' **e**, a roller with
+//! omega_r = omega_h + phi' **a**; a centre moves with v_c + omega_c x **r** + q' **e** x **s**.
+//! Their factors of u are the partial velocities. Accelerations, where a dot on a component is its
+//! own derivative, alpha_c is the carrier's angular acceleration, and a_c the acceleration of its
+//! point at O:
 //!
-//! - of turning: alpha_c + q'' **e** + omega_c x q' **e** for a hub, and phi'' **a** + omega_h x phi' **a** more for a roller;
-//! - of a centre: a_c + alpha_c x **o** + omega_c x (omega_c x **o**) + alpha_h x **s** + omega_h x (omega_h x **s**).
+//! - angular: alpha_c + q'' **e** + omega_c x q' **e** for a hub, plus phi'' **a** + omega_h x phi'
+//!   **a** for a roller;
+//! - of a centre: a_c + alpha_c x **o** + omega_c x (omega_c x **o**) + alpha_h x **s** + omega_h x
+//!   (omega_h x **s**).
 //!
-//! Kane: the sum over the bodies of (partial velocity) . (m acceleration) + (partial rate) . (I alpha + omega_i x I omega_i)
-//! equals the generalised force. That is M u. + h = Q, with h what is left where u. = 0. A roller's column of M meets only
-//! its own wheel and the turning of its carrier, a wheel's column only its carrier, and a joint's the carriers on its way to the chassis: M is
-//! an arrow within an arrow. Rollers are eliminated into their wheel and carrier, wheels into their carrier, the bodies on joints, the last
-//! first, into what carries them: with the carrier's own six equations A x = b and the joint's S = (**z**, **p** x **z**), or (0, **z**) where
-//! it slides, what carries it gets A - A S S^T A / (S^T A S). At last six equations are left.
+//! Kane: the sum over the bodies of (partial velocity) . (m acceleration) + (partial angular
+//! velocity) . (I alpha + omega_i x I omega_i) equals the generalised force. That is M u. + h = Q,
+//! with h the bias at u. = 0. A roller's column of M couples only with its own wheel and the
+//! angular part of its carrier, a wheel's column only with its carrier, and a joint's with the
+//! carriers on its way to the chassis: M is an arrow within an arrow. Rollers are eliminated into
+//! their wheel and carrier, wheels into their carrier, and the bodies on joints, the last first,
+//! into their parent carrier: with the carrier's own six equations A x = b and the joint's
+//! S = (**z**, **p** x **z**), or (0, **z**) for a prismatic joint, the parent gets A - A S S^T
+//! A / (S^T A S). At last six equations are left.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -35,7 +44,7 @@ use crate::generalised::Generalised;
 use crate::posture::{Carried, Posture};
 use crate::tree::{Inertia, Tree};
 
-/// A joint's, a wheel's or a roller's row of M and of Q - h.
+/// The row of M and of Q - h of a joint, a wheel or a roller.
 #[derive(Clone, Copy, Debug, Default)]
 struct WheelRow {
     carrier: Vector6<f64>,
@@ -56,12 +65,12 @@ struct RollerRow {
 struct CarrierRows {
     m: Matrix6<f64>,
     right: Vector6<f64>,
-    /// Of a body on a joint: the joint's partial velocities S, and its row.
+    /// For a body on a joint: the joint's partial velocities S, and its row.
     partial: Vector6<f64>,
     joint: WheelRow,
 }
 
-/// M and Q - h, and the elimination. Kept between steps for its memory.
+/// M and Q - h, and the elimination. Kept between steps to reuse its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct ArrowSystem {
     carriers: Vec<CarrierRows>,
@@ -70,7 +79,7 @@ pub(crate) struct ArrowSystem {
     carried: Vec<Carried>,
 }
 
-/// What bodies add to a carrier's rows.
+/// The sums over bodies for a carrier's rows.
 struct Sums {
     turning: Matrix3<f64>,
     cross: Matrix3<f64>,
@@ -87,7 +96,8 @@ impl Sums {
         self.mass += m;
     }
 
-    /// Takes m a0 and I alpha0 + omega_i x I omega_i of a body with u. = 0 to the right-hand side.
+    /// Subtracts m a0 and I alpha0 + omega_i x I omega_i of a body at u. = 0 from the right-hand
+    /// side.
     fn subtract(&mut self, force: &Vector3<f64>, torque: &Vector3<f64>, r: &Vector3<f64>) {
         self.force -= force;
         self.moment -= torque + r.cross(force);
@@ -130,7 +140,7 @@ impl ArrowSystem {
         }
     }
 
-    /// M and Q - h of this posture, these speeds u and these forces Q.
+    /// Assembles M and Q - h for this posture, these speeds u and these forces Q.
     pub fn assemble(
         &mut self,
         tree: &Tree,
@@ -185,7 +195,7 @@ impl ArrowSystem {
         sums
     }
 
-    /// Adds hub and rollers of a wheel to what their carrier sums up, and writes their rows.
+    /// Adds hub and rollers of a wheel to their carrier's sums, and writes their rows.
     fn add_wheel(
         &mut self,
         tree: &Tree,
@@ -243,8 +253,8 @@ impl ArrowSystem {
         self.wheels[w] = row;
     }
 
-    /// Writes u. of the assembled system; returns whether M was positive definite. Where a joint's acceleration is
-    /// prescribed, its place in `reactions` gets the torque that this takes.
+    /// Solves the assembled system for u.; returns whether M was positive definite. For a joint
+    /// with a prescribed acceleration, its entry in `reactions` gets the torque needed for it.
     pub fn solve(
         &mut self,
         tree: &Tree,
@@ -276,7 +286,7 @@ impl ArrowSystem {
         let Some(cholesky) = self.carriers[0].m.cholesky() else {
             return false;
         };
-        // From here on `right` is a carrier's acceleration, but for what is left of it where u. = 0.
+        // From here on `right` is a carrier's acceleration without its bias at u. = 0.
         let x = cholesky.solve(&self.carriers[0].right);
         self.carriers[0].right = x;
         accelerations.angular = x.fixed_rows::<3>(0).into();
@@ -294,7 +304,7 @@ impl ArrowSystem {
         true
     }
 
-    /// Takes rollers into their wheel and carrier, and the wheel into the carrier.
+    /// Eliminates rollers into their wheel and carrier, and the wheel into the carrier.
     fn eliminate_wheel(&mut self, tree: &Tree, prescribed: &Prescribed, w: usize) {
         let wheel = &tree.wheels[w];
         let CarrierRows { m, right, .. } = &mut self.carriers[wheel.carrier];

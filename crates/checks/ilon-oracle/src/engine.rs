@@ -29,13 +29,14 @@ pub struct Engine {
     /// Position of the body frame's origin, and its orientation.
     pub(crate) origin: Vector3<f64>,
     pub(crate) rotation: UnitQuaternion<f64>,
-    /// Where the joints between bodies stand, in rad or m.
+    /// Positions of the joints between bodies, in rad or m.
     pub(crate) joints: Vec<f64>,
     pub(crate) wheel_angles: Vec<f64>,
     pub(crate) speeds: Generalised,
-    /// Bend of each roller's bristle on the floor along the world's x and y, in metres; then those on the first plate, and so on.
+    /// Deflection of each roller's bristle on the floor along the world's x and y, in metres; then
+    /// those on the first plate, and so on.
     pub(crate) bristles: Vec<Vector2<f64>>,
-    /// Where each roller is on its axle.
+    /// Each roller's position on its axle.
     pub(crate) plays: Vec<Play>,
 
     pub(crate) drives: Vec<Drive>,
@@ -49,14 +50,15 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// The robot at rest on the floor, level, the body frame's origin above the world's, wheel angles zero, wheels free, joints at zero or
-    /// their stop nearest to it, or where couplings have them. It stands as deep in its contact springs as its weight presses
-    /// them on average; springs in joints are not yet pressed.
+    /// The robot at rest on the floor, level, the body frame's origin above the world's, wheel
+    /// angles zero and wheels free. Joints are at zero or the stop nearest to it, or where
+    /// couplings put them. The contact springs are compressed by the mean wheel load; springs in
+    /// joints are not yet compressed.
     ///
     /// # Errors
     ///
-    /// Rollers that are no exact barrels, joints that are neither free nor sprung, parts without inertia, settings out of range, and
-    /// a step that is too long for the springs.
+    /// Rollers that are not exact barrels, joints that are neither free nor sprung, parts without
+    /// inertia, settings out of range, and a step that is too long for the springs.
     pub fn new(robot: &Robot, settings: Settings) -> Result<Self, OracleError> {
         settings.contact.check()?;
         let tree = Tree::new(robot)?;
@@ -116,8 +118,8 @@ impl Engine {
         Isometry3::from_parts(Translation3::from(self.origin), self.rotation)
     }
 
-    /// Generalised speeds: the body frame's twist in the body frame, the rates of the joints between bodies, the wheels' rates and the
-    /// rollers' rates against their hubs.
+    /// Generalised speeds: the body frame's twist in the body frame, the rates of the joints
+    /// between bodies, the wheels' rates, and the rollers' rates relative to their hubs.
     pub fn speeds(&self) -> &Generalised {
         &self.speeds
     }
@@ -126,7 +128,7 @@ impl Engine {
     ///
     /// # Panics
     ///
-    /// Where they are for another number of joints, wheels or rollers.
+    /// If their numbers of joints, wheels or rollers differ from the robot's.
     pub fn set_speeds(&mut self, speeds: Generalised) {
         assert_eq!(speeds.joints.len(), self.tree.joints.len());
         assert_eq!(speeds.wheels.len(), self.tree.wheels.len());
@@ -135,28 +137,28 @@ impl Engine {
         self.solution.accelerations.clear();
     }
 
-    /// Puts the body frame at this pose; bristles and speeds stay as they are.
+    /// Moves the body frame to this pose; bristles and speeds are unchanged.
     pub fn set_world_from_body(&mut self, pose: Isometry3<f64>) {
         self.origin = pose.translation.vector;
         self.rotation = pose.rotation;
     }
 
-    /// Lays plates on the floor, instead of those that lay there.
+    /// Replaces the plates on the floor.
     pub fn lay_plates(&mut self, plates: &[Plate]) {
         self.plates = plates.to_vec();
         self.bristles = vec![Vector2::zeros(); self.tree.rollers.len() * (1 + plates.len())];
     }
 
-    /// Where the joints between bodies stand, in the robot's order, in rad or m.
+    /// Positions of the joints between bodies, in the robot's order, in rad or m.
     pub fn joint_positions(&self) -> &[f64] {
         &self.joints
     }
 
-    /// Moves the joints between bodies to these positions in rad or m.
+    /// Sets the positions of the joints between bodies, in rad or m.
     ///
     /// # Panics
     ///
-    /// Where there are more or fewer of them than joints.
+    /// If their number differs from the number of joints.
     pub fn set_joint_positions(&mut self, positions: &[f64]) {
         self.joints.copy_from_slice(positions);
     }
@@ -166,39 +168,40 @@ impl Engine {
         &self.wheel_angles
     }
 
-    /// Turns the wheels to these angles in rad.
+    /// Sets the wheel angles, in rad.
     ///
     /// # Panics
     ///
-    /// Where there are more or fewer of them than wheels.
+    /// If their number differs from the number of wheels.
     pub fn set_wheel_angles_rad(&mut self, angles: &[f64]) {
         self.wheel_angles.copy_from_slice(angles);
     }
 
-    /// Drives a wheel so from the next step on.
+    /// Sets a wheel's drive from the next step on.
     ///
     /// # Panics
     ///
-    /// Where the robot has no such wheel.
+    /// If the robot has no such wheel.
     pub fn drive(&mut self, wheel: usize, drive: Drive) {
         self.drives[wheel] = drive;
     }
 
-    /// Holds a roller fast on its hub, or frees it, from the next step on. Rollers are counted over all wheels.
+    /// Locks a roller to its hub, or frees it, from the next step on. Rollers are counted over all
+    /// wheels.
     ///
     /// # Panics
     ///
-    /// Where the robot has no such roller.
+    /// If the robot has no such roller.
     pub fn seize_roller(&mut self, roller: usize, seized: bool) {
         self.seized[roller] = seized;
     }
 
-    /// Pushes the chassis so from the next step on, or no longer.
+    /// Sets or removes the push on the chassis from the next step on.
     pub fn push(&mut self, push: Option<Push>) {
         self.push = push;
     }
 
-    /// The rollers that touched the floor in the last step.
+    /// The rollers in contact in the last step.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
@@ -217,12 +220,12 @@ impl Engine {
         self.tree.mass_kg()
     }
 
-    /// Momenta and kinetic energy now.
+    /// Current momenta and kinetic energy.
     pub fn motion(&self) -> Motion {
         Motion::new(&self.tree, &self.posture_now(), &self.speeds)
     }
 
-    /// Where the energy is and went.
+    /// The current energy balance.
     pub fn energy(&self) -> Energy {
         let posture = self.posture_now();
         let motion = Motion::new(&self.tree, &posture, &self.speeds);
@@ -252,7 +255,8 @@ impl Engine {
         posture
     }
 
-    /// Where a roller is in the ground, with the number of the piece: 0 is the floor, and then come the plates.
+    /// The contacts of a roller, each with the index of the piece of ground: 0 is the floor, then
+    /// come the plates.
     pub(crate) fn touches<'a>(
         &'a self,
         posture: &Posture,
@@ -281,7 +285,7 @@ impl Engine {
     }
 }
 
-/// Where joints stand at first: at zero or the stop nearest to it, and where couplings have them.
+/// Start positions of the joints: zero or the stop nearest to it, or where couplings put them.
 fn first_positions(tree: &Tree) -> Vec<f64> {
     let nearest = |[low, high]: [f64; 2]| 0.0_f64.max(low).min(high);
     let mut positions: Vec<f64> = tree.joints.iter().map(|j| nearest(j.law.limits)).collect();

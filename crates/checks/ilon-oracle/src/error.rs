@@ -1,4 +1,4 @@
-//! What the engine refuses.
+//! Errors of the engine.
 
 use thiserror::Error;
 
@@ -20,7 +20,7 @@ pub enum OracleError {
         /// The part's joint.
         part: String,
     },
-    /// A wheel or a joint hangs on a joint that does not stand before it.
+    /// A wheel or a joint is on a joint that does not precede it.
     #[error(
         "`{part}` hangs on a joint that the robot does not have before it: joints stand parents first"
     )]
@@ -28,7 +28,7 @@ pub enum OracleError {
         /// The wheel's or the joint's name.
         part: String,
     },
-    /// Something acts in a joint that the oracle does not know.
+    /// A joint has an element that the oracle does not support.
     #[error(
         "joint `{joint}` is neither free nor sprung: the oracle knows no other; free it, or hold it"
     )]
@@ -43,17 +43,17 @@ pub enum OracleError {
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range.
         range: &'static str,
     },
-    /// The step cannot follow a contact spring or a bearing.
+    /// The step is too long for a contact spring or a bearing.
     #[error(
         "a step of {step_s:e} s is too long for the {of}: take at most {longest_s:e} s, or soften it"
     )]
     StepTooLong {
         /// The step, in seconds.
         step_s: f64,
-        /// What moves faster than the step can follow.
+        /// What is too fast for the step.
         of: &'static str,
         /// The longest step, in seconds.
         longest_s: f64,
@@ -61,7 +61,7 @@ pub enum OracleError {
     /// The motion is no longer finite.
     #[error("the motion diverged at {time_s} s")]
     Diverged {
-        /// When, in seconds.
+        /// Simulated time in seconds.
         time_s: f64,
     },
 }

@@ -1,11 +1,12 @@
-//! What acts on the bodies, and what is held whatever acts.
+//! Forces on the bodies, and prescribed accelerations.
 
 use nalgebra::Vector3;
 
 use crate::posture::Posture;
 use crate::tree::Tree;
 
-/// What acts on the bodies: moment about O and force on each carrier, torques and forces in joints, wheels and rollers.
+/// Forces on the bodies: moment about O and force on each carrier, torques and forces in joints,
+/// wheels and rollers.
 #[derive(Clone, Debug)]
 pub(crate) struct Forces {
     pub carriers: Vec<(Vector3<f64>, Vector3<f64>)>,
@@ -53,7 +54,7 @@ impl Forces {
     }
 }
 
-/// A joint whose acceleration is prescribed instead of its force: wheels and rollers that are locked.
+/// Wheels and rollers that are locked: their acceleration is prescribed instead of their torque.
 #[derive(Clone, Debug)]
 pub(crate) struct Prescribed {
     pub wheels: Vec<Option<f64>>,

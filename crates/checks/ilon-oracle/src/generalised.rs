@@ -1,21 +1,21 @@
-//! Speeds and accelerations.
+//! Generalised speeds and accelerations.
 
 use nalgebra::Vector3;
 
 use crate::tree::Tree;
 
-/// One number a generalised speed: speeds or accelerations.
+/// One number per generalised speed: speeds or accelerations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Generalised {
-    /// Of the chassis's turning, in the body frame.
+    /// Angular, of the chassis, in the body frame.
     pub angular: Vector3<f64>,
-    /// Of the body frame's origin, in the body frame.
+    /// Linear, of the body frame's origin, in the body frame.
     pub linear: Vector3<f64>,
     /// Of each joint between bodies.
     pub joints: Vec<f64>,
     /// Of each wheel about its hub axis.
     pub wheels: Vec<f64>,
-    /// Of each roller about its axis against its hub, wheel by wheel.
+    /// Of each roller about its axis relative to its hub, wheel by wheel.
     pub rollers: Vec<f64>,
 }
 

@@ -1,16 +1,18 @@
-//! Where a roller touches floor and plates.
+//! Contact of a roller with floor and plates.
 //!
-//! A plate is convex, and so is the distance of a point from it. A roller is the envelope of spheres on its axis, of radius s(t) at the place
-//! t, and -s is convex too (see `outline.rs`): the roller's distance from the plate, the least of (distance of the centre) - s(t), has one
-//! minimum over t, which golden sections find. There the sphere is deepest, and the ground's normal is the way from the plate's nearest point
-//! to the centre: over a top it is up, over an edge it turns with the roller.
+//! A plate is convex, and so is the distance of a point from it. A roller is the envelope of
+//! spheres on its axis, of radius s(t) at the place t, and -s is convex too (see `outline.rs`). So
+//! the roller's distance from the plate, the minimum of (distance of the centre) - s(t), has one
+//! minimum over t, which a golden-section search finds. There the sphere is deepest, and the
+//! ground's normal points from the plate's nearest point to the centre: over the top it is up, over
+//! an edge it turns with the roller.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Plate;
 use crate::outline::Outline;
 
-/// A roller where it stands, in the world frame.
+/// A roller at its pose, in the world frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed<'a> {
     pub outline: &'a Outline,
@@ -18,7 +20,7 @@ pub(crate) struct Placed<'a> {
     pub axis: Vector3<f64>,
 }
 
-/// Where a roller is deepest in a piece of ground.
+/// The deepest point of a roller in a piece of ground.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     /// The roller's point, in the world frame, in metres.
@@ -30,7 +32,7 @@ pub(crate) struct Touch {
 }
 
 impl Placed<'_> {
-    /// Where the roller is deepest in the floor; `None` where it is far above.
+    /// The roller's deepest point in the floor; `None` if it is far above.
     pub fn on_the_floor(&self) -> Option<Touch> {
         if self.center.z > self.outline.bound_m() {
             return None;
@@ -44,9 +46,10 @@ impl Placed<'_> {
         })
     }
 
-    /// Where the roller is deepest in the plate; `None` where it is beside it or far above.
+    /// The roller's deepest point in the plate; `None` if it is beside it or far above.
     pub fn on(&self, plate: &Plate) -> Option<Touch> {
-        /// Sections: from a roller's length to 1e-8 of it, where rounding of the distance ends the search.
+        /// Sections: from a roller's length to 1e-8 of it, where rounding of the distance ends the
+        /// search.
         const SECTIONS: usize = 38;
         let (c, bound) = (&self.center, self.outline.bound_m());
         if (c - plate.nearest(c)).norm() > bound {
@@ -75,7 +78,7 @@ impl Placed<'_> {
         let center = c + self.axis * t;
         let off = center - plate.nearest(&center);
         let radius = self.outline.radius_m(t);
-        // An axis in the plate has no way out.
+        // A point of the axis within the plate has no defined normal.
         let normal = off.try_normalize(1e-9)?;
         Some(Touch {
             point: center - normal * radius,
@@ -86,7 +89,7 @@ impl Placed<'_> {
 }
 
 impl Plate {
-    /// Its point nearest to one outside, in metres. Beneath the floor it goes on.
+    /// Its point nearest to an outside one, in metres. Below the floor the plate continues.
     fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
         Vector3::new(
             point.x.clamp(self.from_m.x, self.to_m.x),
@@ -96,7 +99,8 @@ impl Plate {
     }
 }
 
-/// The world's axes after the shortest turn that brings z to the normal `n`, which points upwards or sideways.
+/// The world's axes after the smallest rotation that brings z to the normal `n`, which points
+/// upwards or sideways.
 fn ground_axes(n: &Vector3<f64>) -> Matrix3<f64> {
     let share = 1.0 / (1.0 + n.z);
     let across = -n.x * n.y * share;

@@ -3,14 +3,14 @@
 use ilon_robot::Joint;
 use nalgebra::Vector3;
 
-/// What turns a wheel.
+/// The drive of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
-    /// Nothing but its bearing.
+    /// None: only its bearing acts.
     Free,
     /// A torque in N m.
     Torque(f64),
-    /// The torque k (target - rate), held to a limit.
+    /// The torque k (target - rate), limited.
     Rate {
         /// In rad/s.
         target_rad_s: f64,
@@ -19,12 +19,12 @@ pub enum Drive {
         /// Largest torque in N m, 0 or more; may be infinite.
         limit_n_m: f64,
     },
-    /// It stands still against the chassis, whatever torque that takes.
+    /// Locked to the chassis, whatever torque that needs.
     Locked,
 }
 
 impl Drive {
-    /// The torque at this rate in rad/s, in N m; `None` where the wheel is locked.
+    /// The torque at this rate in rad/s, in N m; `None` if the wheel is locked.
     pub(crate) fn torque_n_m(&self, rate_rad_s: f64) -> Option<f64> {
         match *self {
             Self::Free => Some(0.0),
@@ -43,30 +43,31 @@ impl Drive {
     }
 }
 
-/// A force from outside on the chassis.
+/// An external force on the chassis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
     /// In the world frame, in N.
     pub force_in_world_n: Vector3<f64>,
-    /// Where it acts, in the body frame, in metres.
+    /// Point of application in the body frame, in metres.
     pub point_in_body_m: Vector3<f64>,
 }
 
-/// A bearing: viscous damping, and dry friction that grows to its full size over a small rate.
+/// A bearing: viscous damping, and dry friction that rises to its full value over a small rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bearing {
     damping: f64,
     friction: f64,
-    /// Dry friction for each newton that presses the part on its axle, in N m.
+    /// Dry friction per newton of load on the axle, in N m.
     per_load: f64,
-    /// The rate at which dry friction is whole, for each newton metre of it, in rad/s.
+    /// The rate at which dry friction reaches its full value, per newton metre of it, in rad/s.
     whole_at_per_n_m: f64,
 }
 
 impl Bearing {
-    /// A bearing of a part with this inertia about its axis, for steps of `h` seconds. Dry friction f needs the rate
-    /// 2 f h / inertia to grow whole: then a step takes half of the part's rate at most, and does not overshoot. What is held by
-    /// dry friction creeps below that rate, which vanishes with the step.
+    /// A bearing of a part with this inertia about its axis, for steps of `h` seconds. Dry friction
+    /// f reaches its full value at the rate 2 f h / inertia: a step then removes at most half of
+    /// the part's rate, and does not overshoot. A part held by dry friction creeps below that rate,
+    /// which vanishes with the step.
     pub fn new(joint: &Joint, inertia: f64, h: f64) -> Self {
         Self {
             damping: joint.damping_n_m_s,
@@ -76,7 +77,7 @@ impl Bearing {
         }
     }
 
-    /// The same, with dry friction beside it that each newton of load makes, in N m.
+    /// Adds dry friction proportional to the load, in N m per newton.
     pub fn loaded(self, per_load: f64) -> Self {
         Self { per_load, ..self }
     }

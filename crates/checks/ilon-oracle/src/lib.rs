@@ -1,14 +1,16 @@
-//! An oracle for slip: a second, independent simulation of ilon's robots, against which its contacts are tested.
+//! An oracle for slip: a second, independent simulation of ilon's robots, against which its
+//! contacts are tested.
 //!
-//! It is slow and plain. Chassis, bodies on joints, hubs and rollers are bodies of their own in f64 (`dynamics.rs` derives their equations of
-//! motion); a roller that touches the floor stands on an explicit spring, damper and bristle ([`ContactLaw`]); steps of
-//! microseconds follow these springs, and nothing is solved for between contacts. As the springs stiffen, the motion tends to
-//! that of rigid contacts with Coulomb friction, which ilon solves for at once by another way: no formula is shared. What is
-//! shared is the description of the robot, [`ilon_robot::Robot`].
+//! It is slow and simple. Chassis, bodies on joints, hubs and rollers are separate bodies in f64
+//! (`dynamics.rs` derives their equations of motion). A roller that touches the floor rests on an
+//! explicit spring, damper and bristle ([`ContactLaw`]). Steps of microseconds resolve these
+//! springs, and there is no contact solver. As the springs stiffen, the motion tends to that of
+//! rigid contacts with Coulomb friction, which ilon solves directly by another method: no formula
+//! is shared. Only the description of the robot is shared, [`ilon_robot::Robot`].
 //!
-//! It knows a level or leaning floor with plates on it, exact barrels with or without play along their axles and friction on them that follows the
-//! load, and joints that turn or slide, free or sprung,
-//! with damping, dry friction, stops and couplings. The chassis touches nothing.
+//! It supports a level or tilted floor with plates on it, exact barrels with or without axial play
+//! and with load-dependent friction on their axles, and revolute or prismatic joints, free or
+//! sprung, with damping, dry friction, stops and couplings. The chassis has no contacts.
 //!
 //! Frames and signs are those of [`ilon_robot`].
 //!

@@ -1,15 +1,17 @@
-//! What acts in the joints between bodies.
+//! Forces in the joints between bodies.
 //!
-//! Symbols: W, the acceleration that a unit torque or force in a joint gives it, all else free; Omega, the rate at which the robot bounces on the
-//! floor's springs. Beside spring and damper
+//! Symbols: W, the acceleration of a joint per unit of torque or force in it, with all else free;
+//! Omega, the angular frequency at which the robot bounces on the floor's springs. Besides spring
+//! and damper there are:
 //!
-//! - **a stop** is a spring with a damper that only pushes, of the stiffness Omega^2 / W: beyond it the joint swings as fast as the robot
-//!   on the floor, damped to 0.7 of critical;
-//! - **dry friction** is a bristle of 2/3 of that stiffness, damped to a half of critical, in line with a slider that holds its size, as on
-//!   the floor;
-//! - **a coupling** is a spring with a damper on what is left between the two joints, as stiff and damped against its own W.
+//! - **a stop**: a spring with a damper that only pushes, of the stiffness Omega^2 / W. Beyond it
+//!   the joint oscillates as fast as the robot on the floor, with a damping ratio of 0.7;
+//! - **dry friction**: a bristle of 2/3 of that stiffness with a damping ratio of 0.5, in series
+//!   with a slider, as on the floor;
+//! - **a coupling**: a spring with a damper on the deviation between the two joints, with stiffness
+//!   and damping from its own W.
 //!
-//! All tend to rigid stops, Coulomb friction and rigid gears with the floor's stiffness.
+//! All tend to rigid stops, Coulomb friction and rigid gears as the floor's stiffness grows.
 
 use ilon_robot::Robot;
 use nalgebra::Vector2;
@@ -22,9 +24,9 @@ use crate::generalised::Generalised;
 use crate::posture::Posture;
 use crate::tree::Tree;
 
-/// Damping of what swings on stops and couplings, of critical.
+/// Damping ratio of oscillations on stops and couplings; chosen.
 const STOP_DAMPING_RATIO: f64 = 0.7;
-/// A bristle's stiffness over a stop's, and its damping, of critical.
+/// A bristle's stiffness over a stop's, and its damping ratio; both as on the floor.
 const BRISTLE_SHARE: f64 = 2.0 / 3.0;
 const BRISTLE_DAMPING_RATIO: f64 = 0.5;
 
@@ -35,7 +37,7 @@ pub(crate) struct Sprung {
     pub damping: f64,
 }
 
-/// The stiff parts of all joints.
+/// The stiff elements of all joints.
 #[derive(Clone, Debug)]
 pub(crate) struct Linkage {
     /// Of each joint.
@@ -43,7 +45,7 @@ pub(crate) struct Linkage {
     bristles: Vec<Sprung>,
     /// Of each coupling.
     couplings: Vec<Sprung>,
-    /// How far each joint's bristle is bent, in rad or m.
+    /// The deflection of each joint's bristle, in rad or m.
     bends: Vec<f64>,
     /// W of each joint and of each coupling.
     pub responses: Vec<f64>,
@@ -89,8 +91,8 @@ impl Linkage {
         })
     }
 
-    /// The sums of k W and of c W over all that acts in the joints: above the square of the fastest rate at which they swing, and its
-    /// damping.
+    /// The sums of k W and of c W over all elements in joints: upper bounds of the square of the
+    /// fastest frequency, and of its damping.
     pub fn stiffest(&self, tree: &Tree) -> (f64, f64) {
         let mut sums = (0.0, 0.0);
         let mut add = |of: &Sprung, w: f64| {
@@ -117,8 +119,9 @@ impl Linkage {
         sums
     }
 
-    /// Adds what acts in the joints over a step of `h` seconds at these positions and rates to `forces`, writes what of it takes
-    /// energy into `losses`, and returns the heat that dry friction makes, in J.
+    /// Adds the forces in joints over a step of `h` seconds at these positions and rates to
+    /// `forces`, writes the dissipative part into `losses`, and returns the heat of dry friction,
+    /// in J.
     pub fn act(
         &mut self,
         tree: &Tree,
@@ -164,7 +167,7 @@ impl Linkage {
         heat_j
     }
 
-    /// The bristle of a joint's dry friction, whose size stands for the normal force.
+    /// The bristle of a joint's dry friction, with the friction in place of the normal force.
     fn bristle(&self, joint: usize) -> ContactLaw {
         ContactLaw {
             normal_stiffness_n_m: 0.0,
@@ -197,7 +200,7 @@ impl Linkage {
     }
 }
 
-/// What the joints gain along a direction from a unit of force along it, wheels and rollers free.
+/// The joints' acceleration along a direction per unit of force along it, wheels and rollers free.
 fn response(tree: &Tree, along: &[(usize, f64)]) -> Option<f64> {
     let held = Prescribed {
         wheels: vec![None; tree.wheels.len()],

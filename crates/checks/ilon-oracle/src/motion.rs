@@ -7,7 +7,7 @@ use crate::generalised::Generalised;
 use crate::posture::{Carried, Posture};
 use crate::tree::Tree;
 
-/// Momenta and kinetic energy, summed body by body: no mass matrix enters.
+/// Momenta and kinetic energy, summed body by body, without the mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Kinetic energy of all bodies, in J.

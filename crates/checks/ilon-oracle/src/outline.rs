@@ -1,15 +1,18 @@
-//! Where a roller is lowest.
+//! The lowest point of a roller.
 //!
-//! A roller is the envelope of spheres with centres on its axis. Symbols: rho the wheel's radius, a the distance between hub
-//! axis and roller axis, k the sine of the angle between them, t a place on the roller's axis from its middle, s(t) the
-//! radius of the sphere there, L the distance between the outermost centres, **n** the unit normal of the floor, w the
-//! component of the roller's axis along **n**.
+//! A roller is the envelope of spheres with centres on its axis. Symbols: rho the wheel's radius, a
+//! the distance between hub axis and roller axis, k the sine of the angle between them, t a place
+//! on the roller's axis from its middle, s(t) the radius of the sphere there, L the distance
+//! between the outermost centres, **n** the unit normal of the floor, w the component of the
+//! roller's axis along **n**.
 //!
-//! A point of the roller's axis lies sqrt(a^2 + k^2 t^2) from the hub axis, and its sphere touches the wheel's cylinder from
-//! within: s(t) = rho - sqrt(a^2 + k^2 t^2). With k t = a tan(psi) that is s = rho - a / cos(psi).
+//! A point of the roller's axis lies sqrt(a^2 + k^2 t^2) from the hub axis, and its sphere touches
+//! the wheel's cylinder from inside: s(t) = rho - sqrt(a^2 + k^2 t^2). With k t = a tan(psi) that
+//! is s = rho - a / cos(psi).
 //!
-//! The lowest point of the sphere at t lies h(t) = w t - s(t) above the roller's middle. h is convex, because the root is, and
-//! its slope is w + k sin(psi): it is lowest where sin(psi) = -w / k, or at an end where that place lies beyond it.
+//! The lowest point of the sphere at t lies h(t) = w t - s(t) above the roller's middle. h is
+//! convex, because the root is, and its slope is w + k sin(psi): it is lowest at sin(psi) = -w / k,
+//! or at an end if that place lies beyond it.
 
 use ilon_robot::Barrel;
 
@@ -51,7 +54,8 @@ impl Outline {
         self.rho - (self.a * self.a + (self.k * t) * (self.k * t)).sqrt()
     }
 
-    /// The sphere that reaches lowest where the roller's axis has the component `w` along the floor's normal.
+    /// The sphere that reaches lowest if the roller's axis has the component `w` along the floor's
+    /// normal.
     pub fn lowest(&self, w: f64) -> Lowest {
         let sin_psi = -w / self.k;
         let t = if sin_psi.abs() < 1.0 {
@@ -71,7 +75,7 @@ impl Outline {
         self.half_length
     }
 
-    /// How far any point of the roller can lie from its middle, in metres.
+    /// An upper bound of the distance of the roller's points from its middle, in metres.
     pub fn bound_m(&self) -> f64 {
         self.half_length + self.rho - self.a
     }
@@ -104,8 +108,9 @@ mod tests {
                     (-4000..=4000).map(|j| height(outline.half_length * f64::from(j) / 4000.0));
                 let lowest = many.fold(f64::INFINITY, f64::min);
                 let excess = lowest - height(found.place_m);
-                // The closed form is never above the best of the places tried, but for rounding, and below it by at most
-                // h'' (spacing / 2)^2 / 2 with h'' <= k^2 / a < 27 / m and a spacing of less than 18 um: 1e-9 m.
+                // The closed form is never above the best of the sampled places, except for
+                // rounding, and below it by at most h'' (spacing / 2)^2 / 2 with
+                // h'' <= k^2 / a < 27 / m and a spacing of less than 18 um: 1e-9 m.
                 assert!((-1e-16..1e-9).contains(&excess), "{excess} at w = {w}");
             }
         }
@@ -113,7 +118,8 @@ mod tests {
 
     #[test]
     fn a_turning_wheel_stays_as_high_as_its_radius() {
-        // A roller at the angle phi from straight down: middle a cos(phi) below the hub axis, axis tilted by k sin(phi).
+        // A roller at the angle phi from straight down: middle a cos(phi) below the hub axis, axis
+        // tilted by k sin(phi).
         for (outline, n) in outlines().into_iter().zip([9, 8, 6]) {
             for i in -50..=50 {
                 let phi = std::f64::consts::PI / f64::from(n) * f64::from(i) / 50.0;
@@ -121,7 +127,7 @@ mod tests {
                     let w = sign * outline.k * phi.sin();
                     let Lowest { place_m, radius_m } = outline.lowest(w);
                     let depth_m = outline.a * phi.cos() - w * place_m + radius_m;
-                    // Some roundings of numbers of 0.1.
+                    // Several rounding errors of numbers of 0.1.
                     assert!((depth_m - outline.rho).abs() < 1e-15, "{depth_m}");
                 }
             }

@@ -1,16 +1,19 @@
 //! Rollers that can slide along their axles.
 //!
-//! Symbols: p the play from stop to stop, q a roller's place on its axle from the middle of the play, **a** its axis, m its mass, **g** gravity,
-//! **F** what the floor does to it, S what the stops do to it along **a**. On the floor and in the air
+//! Symbols: p the play from stop to stop, q a roller's position on its axle from the middle of the
+//! play, **a** its axis, m its mass, **g** gravity, **F** the floor's force on it, S the stops'
+//! force along **a**. On the floor and in the air
 //!
 //! ```text
 //! m q'' = a . F + S + m a . g
 //! ```
 //!
-//! Stops are springs with dampers that only push, S = -k_s (x + tau x') at a depth x beyond a stop, k_s the stiffness of the floor's
-//! springs and tau their damping over it. A step is implicit in q': **F** and S follow the rate that is looked for. **F** may rise with it
-//! where the axle leans and friction is at its limit, but by less than m / h in steps of microseconds, so that there is one rate, between two
-//! bounds that are moved apart until they hold it. What the hub's own acceleration does to q is left out, as is what m q'' does to the hub.
+//! Stops are springs with dampers that only push, S = -k_s (x + tau x') at a depth x beyond a stop,
+//! with k_s the stiffness of the floor's springs and tau their damping over it. A step is implicit
+//! in q': **F** and S depend on the unknown rate. **F** may rise with it if the axle is tilted and
+//! friction is at its limit, but by less than m / h in steps of microseconds. So there is one
+//! solution, between two bounds that are widened until they bracket it. The effects of the hub's
+//! own acceleration on q, and of m q'' on the hub, are neglected.
 
 /// The play of one roller.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,7 +38,7 @@ pub(crate) struct Stops {
 }
 
 impl Stops {
-    /// S at a place and a rate, in N.
+    /// S at a position and a rate, in N.
     fn force_n(&self, half_m: f64, place_m: f64, rate_m_s: f64) -> f64 {
         let push_n = |beyond_m: f64, deepening_m_s: f64| {
             let push_n = self.stiffness_n_m * (beyond_m + self.relaxes_s * deepening_m_s);
@@ -46,8 +49,8 @@ impl Stops {
 }
 
 impl Play {
-    /// Goes through a step of `h` seconds on the floor, which does `along_n`(q') along the axis, under `gravity_m_s2` there. Gives the
-    /// work of the stops, in J.
+    /// Takes a step of `h` seconds on the floor, whose force along the axis is `along_n`(q'), under
+    /// the component `gravity_m_s2` of gravity. Returns the work of the stops, in J.
     pub fn go(
         &mut self,
         stops: &Stops,
@@ -55,7 +58,7 @@ impl Play {
         gravity_m_s2: f64,
         along_n: impl Fn(f64) -> f64,
     ) -> f64 {
-        /// Halvings: from a metre a second to below what rounding leaves of the forces.
+        /// Bisections: from 1 m/s to below the rounding of the forces.
         const HALVINGS: usize = 50;
         let before = self.rate_m_s + gravity_m_s2 * h;
         let stop_n = |rate: f64| stops.force_n(self.half_m, self.place_m + h * rate, rate);
@@ -93,7 +96,8 @@ mod tests {
 
     #[test]
     fn what_pulls_on_a_roller_takes_it_to_a_stop_and_presses_it_in_there() {
-        // 20 N against a viscous 1000 N s/m: 20 mm/s as long as it is free, and 20 um deep in the stop in the end.
+        // 20 N against a viscous 1000 N s/m: 20 mm/s while free, and finally 20 um deep in the
+        // stop.
         let mut play = Play {
             half_m: 1e-4,
             mass_kg: 0.01,
@@ -129,7 +133,7 @@ mod tests {
         (0..10_000).for_each(|_| {
             play.go(&STOPS, 1e-5, -5.0, |_| 0.0);
         });
-        // It lies there by its weight of 0.05 N, 0.05 um deep.
+        // Its weight of 0.05 N presses it 0.05 um deep.
         assert!(
             (play.place_m + 1e-4 + 5e-8).abs() < 1e-12,
             "{}",

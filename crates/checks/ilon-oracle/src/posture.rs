@@ -1,23 +1,23 @@
-//! Where carriers, hubs and rollers stand and how the carriers move, in the body frame.
+//! Poses of carriers, hubs and rollers, and motion of the carriers, in the body frame.
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::generalised::Generalised;
 use crate::tree::{Inertia, Tree};
 
-/// A carrier where it stands.
+/// A carrier at its pose.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedCarrier {
-    /// How it is turned and moved from where it is while all joints stand at zero.
+    /// Its rotation and translation from its pose with all joints at zero.
     pub turn: Matrix3<f64>,
     pub by: Vector3<f64>,
     pub inertia: Inertia,
-    /// A place on its joint's axis, and that axis; of the chassis zero.
+    /// A point on its joint's axis, and that axis; zero for the chassis.
     pub pivot: Vector3<f64>,
     pub axis: Vector3<f64>,
 }
 
-/// A hub where it stands.
+/// A hub at its pose.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedHub {
     /// The wheel's middle.
@@ -28,7 +28,7 @@ pub(crate) struct PlacedHub {
     pub about_center: Matrix3<f64>,
 }
 
-/// Where carriers, hubs and rollers stand.
+/// Poses of carriers, hubs and rollers.
 #[derive(Clone, Debug)]
 pub(crate) struct Posture {
     pub carriers: Vec<PlacedCarrier>,
@@ -39,8 +39,8 @@ pub(crate) struct Posture {
     pub axes: Vec<Vector3<f64>>,
 }
 
-/// How a carrier moves: its rate of turn and the velocity of that of its points which is at O, and what is left of their accelerations
-/// where u. = 0.
+/// The motion of a carrier: its angular velocity, the velocity of its material point at O, and the
+/// bias of their accelerations at u. = 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Carried {
     pub angular: Vector3<f64>,
@@ -62,7 +62,7 @@ impl Carried {
         self.linear + self.angular.cross(r)
     }
 
-    /// What is left of the acceleration of its point at `r` where u. = 0.
+    /// The bias of the acceleration of its point at `r`, at u. = 0.
     pub fn left(&self, r: &Vector3<f64>) -> Vector3<f64> {
         let (omega, alpha) = (&self.angular, &self.angular_left);
         self.linear_left + alpha.cross(r) + omega.cross(&omega.cross(r))
@@ -96,7 +96,7 @@ impl Posture {
         posture
     }
 
-    /// Moves to these joint positions, in rad or m, and wheel angles, in rad.
+    /// Updates the poses for these joint positions, in rad or m, and wheel angles, in rad.
     pub fn update(&mut self, tree: &Tree, joints: &[f64], wheel_angles: &[f64]) {
         for (i, joint) in tree.joints.iter().enumerate() {
             let on = &self.carriers[joint.parent];
@@ -136,11 +136,12 @@ impl Posture {
         }
     }
 
-    /// Writes how the carriers move at these speeds.
+    /// Writes the motion of the carriers at these speeds.
     ///
-    /// On a carrier that turns with **w** the body of a turning joint with axis **z** through **p** turns with **w** + q' **z**, its turning left over is
-    /// that of the carrier and **w** x q' **z**, and **p** is a point of both. A body that slides turns as its carrier, and to its
-    /// velocity comes q' **z**, to its acceleration 2 **w** x q' **z**.
+    /// On a carrier with angular velocity **w**, the body of a revolute joint with axis **z**
+    /// through **p** has **w** + q' **z**. Its angular bias is that of the carrier plus **w** x q'
+    /// **z**, and **p** is a point of both. The body of a prismatic joint has the carrier's angular
+    /// velocity; q' **z** adds to its velocity, 2 **w** x q' **z** to its acceleration.
     pub fn carry(&self, tree: &Tree, speeds: &Generalised, carried: &mut [Carried]) {
         carried[0] = Carried {
             angular: speeds.angular,

@@ -1,4 +1,4 @@
-//! What a step computes on its way.
+//! Intermediate results of a step.
 
 use crate::dynamics::ArrowSystem;
 use crate::forces::{Forces, Prescribed};
@@ -6,7 +6,7 @@ use crate::generalised::Generalised;
 use crate::posture::Carried;
 use crate::tree::Tree;
 
-/// What a step computes on its way, kept for its memory.
+/// Intermediate results of a step, kept to reuse their memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Solution {
     pub system: ArrowSystem,
@@ -16,11 +16,11 @@ pub(crate) struct Solution {
     pub reactions: Forces,
     pub predicted: Generalised,
     pub before: Generalised,
-    /// How the carriers move when the step begins.
+    /// The motion of the carriers at the start of the step.
     pub carried: Vec<Carried>,
-    /// What takes energy out of joints, in N m or N.
+    /// Dissipative forces in joints, in N m or N.
     pub joint_losses: Vec<f64>,
-    /// What pressed each roller on its axle in the last step, in N.
+    /// The load of each roller on its axle in the last step, in N.
     pub roller_loads_n: Vec<f64>,
     pub drive_torques: Vec<f64>,
     pub wheel_bearing_torques: Vec<f64>,

@@ -1,12 +1,15 @@
-//! Whether a step can follow the contact springs and the bearings.
+//! Checks that the step is short enough for the contact springs and the bearings.
 //!
-//! A mass 1/W on a spring k with damping c, stepped by h with the damper seeing the old speed, is stable where
-//! k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W h^2 + 2 c W h <= 1.
+//! A mass 1/W on a spring k with damping c, stepped by h with the damper at the old speed, is
+//! stable for k W h^2 + 2 c W h < 4 and c W h < 2. At most a quarter of that is allowed: k W
+//! h^2 + 2 c W h <= 1.
 //!
-//! W, what a contact's speed gains from a unit impulse there, is bounded from above: by the chassis, the wheels and the
-//! rollers as one rigid body, but for the joints between bodies, pushed at the wheel's bottom, the wheel free about its axis (solved with the engine's own matrix)
-//! and, along the floor, r^2 / I more for the roller's turning about its own axis. As all wheels may swing together, the
-//! parts of the wheels are summed. So are those of all that acts in joints between bodies, whose W `linkage.rs` finds.
+//! W, the gain in a contact's speed per unit impulse there, is bounded from above by the chassis,
+//! the wheels and the rollers as one rigid body, except for the joints between bodies, pushed at
+//! the wheel's bottom with the wheel free about its axis (solved with the engine's own matrix).
+//! Along the floor, r^2 / I is added for the roller's rotation about its own axis. As all wheels
+//! may oscillate together, the terms of the wheels are summed. So are those of all elements in
+//! joints between bodies, whose W `linkage.rs` computes.
 
 use ilon_robot::Robot;
 use nalgebra::Vector3;
@@ -18,7 +21,7 @@ use crate::posture::{Carried, Posture};
 use crate::tree::Tree;
 use crate::{OracleError, Settings};
 
-/// `in_joints` are the sums of k W and of c W over all that acts in joints.
+/// `in_joints` are the sums of k W and of c W over all elements in joints.
 pub(crate) fn check(
     tree: &Tree,
     robot: &Robot,
@@ -59,7 +62,7 @@ pub(crate) fn check(
         .map(|(joint, inertia)| joint.damping_n_m_s / inertia)
         .fold(0.0, f64::max);
     let springs = limits.map(|(of, kw, cw)| {
-        // Where no spring acts, the damper alone sets it.
+        // Without springs, the damper alone sets the limit.
         let longest_s = if kw > 0.0 {
             ((cw * cw + kw).sqrt() - cw) / kw
         } else {
@@ -83,7 +86,8 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// What the lowest point of a wheel gains along x, y and z from a unit impulse along each, rollers not turning.
+/// The velocity gain of a wheel's lowest point along x, y and z per unit impulse along each, with
+/// rollers not turning.
 fn response(tree: &Tree, w: usize, radius: f64) -> Vector3<f64> {
     let posture = Posture::new(tree);
     let hub = &posture.hubs[w];

@@ -1,9 +1,10 @@
 //! One step.
 //!
-//! A step of length h moves positions by h/2 with the old speeds, evaluates all forces there, solves for the new speeds, and
-//! moves positions by h/2 with them (drift, kick, drift). Forces of position are second order in h and symplectic; damping,
-//! friction and drives see the old speeds, friction on axles the old loads, and are first order; gyroscopic forces see speeds carried on by h/2 with the last
-//! acceleration and are second order.
+//! A step of length h moves positions by h/2 with the old speeds, evaluates all forces there,
+//! solves for the new speeds, and moves positions by h/2 with them (drift, kick, drift).
+//! Position-dependent forces are second order in h and symplectic. Damping, friction and drives use
+//! the old speeds, friction on axles the old loads, and are first order. Gyroscopic forces use
+//! speeds extrapolated by h/2 with the last acceleration and are second order.
 
 use nalgebra::UnitQuaternion;
 
@@ -11,11 +12,11 @@ use crate::solution::Solution;
 use crate::{Engine, OracleError};
 
 impl Engine {
-    /// Makes one step.
+    /// Takes one step.
     ///
     /// # Errors
     ///
-    /// Where the motion is no longer finite.
+    /// If the motion is no longer finite.
     pub fn step(&mut self) -> Result<(), OracleError> {
         let h = self.settings.step_s;
         self.drift(0.5 * h);
@@ -53,7 +54,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Moves positions with the present speeds.
+    /// Moves positions with the current speeds.
     fn drift(&mut self, h: f64) {
         let turned = |by: f64| UnitQuaternion::from_scaled_axis(self.speeds.angular * by);
         let halfway = self.rotation * turned(0.5 * h);
@@ -95,7 +96,8 @@ impl Engine {
         }
     }
 
-    /// Drives and bearings, and the accelerations that stop what is locked within this step.
+    /// Adds drives and bearings, and prescribes accelerations that stop locked parts within this
+    /// step.
     fn add_joints(&mut self, h: f64) {
         let solution = &mut self.solution;
         for (w, rate) in self.speeds.wheels.iter().enumerate() {
@@ -124,7 +126,7 @@ impl Engine {
         self.energy.joints_j += self.linkage.act(&self.tree, state, h, acts);
     }
 
-    /// Counts the work of joints and push: force times the mean of the speeds before and after.
+    /// Adds up the work of joints and push: force times the mean of the speeds before and after.
     fn count_work(&mut self, h: f64) {
         let solution = &mut self.solution;
         let (before, after, energy) = (&solution.before, &self.speeds, &mut self.energy);

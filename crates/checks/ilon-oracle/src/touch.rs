@@ -1,4 +1,4 @@
-//! What the ground does to the rollers in a step.
+//! Contact forces on the rollers in a step.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -25,7 +25,7 @@ impl Engine {
         }
     }
 
-    /// A bristle without mass straightens at once where it leaves the ground; what it held is lost.
+    /// A massless bristle relaxes at once when it leaves the ground; its energy is lost.
     fn straighten(&mut self, roller: usize, touches: &[(usize, Touch)]) {
         let stiffness_n_m = self.settings.contact.bristle_stiffness_n_m;
         for piece in 0..=self.plates.len() {
@@ -42,7 +42,8 @@ impl Engine {
         piece * self.tree.rollers.len() + roller
     }
 
-    /// The velocity of a roller's material at a point in the body frame, in the world frame, but for its sliding on its axle.
+    /// The velocity of a roller's material at a point in the body frame, in the world frame,
+    /// without its sliding along its axle.
     fn held_velocity(&self, (w, j): (usize, usize), point: &Vector3<f64>) -> Vector3<f64> {
         let (hub, c, a) = (
             &self.posture.hubs[w],
@@ -55,7 +56,7 @@ impl Engine {
                 + a.cross(&(point - c)) * self.speeds.rollers[j])
     }
 
-    /// The point of a touch in the body frame.
+    /// The point of a contact in the body frame.
     fn in_body(&self, touch: &Touch) -> Vector3<f64> {
         self.rotation.inverse() * (touch.point - self.origin)
     }
@@ -91,7 +92,7 @@ impl Engine {
         self.plays[j] = play;
     }
 
-    /// Adds what a piece of ground does to a roller.
+    /// Adds the force of a piece of ground on a roller.
     fn push_roller(&mut self, (w, j): (usize, usize), piece: usize, touch: &Touch, h: f64) {
         let law = self.settings.contact;
         let point = self.in_body(touch);

@@ -1,6 +1,7 @@
 //! The robot as a tree of bodies: chassis, bodies on joints, hubs on either, rollers on the hubs.
 //!
-//! What carries a wheel or a joint is a *carrier*: number 0 is the chassis, and i + 1 the body of joint i.
+//! The body that carries a wheel or a joint is a *carrier*: number 0 is the chassis, and i + 1 the
+//! body of joint i.
 
 use ilon_robot::{
     BodyJoint, Coupling, Joint, JointKind, JointRole, Robot, Roller, RollerForm, Wheel,
@@ -31,7 +32,7 @@ impl From<&ilon_robot::MassProperties> for Inertia {
 }
 
 impl Inertia {
-    /// The same body turned and moved.
+    /// The same body after a rotation and a translation.
     pub fn moved(&self, turn: &Matrix3<f64>, by: &Vector3<f64>) -> Self {
         Self {
             mass: self.mass,
@@ -51,12 +52,12 @@ pub(crate) struct RollerPart {
     pub transverse_inertia: f64,
     pub outline: Outline,
     pub bearing: Joint,
-    /// What the friction on its axle holds it with, for each newton that presses it on the axle, in N m.
+    /// Friction torque on its axle per newton of load, in N m.
     pub held_per_load: f64,
     pub play: Play,
 }
 
-/// A hub, in the body frame while all joints stand at zero.
+/// A hub, in the body frame with all joints at zero.
 #[derive(Clone, Debug)]
 pub(crate) struct WheelPart {
     pub carrier: usize,
@@ -69,10 +70,10 @@ pub(crate) struct WheelPart {
     pub rollers: std::ops::Range<usize>,
 }
 
-/// A body on a joint, in the body frame while all joints stand at zero.
+/// A body on a joint, in the body frame with all joints at zero.
 #[derive(Clone, Debug)]
 pub(crate) struct JointPart {
-    /// The carrier of the joint, before its own.
+    /// The carrier of the joint; it precedes this one.
     pub parent: usize,
     pub slides: bool,
     pub pivot_in_body: Vector3<f64>,
@@ -81,7 +82,7 @@ pub(crate) struct JointPart {
     pub law: BodyJoint,
 }
 
-/// The tree: joints and wheels stand in the robot's order, the rollers wheel by wheel.
+/// The tree: joints and wheels in the robot's order, the rollers wheel by wheel.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub chassis: Inertia,
@@ -128,7 +129,7 @@ impl Tree {
     }
 }
 
-/// The carrier of what hangs on this joint, of which there are `below`.
+/// The carrier of a part on this joint, of which there are `below`.
 fn carrier_of(part: &str, joint: Option<usize>, below: usize) -> Result<usize, OracleError> {
     match joint {
         None => Ok(0),

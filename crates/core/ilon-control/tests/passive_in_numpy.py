@@ -1,6 +1,8 @@
-"""The passive law once more, in numpy, from what its documentation says: reads one case a line, prints its torques.
+"""The passive law, implemented again in numpy from its documentation: reads one case per line,
+prints its torques.
 
-Of a wheel: where it stands, the unit vector along the axis of the roller that touches, its radius, gamma. Nothing is shared with the code.
+For each wheel: its place, the unit vector along the axis of the contacting roller, its radius,
+gamma. No code is shared.
 """
 
 import json
@@ -11,8 +13,9 @@ import numpy as np
 
 
 def share(m, wrench, loads):
-    """argmin max |f| / N with M^T f = w: on the line or plane of solutions the least lies where as many pushes as it has directions, and one
-    more, are at the bound."""
+    """argmin max |f| / N with M^T f = w: on the line or plane of solutions, at the minimum as many
+    forces as it has directions, plus one, are at the bound.
+    """
     n = len(loads)
     one = np.linalg.lstsq(m.T, wrench, rcond=None)[0] / loads
     free = (np.linalg.svd(m.T)[2][3:].T).reshape(n, n - 3) / loads[:, None]
@@ -34,7 +37,8 @@ def share(m, wrench, loads):
 def torques(case):
     x, y, n_x, n_y, radius, gamma = np.array(case["wheels"]).T
     levers = radius * np.cos(gamma)
-    # A wheel's rate is what of the hub's velocity lies along the roller's axis: (n, n . (z x b)) of vx, vy and omega.
+    # A wheel's rate is the hub velocity's component along the roller's axis: (n, n . (z x b)) of
+    # vx, vy and omega.
     m = -np.column_stack([n_x, n_y, n_y * x - n_x * y])
     pseudo_inverse = np.linalg.pinv(m)
     mass, (c_x, c_y, height), gravity = case["mass"], case["center"], np.array(case["gravity"])
@@ -44,7 +48,8 @@ def torques(case):
     wanted = pseudo_inverse @ (levers * targets)
     leaning = mass * np.array([gravity[0], gravity[1], c_x * gravity[1] - c_y * gravity[0]])
     wrench = d @ (wanted - twist) - leaning
-    # Loads on a plane over the wheels' places, of a weight at the centre of mass that leans downhill by its height.
+    # Loads on a plane over the wheels' places, for a weight at the centre of mass that is shifted
+    # downhill by its height.
     places = np.column_stack([np.ones_like(x), x, y])
     g = case["g"]
     moments = mass * np.array([g, g * c_x + height * gravity[0], g * c_y + height * gravity[1]])

@@ -1,4 +1,4 @@
-//! The free bodies of a scenario as the world's, and as the trace keeps them.
+//! Converts the free bodies of a scenario for the world and for the trace.
 
 use ilon_robot::roll_pitch_yaw;
 use ilon_trace::{BodyHeader, BodySample, BodyShape, MAX_BODIES};
@@ -8,10 +8,10 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use ilon_scenario::Error;
 use ilon_scenario::scenario::{Body, Scenario};
 
-/// Puts the bodies of a scenario into a world, in their order.
+/// Puts the bodies of a scenario into a world, in order.
 ///
 /// # Errors
-/// Where one has no size or mass, or would begin in something.
+/// If one has no size or mass, or would start inside something.
 pub(crate) fn put_in(scenario: &Scenario, world: &mut World) -> Result<(), Error> {
     for body in &scenario.world.bodies {
         world.add_body(&free_body(body))?;
@@ -19,7 +19,7 @@ pub(crate) fn put_in(scenario: &Scenario, world: &mut World) -> Result<(), Error
     Ok(())
 }
 
-/// What a trace's header says of those that it records.
+/// The header entries of the recorded bodies.
 pub(crate) fn header(scenario: &Scenario) -> Vec<BodyHeader> {
     let recorded = scenario.world.bodies.iter().take(MAX_BODIES);
     let header = |body: &Body| BodyHeader {
@@ -39,7 +39,7 @@ pub(crate) fn header(scenario: &Scenario) -> Vec<BodyHeader> {
     recorded.map(header).collect()
 }
 
-/// The free bodies as they are recorded.
+/// Samples of the recorded bodies.
 pub(crate) fn samples(world: &World) -> [BodySample; MAX_BODIES] {
     let mut samples = [BodySample::default(); MAX_BODIES];
     let ids = world.free_bodies().iter();
@@ -60,7 +60,7 @@ pub(crate) fn samples(world: &World) -> [BodySample; MAX_BODIES] {
     samples
 }
 
-/// The size of the force of all robots on each of the bodies that are recorded in the last step, in N.
+/// Magnitude of the force of all robots on each recorded body in the last step, in N.
 pub(crate) fn pushes_n(world: &World) -> impl Iterator<Item = f64> {
     let ids = world.free_bodies().iter().take(MAX_BODIES);
     let states = ids.filter_map(|id| world.free_body(*id));
@@ -76,7 +76,7 @@ fn shape(body: &Body) -> FreeShape {
             radius_m: of.radius_m,
             length_m: of.length_m,
         },
-        // A scenario that was checked has one of the three.
+        // A checked scenario has one of the three.
         (None, None, of) => FreeShape::Sphere {
             radius_m: of.map_or(0.0, |of| of.radius_m),
         },

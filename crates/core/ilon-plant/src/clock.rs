@@ -11,14 +11,16 @@ pub struct Clock {
     control_periods: u64,
     record_every: u64,
     steps: u64,
-    /// How far the step that comes has gone by already, in seconds: a host took a part of it.
+    /// The part of the coming step that has already been simulated, in seconds, because a host
+    /// advanced by less than a step.
     gone_s: f64,
-    /// How many steps and parts of steps were taken.
+    /// Number of steps and parts of steps so far.
     moments: u64,
 }
 
 impl Clock {
-    /// A clock at zero. The duration is rounded to whole control periods, of which there is at least one.
+    /// A clock at zero. The duration is rounded to whole control periods, of which there is at
+    /// least one.
     pub fn new(run: &scenario::Run, physics_dt_s: f64) -> Self {
         let steps_per_control = (run.control_dt_s / physics_dt_s).round().max(1.0) as u64;
         Self {
@@ -33,30 +35,31 @@ impl Clock {
         }
     }
 
-    /// How often time has gone on, by steps and by parts of steps.
+    /// Number of steps and parts of steps so far.
     pub fn moments(&self) -> u64 {
         self.moments
     }
 
-    /// Goes on by a step, or by the rest of one.
+    /// Advances by a step, or by the rest of one.
     pub fn tick(&mut self) {
         self.steps += 1;
         self.gone_s = 0.0;
         self.moments += 1;
     }
 
-    /// Goes on by a part of a step, in seconds, which leaves some of it.
+    /// Advances by a part of a step, in seconds, that leaves some of it.
     pub fn tick_part(&mut self, part_s: f64) {
         self.gone_s += part_s;
         self.moments += 1;
     }
 
-    /// What is left of the step that comes, in seconds.
+    /// The rest of the coming step, in seconds.
     pub fn left_s(&self) -> f64 {
         self.physics_dt_s - self.gone_s
     }
 
-    /// Seconds since the start. Control instants fall on multiples of the control period to the last bit.
+    /// Seconds since the start. Control instants fall on multiples of the control period to the
+    /// last bit.
     pub fn time_s(&self) -> f64 {
         let (periods, rest) = (
             self.steps / self.steps_per_control,
@@ -65,17 +68,18 @@ impl Clock {
         periods as f64 * self.control_dt_s + rest as f64 * self.physics_dt_s + self.gone_s
     }
 
-    /// How long the run is, in seconds.
+    /// Duration of the run, in seconds.
     pub fn duration_s(&self) -> f64 {
         self.control_periods as f64 * self.control_dt_s
     }
 
-    /// The step of physics, in seconds.
+    /// Physics step, in seconds.
     pub fn physics_dt_s(&self) -> f64 {
         self.physics_dt_s
     }
 
-    /// Whether this instant is a row of the trace. The end of the run always is, so that what happened in its last period is recorded.
+    /// Whether this instant is a row of the trace. The end of the run always is, so that its last
+    /// period is recorded.
     pub fn record_is_due(&self) -> bool {
         let period = self.steps / self.steps_per_control;
         self.control_is_due() && (period.is_multiple_of(self.record_every) || self.is_over())
@@ -86,7 +90,7 @@ impl Clock {
         self.gone_s == 0.0 && self.steps.is_multiple_of(self.steps_per_control)
     }
 
-    /// Whether the end of the run is reached.
+    /// Whether the end of the run has been reached.
     pub fn is_over(&self) -> bool {
         self.steps >= self.steps_per_control * self.control_periods
     }
@@ -99,14 +103,14 @@ pub struct CpuTime {
 }
 
 impl CpuTime {
-    /// Begins to count, on this thread.
+    /// Starts counting, on this thread.
     pub fn now() -> Self {
         Self {
             start_s: thread_cpu_s(),
         }
     }
 
-    /// Seconds since [`Self::now`]; `None` where the system does not tell.
+    /// Seconds since [`Self::now`]; `None` if the system does not report it.
     pub fn elapsed_s(&self) -> Option<f64> {
         Some(thread_cpu_s()? - self.start_s?)
     }

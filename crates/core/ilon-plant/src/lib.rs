@@ -1,17 +1,18 @@
-//! What **steps**: a robot in its world with motors, wheel loops, sensors and faults; what drives it, and what records it.
+//! The **plant**: a robot in its world with motors, wheel loops, sensors and faults; its drivers
+//! and its recorder.
 //!
-//! | module | answers |
+//! | module | contents |
 //! |---|---|
-//! | [`plant`] | robot, world, motors, sensors and faults: what acts, and the result |
-//! | [`clock`] | the time of a run, and the processor's |
-//! | [`wheels`] | the loops and motors that turn commands into torques |
-//! | [`sensing`] | what encoders, IMU and pose sensors measure, and dead reckoning |
-//! | [`ground`] | the floor that a scenario describes: its surfaces, patches and heights |
-//! | [`faults`] | what goes wrong on purpose: pushes, payloads, lost motors and sensors |
-//! | [`pilot`] | who decides the wheels' rates: guidance, log, twist, or a controller of the caller's |
-//! | [`record`] | what of a run becomes rows and a header, and the loop of one run |
-//! | [`mod@resolve`] | a scenario with nothing left open, made for a robot and a driver |
-//! | [`limits`] | which accelerations grip and motors allow |
+//! | [`plant`] | robot, world, motors, sensors and faults, and the outcome of a step |
+//! | [`clock`] | simulated time and CPU time |
+//! | [`wheels`] | the loops and motors that convert commands to torques |
+//! | [`sensing`] | encoders, IMU, pose sensor and dead reckoning |
+//! | [`ground`] | the scenario's floor: surfaces, patches and heights |
+//! | [`faults`] | injected faults: pushes, payloads, lost motors and sensors |
+//! | [`pilot`] | the source of wheel rates: guidance, log, twist, or a caller's controller |
+//! | [`record`] | rows and header of a run, and the loop of one run |
+//! | [`mod@resolve`] | a scenario with nothing left open, for a robot and a driver |
+//! | [`limits`] | the accelerations that grip and motors allow |
 //!
 //! A [`Plant`] decides nothing and records nothing.
 

@@ -1,13 +1,15 @@
-//! What a robot under a passive wheel law stores, and what it was supplied with.
+//! The storage function of a robot under a passive wheel law, and its supply.
 //!
-//! With the spring K e / D in the targets, w the law's wrench, w_g its part against gravity, v the true twist and nu_d the reference's:
+//! With the spring K e / D in the targets, w the law's wrench, w_g its part against gravity, v the
+//! true twist and nu_d the reference's:
 //!
-//!   S = kinetic + potential + e^T K e / 2 + springs between the wheels,
-//!   dS/dt <= outside + w_g . v + (D nu_d + K e) . nu_d + (f . L q' - w . v),
+//! - S = kinetic + potential + e^T K e / 2 + springs between the wheels,
+//! - dS/dt <= outside + w_g . v + (D nu_d + K e) . nu_d + (f . L q' - w . v),
 //!
-//! where the last bracket is what the law pushes wheels with while they slide: nothing while they roll. The right-hand side, summed, is the
-//! supply; outside are pushes, payloads, ground that leans, and the servos of joints. What is left on the left is dampers, friction, and what a
-//! spring that is held over a control period leaks, which dampers outdo.
+//! where the last bracket is the power of the law on wheels that slide: zero while they roll. The
+//! integral of the right-hand side is the supply; outside are pushes, payloads, tilting ground, and
+//! the servos of joints. The difference of both sides is dampers, friction, and the energy error of
+//! a spring that is held over a control period, which dampers exceed.
 
 use ilon_control::{Desired, PassiveEffort};
 use ilon_robot::{Pose, Twist, wrap_angle};
@@ -21,7 +23,7 @@ pub(crate) struct StorageAccount {
     stiffness: Vector3<f64>,
     reference_point_m: Vector2<f64>,
     supplied_j: f64,
-    /// What was stored less what was supplied: the least of all steps so far, and the most that it rose from there.
+    /// Storage minus supply: the minimum over all steps so far, and the largest rise from there.
     least_j: f64,
     rise_j: f64,
     // At the beginning of the step.
@@ -32,7 +34,7 @@ pub(crate) struct StorageAccount {
 }
 
 impl StorageAccount {
-    /// Of springs with the stiffness along, along and about, on a point of the body.
+    /// For springs with the stiffness along x, along y and in rotation, on a point of the body.
     pub fn new(stiffness: Vector3<f64>, reference_point_m: Vector2<f64>, wheels: usize) -> Self {
         Self {
             stiffness,
@@ -47,10 +49,11 @@ impl StorageAccount {
         }
     }
 
-    /// Looks at the world before a step, once the law has decided.
+    /// Observes the world before a step, after the law has decided.
     pub fn before(&mut self, world: &World, effort: &PassiveEffort<'_>, desired: Option<&Desired>) {
         let now = self.now(world, effort, desired);
-        // The world counts what the weight has stored in the contacts' springs from the first step on.
+        // The world includes the energy of the contacts' springs under the weight only from the
+        // first step on.
         if world.time_s() > 0.0 {
             self.least_j = self.least_j.min(now.stored_j - now.supplied_j);
         }
@@ -62,7 +65,7 @@ impl StorageAccount {
             .copy_from_slice(world.robot().wheel_rates_rad_s());
     }
 
-    /// Counts what the law supplied in a step.
+    /// Counts the supply by the law in a step.
     pub fn after(
         &mut self,
         world: &World,
@@ -76,7 +79,7 @@ impl StorageAccount {
         let between_j: f64 = (effort.between_n_m.iter().zip(rates))
             .map(|(between, (before, after))| between * 0.5 * (before + after) * dt_s)
             .sum();
-        // Of the wheels' motors and of servos.
+        // Work of the wheels' motors and of servos.
         let motors_j = world.motor_energy_j() - self.motor_j;
         let led = match (self.desired, desired) {
             (Some(before), Some(after)) => {
@@ -88,7 +91,7 @@ impl StorageAccount {
                     wrap_angle(after.pose.heading_rad - before.heading_rad),
                 )
             }
-            // Targets without a pose push the robot along.
+            // Targets without a pose move the equilibrium with the robot.
             _ => moved,
         };
         self.supplied_j += motors_j - between_j - effort.wrench.dot(&moved)
@@ -96,7 +99,7 @@ impl StorageAccount {
             + effort.pull.dot(&led);
     }
 
-    /// What is stored now, beside all that was supplied, once the law has decided.
+    /// The current storage, and the total supply, after the law has decided.
     pub fn now(
         &self,
         world: &World,
@@ -123,7 +126,7 @@ impl StorageAccount {
         }
     }
 
-    /// A displacement of the origin, at the point that the spring holds.
+    /// A displacement of the origin, converted to the spring's point.
     fn of_point(&self, moved: Twist) -> Vector3<f64> {
         let (c, turn) = (self.reference_point_m, moved.omega_rad_s);
         Vector3::new(moved.vx_m_s - turn * c.y, moved.vy_m_s + turn * c.x, turn)
@@ -138,8 +141,9 @@ mod tests {
 
     use super::*;
 
-    /// A robot that looks to the left has a point at (0.1, 0.05) of its body at (-0.05, 0.1) from its origin. Springs of K = (600, 400) N/m
-    /// and 20 N m/rad on it store (K_x e_x^2 + K_y e_y^2 + K_phi e_phi^2) / 2 towards a pose, and nothing where it is desired where it is.
+    /// A robot with its heading to the left has the point (0.1, 0.05) of its body at (-0.05, 0.1)
+    /// from its origin. Springs of K = (600, 400) N/m and 20 N m/rad there store (K_x e_x^2 + K_y
+    /// e_y^2 + K_phi e_phi^2) / 2 relative to a pose, and nothing at the desired pose.
     #[test]
     fn the_spring_is_stretched_from_the_point_that_it_holds() {
         const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -178,7 +182,7 @@ mod tests {
             (0.0, -0.3, 0.0, 18.0),
             (0.2, -0.3, 0.4, 12.0 + 18.0 + 1.6),
         ] {
-            // Beside a weight's energy of some joules in f64.
+            // Rounding of the weight's energy, some joules, in f64.
             let found_j = held(x_m, y_m, turn_rad);
             assert!((found_j - expected_j).abs() < 1e-9, "{found_j} J");
         }

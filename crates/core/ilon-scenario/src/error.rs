@@ -1,4 +1,5 @@
-//! What can go wrong on the way from a scenario to its results, as a person reads it: what, where, and how to repair it.
+//! Errors between a scenario and its results, as shown to a person: what, where, and how to repair
+//! it.
 
 use std::path::{Path, PathBuf};
 
@@ -11,40 +12,40 @@ use thiserror::Error;
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file cannot be read, or may not be.
+    /// A file cannot be read, or access is not permitted.
     #[error("cannot read `{}`: {reason}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
         /// How to repair it.
         #[help]
         help: String,
     },
 
-    /// A scenario is no TOML, or holds a key or value that it may not.
+    /// A scenario is not valid TOML, or has an invalid key or value.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scenario(Box<ScenarioFault>),
 
-    /// Keys that do not go together, or a value that this robot cannot take.
+    /// Keys that contradict each other, or a value that this robot cannot take.
     #[error("{message}")]
     Invalid {
-        /// What is wrong, with the keys.
+        /// The fault, with its keys.
         message: String,
         /// How to repair it.
         #[help]
         help: String,
     },
 
-    /// Something cannot be turned into the text of a file.
+    /// Something cannot be encoded as the text of a file.
     #[error("{what} cannot be written as text: {reason}")]
     #[diagnostic(help("this is a fault of ilon itself: please report it"))]
     Encode {
         /// What should be written.
         what: &'static str,
-        /// Why, in the writer's words.
+        /// The writer's error.
         reason: String,
     },
 
@@ -53,12 +54,12 @@ pub enum Error {
     #[diagnostic(transparent)]
     Robot(Box<RobotFault>),
 
-    /// The robot's wheels, or the reference, are such that it cannot be controlled.
+    /// The robot's wheels or the reference make control impossible.
     #[error("{0}")]
     #[diagnostic(help("{}", help_on_control(.0)))]
     Control(#[from] ilon_control::ControlError),
 
-    /// The robot cannot be put into its world.
+    /// The robot cannot be placed in its world.
     #[error("{0}")]
     #[diagnostic(help("see `[world]` and `[robot]` of the scenario, and the robot's rollers"))]
     World(#[from] ilon_world::WorldError),
@@ -68,29 +69,29 @@ pub enum Error {
     #[diagnostic(help("{}", help_on_trace(.0)))]
     Trace(#[from] ilon_trace::TraceError),
 
-    /// The robot's motion is no number any more.
+    /// The robot's motion has become NaN or infinite.
     #[error("the simulation diverged before {t_s} s: the robot's motion is not finite")]
     #[diagnostic(help(
         "look for numbers of very different size in the scenario, the robot's file and the commands, or take shorter steps: \
          `run.physics_dt_s`"
     ))]
     Diverged {
-        /// When that was found, in seconds.
+        /// The time when it was detected, in seconds.
         t_s: f64,
     },
 
-    /// Somebody stopped it before its end.
+    /// The run was stopped before its end.
     #[error("it was stopped before its end")]
     #[diagnostic(help("start it again: what had ended by then is not run again"))]
     Stopped,
 
-    /// A file that was named as a log, height map or list of waypoints holds something else.
+    /// A file that was named as a log, height map or list of waypoints has another content.
     #[error("{}: {message}", path.display())]
     #[diagnostic(help("{help}"))]
     Contents {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with its place.
+        /// The fault, with its place.
         message: String,
         /// How to repair it.
         help: String,
@@ -109,12 +110,12 @@ pub struct ScenarioFault {
     /// The text of the file, or of the setting.
     #[source_code]
     pub source_code: NamedSource<String>,
-    /// Where in it.
+    /// The place in it.
     #[label("here")]
     pub span: SourceSpan,
 }
 
-/// A fault in a robot's file, with the lines at fault where they are known.
+/// A fault in a robot's file, with its lines if they are known.
 #[derive(Debug, Error, Diagnostic)]
 #[error("{fault}")]
 pub struct RobotFault {
@@ -126,14 +127,14 @@ pub struct RobotFault {
     source_code: Option<NamedSource<String>>,
     #[label("here")]
     span: Option<SourceSpan>,
-    /// What else is wrong with the file.
+    /// The other faults of the file.
     #[related]
     pub others: Vec<RobotFault>,
 }
 
 impl RobotFault {
     fn new(fault: RobotError) -> Self {
-        // Of a file that is no robot nothing is shown: a scenario of a stranger may name any.
+        // Nothing is shown of a file that is not a robot: an untrusted scenario may name any file.
         let is_robot = |text: &&str| match fault.fault() {
             Fault::Toml { .. } => text.contains("wheel"),
             _ => ["<robot", "<sdf", "<mujoco"]
@@ -150,7 +151,8 @@ impl RobotFault {
         }
     }
 
-    /// The same, with lines of the text that names what is at fault in place of the robot's.
+    /// The same fault, with the lines of the text that names the cause instead of the robot's
+    /// lines.
     pub(crate) fn placed(self, text: NamedSource<String>, span: std::ops::Range<usize>) -> Self {
         Self {
             source_code: Some(text),
@@ -168,7 +170,7 @@ impl From<RobotError> for Error {
 }
 
 impl Error {
-    /// Faults of a robot's file, and what would do about all of them.
+    /// The faults of a robot's file, and a remedy for all of them.
     pub fn of_robot(faults: impl IntoIterator<Item = RobotError>, closing: &[String]) -> Self {
         let mut faults = RobotError::by_place(faults)
             .into_iter()
@@ -177,7 +179,8 @@ impl Error {
             return Self::invalid("the robot's file cannot be used", "");
         };
         first.others = faults.collect();
-        // What would do about all of them is said with the first, for nobody reads on to the last of dozens.
+        // The remedy for all comes with the first fault, because nobody reads to the last of
+        // dozens.
         for line in closing {
             first.help = format!("{}; {line}", first.help);
         }
@@ -205,7 +208,7 @@ impl Error {
         }
     }
 
-    /// What is wrong in a file, and how to repair it.
+    /// A fault in a file, and how to repair it.
     pub fn contents(path: &Path, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Contents {
             path: path.to_owned(),
@@ -214,7 +217,7 @@ impl Error {
         }
     }
 
-    /// What the system refused, `doing` what ("read", "write", "create") to which file or folder.
+    /// A system error of an operation ("read", "write", "create") on a file or folder.
     pub fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| {
@@ -226,7 +229,7 @@ impl Error {
         }
     }
 
-    /// What is wrong, and how to repair it.
+    /// A fault, and how to repair it.
     pub fn invalid(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Invalid {
             message: message.into(),
@@ -234,7 +237,7 @@ impl Error {
         }
     }
 
-    /// What cannot be turned into the text of a file, and why.
+    /// Something that cannot be encoded, and the reason.
     pub fn encode(what: &'static str, reason: &dyn std::fmt::Display) -> Self {
         Self::Encode {
             what,
@@ -252,7 +255,7 @@ impl Error {
         }))
     }
 
-    /// TOML that is well-formed, and does not say what it is read for: what is said of it, and where.
+    /// Valid TOML with an unsuitable content, with message and place.
     pub(crate) fn toml_value(
         message: &str,
         source_code: NamedSource<String>,
@@ -274,7 +277,7 @@ impl Error {
     }
 }
 
-/// Where a TOML error stands, or the whole text where it does not say.
+/// The place of a TOML error, or the whole text if it has none.
 pub(crate) fn toml_span(error: &toml::de::Error) -> SourceSpan {
     match error.span() {
         Some(span) => span.into(),
@@ -315,7 +318,7 @@ fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
     }
 }
 
-/// The system's reason in plain words, without its error number.
+/// The system's reason without its error number.
 pub fn reason(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {

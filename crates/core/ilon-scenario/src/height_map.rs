@@ -1,4 +1,4 @@
-//! Ground from a height map: a picture in grey, or a mesh that is looked down upon.
+//! Ground from a height map: a grey image, or a mesh seen from above.
 
 use std::io::Cursor;
 use std::ops::Range;
@@ -12,16 +12,17 @@ use ilon_trace::{GroundMap, GroundRelief};
 use crate::Error;
 use crate::scenario::{HeightMap, SIZES, Scenario};
 
-/// The most points of a map: a square of 1025, as pictures of ground come.
+/// The most points of a map: 1025 x 1025, a common size of terrain images.
 const MOST_POINTS: usize = 1025 * 1025;
-/// The largest picture, in bytes.
+/// The largest image, in bytes. Chosen.
 const MAX_BYTES: u64 = 64 << 20;
-/// The most places of a map that a mesh's triangles may cover, each counted as often as a triangle covers it.
+/// The most grid points that the triangles of a mesh may cover, each counted once per triangle.
+/// Chosen.
 const MOST_COVERED: f64 = 1e9;
-/// Heights lie on a scale of 16 bits, so that a trace carries those that were driven on.
+/// Heights have 16 bits, so that a trace can store the heights of the run exactly.
 const STEPS: f64 = 65535.0;
 
-/// What is wrong with a file, and how to repair it.
+/// A fault of a file, and how to repair it.
 type Fault = (String, String);
 
 /// Heights on a grid, row by row from -y to +y, in each row from -x to +x.
@@ -31,18 +32,19 @@ struct Grid {
     center_m: [f64; 2],
     lowest_m: f64,
     step_m: f64,
-    /// How its steps become finer, in words.
+    /// How to make its steps finer, in words.
     finer: &'static str,
-    /// Steps above the lowest.
+    /// Levels above the lowest.
     levels: Vec<u16>,
-    /// What a person should know.
+    /// Warnings.
     remarks: Vec<String>,
 }
 
-/// The relief of a height map, and what a person should know of it whose robot has wheels of such a least radius in metres.
+/// The relief of a height map, and warnings for a robot whose smallest wheel radius is given in
+/// metres.
 ///
 /// # Errors
-/// [`Error::Contents`] where the file holds none, [`Error::Read`] where it cannot be read.
+/// [`Error::Contents`] if the file has no height map, [`Error::Read`] if it cannot be read.
 pub fn relief(
     map: &HeightMap,
     scenario: &Scenario,
@@ -64,7 +66,8 @@ pub fn relief(
     Ok((relief, grid.remarks(map.cell_m, radius_m)))
 }
 
-/// The heights of a map in metres, row by row from -y to +y, of rows of so many points; none where its text is not what it should be.
+/// The heights of a map in metres, row by row from -y to +y, with `columns` points per row; empty
+/// if its text is invalid.
 pub fn heights_m(map: &GroundMap, columns: usize) -> Vec<Vec<f64>> {
     let bytes = BASE64_STANDARD.decode(&map.levels).unwrap_or_default();
     let heights: Vec<f64> = bytes
@@ -76,11 +79,11 @@ pub fn heights_m(map: &GroundMap, columns: usize) -> Vec<Vec<f64>> {
 }
 
 impl Grid {
-    /// What a person should know of it, by its cells and by the least radius of the wheels, in metres.
+    /// Warnings by its cell size and the smallest wheel radius, in metres.
     fn remarks(&self, cell_m: f64, radius_m: f64) -> Vec<String> {
-        /// Of a wheel's radius: what is smaller is a texture.
+        /// Relative to a wheel's radius: smaller cells are a texture. Chosen.
         const FINE: f64 = 0.5;
-        /// Of a wheel's radius: a wheel that climbs a step of this is shaken.
+        /// Relative to a wheel's radius: a step of this height shakes a wheel. Chosen.
         const ROUGH: f64 = 0.02;
         let mut remarks = self.remarks.clone();
         let radius_mm = 1e3 * radius_m;
@@ -106,7 +109,7 @@ impl Grid {
         remarks
     }
 
-    /// By how much neighbouring points differ at most, in metres.
+    /// Largest height difference between neighbouring points, in metres.
     fn steepest_m(&self) -> f64 {
         let rows: Vec<&[u16]> = self.levels.chunks_exact(self.columns).collect();
         let along = rows.iter().flat_map(|row| row.windows(2));
@@ -126,7 +129,7 @@ fn grid(map: &HeightMap, scenario: &Scenario) -> Result<Grid, Error> {
             picture(map, &bytes.map_err(|fault| Error::read(&path, &fault))?)
         }
         "stl" | "obj" | "dae" => {
-            // A file that is not there is no fault of what it holds.
+            // A missing file is not a fault of its content.
             scenario
                 .files
                 .reader(&path, u64::MAX)
@@ -155,7 +158,7 @@ fn check_size(columns: f64, rows: f64, help: &str) -> Result<(), Fault> {
     ))
 }
 
-/// A picture in grey: black is the lowest, white the highest, its upper edge lies at +y.
+/// A grey image: black is the lowest, white the highest, the upper edge is at +y.
 fn picture(map: &HeightMap, bytes: &[u8]) -> Result<Grid, Fault> {
     let unreadable = |error: png::DecodingError| {
         (
@@ -171,7 +174,7 @@ fn picture(map: &HeightMap, bytes: &[u8]) -> Result<Grid, Fault> {
     };
     let limits = png::Limits { bytes: 64 << 20 };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-    // Fewer bits than eight are spread over eight.
+    // Fewer than eight bits are expanded to eight.
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(unreadable)?;
     let (columns, rows) = (reader.info().width, reader.info().height);
@@ -215,7 +218,7 @@ fn picture(map: &HeightMap, bytes: &[u8]) -> Result<Grid, Fault> {
     })
 }
 
-/// A mesh from above: at each point of the grid its highest place there.
+/// A mesh from above: the highest place at each point of the grid.
 fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault> {
     if map.height_m.is_some() {
         return Err((
@@ -247,7 +250,7 @@ fn mesh(map: &HeightMap, path: &Path, files: &FileAccess) -> Result<Grid, Fault>
     let above = FromAbove::new(&triangles, map.cell_m)?;
     above.check_depth(&triangles)?;
     let heights = above.heights_m(&triangles);
-    // Flat ground has steps too, of nothing.
+    // Flat ground has steps too, of size zero.
     let (lowest_m, highest_m) = above.ends_m[2];
     let step_m = (highest_m - lowest_m) / STEPS;
     let level = |height: &f64| match step_m > 0.0 {
@@ -275,7 +278,7 @@ type Triangle = [[f32; 3]; 3];
 /// A grid of points over a mesh, seen from above.
 struct FromAbove {
     cell_m: f64,
-    /// Least and largest coordinates of the mesh, by axis.
+    /// Smallest and largest coordinates of the mesh, per axis.
     ends_m: [(f64, f64); 3],
     columns: usize,
     rows: usize,
@@ -287,7 +290,7 @@ impl FromAbove {
             let corners = triangles.iter().flatten();
             least_and_most(corners.map(|corner| f64::from(corner[axis])))
         });
-        // A hair more than a whole number of cells is rounding.
+        // A slight excess over a whole number of cells is rounding.
         let points = |(from, to): (f64, f64)| ((to - from) / cell_m + 1e-6).floor() + 1.0;
         let (columns, rows) = (points(ends_m[0]), points(ends_m[1]));
         check_size(
@@ -303,13 +306,13 @@ impl FromAbove {
         })
     }
 
-    /// The columns and rows of the points that may lie within a triangle.
+    /// The columns and rows of the points that may be within a triangle.
     fn cells(&self, triangle: &Triangle) -> (Range<usize>, Range<usize>) {
         let range = |axis: usize, count: usize| {
             let origin_m = self.ends_m[axis].0;
             let values = triangle.map(|corner| (f64::from(corner[axis]) - origin_m) / self.cell_m);
             let (least, most) = least_and_most(values.into_iter());
-            // A point on an edge is on either side of it.
+            // A point on an edge counts for both sides.
             let from = (least - 1e-6).ceil().max(0.0) as usize;
             let to = ((most + 1e-6).floor() + 1.0).clamp(0.0, count as f64) as usize;
             from..to.max(from)
@@ -317,7 +320,7 @@ impl FromAbove {
         (range(0, self.columns), range(1, self.rows))
     }
 
-    /// Refuses what is too deep to be looked through.
+    /// Refuses a mesh whose triangles cover too many points.
     fn check_depth(&self, triangles: &[Triangle]) -> Result<(), Fault> {
         let over = |triangle: &Triangle| {
             let (across, up) = self.cells(triangle);
@@ -337,9 +340,10 @@ impl FromAbove {
         Ok(())
     }
 
-    /// The highest place of the mesh at each point, row by row, in metres; negative infinity where there is none.
+    /// The highest place of the mesh at each point, row by row, in metres; negative infinity if
+    /// there is none.
     fn heights_m(&self, triangles: &[Triangle]) -> Vec<f64> {
-        /// Of a triangle's size: points on an edge lie on both sides of it.
+        /// Relative to a triangle's size: points on an edge belong to both sides.
         const SLACK: f64 = 1e-6;
         let [(x_0, _), (y_0, _), (z_0, z_1)] = self.ends_m;
         let cell_m = self.cell_m;
@@ -348,7 +352,7 @@ impl FromAbove {
             let (across, up) = self.cells(triangle);
             let [a, b, c] = triangle.map(|corner| corner.map(f64::from));
             let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-            // What stands upright has no place of its own from above.
+            // A vertical triangle covers no point.
             if area.abs() < 1e-12 * cell_m * cell_m {
                 continue;
             }
@@ -368,7 +372,7 @@ impl FromAbove {
         heights
     }
 
-    /// What the grid does not show of the mesh.
+    /// Remarks features of the mesh that the grid does not show.
     fn remarks(&self, triangles: &[Triangle], heights: &[f64]) -> Vec<String> {
         let bare = heights.iter().filter(|height| height.is_infinite()).count();
         let mut remarks = Vec::new();
@@ -410,7 +414,7 @@ mod tests {
         heights_m(relief.map.as_ref().unwrap(), relief.points)
     }
 
-    /// A file in a folder of its own, and the map of the keys beside it.
+    /// Reads a file from its own folder, with the map keys beside it.
     fn read(name: &str, bytes: &[u8], keys: &str) -> Result<GroundRelief, Error> {
         Ok(read_remarked(name, bytes, keys)?.0)
     }
@@ -457,7 +461,7 @@ mod tests {
 
     #[test]
     fn a_picture_of_eight_bits_and_one_of_sixteen_are_heights_with_the_upper_edge_at_y() {
-        // Black, white and a grey, above what is 1/255 brighter.
+        // Black, white and a grey, 1/255 above the next darker one.
         let relief = read("map.png", &grey([3, 2], &[0, 255, 51, 1, 0, 0]), KEYS).unwrap();
         let heights = relief_heights_m(&relief);
         let expected = [[-0.1 + 0.002, -0.1, -0.1], [-0.1, 0.41, 0.002]];
@@ -525,7 +529,7 @@ mod tests {
             let said = refused("map.png", &bytes, keys);
             assert!(said.contains(says), "{said}");
         }
-        // What it says that it is, and is not: 4 thousand million points, in 60 bytes.
+        // The header claims 4 thousand million points, in 60 bytes.
         let mut huge = whole.clone();
         huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
         let said = refused("map.png", &huge, KEYS);
@@ -546,7 +550,7 @@ mod tests {
         assert!(refused("map.jpg", &whole, KEYS).contains("`.jpg`"));
     }
 
-    /// A roof over a square of 2 m: 1 m high over the line x = 0, in the mesh's own place.
+    /// A roof over a square of 2 m: 1 m high over the line x = 0, in the mesh's own coordinates.
     const ROOF: &str = "v 4 -1 0\nv 5 -1 1\nv 6 -1 0\nv 4 1 0\nv 5 1 1\nv 6 1 0\nf 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5\n";
 
     #[test]
@@ -596,7 +600,8 @@ mod tests {
         assert!(!refused("roof.stl", b"solid", keys).is_empty());
     }
 
-    /// A roof of 1 m has steps of 15 um; with a mast of 1 km on it they are of 15 mm, and what mends that is not a picture.
+    /// A roof of 1 m has steps of 15 um; with a mast of 1 km on it they are of 15 mm, and the
+    /// remedy is not an image.
     #[test]
     fn a_mesh_that_is_too_high_for_its_steps_says_what_mends_them() {
         let remarks = |text: &str| {

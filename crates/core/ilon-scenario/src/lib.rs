@@ -1,15 +1,17 @@
-//! What is to be **run**: the scenario's file, the files that it names, and the same scenario with nothing left open.
+//! The **scenario**: its file, the files that it names, and the same scenario with nothing left
+//! open.
 //!
-//! | module | answers |
+//! | module | contents |
 //! |---|---|
-//! | [`scenario`] | what a person writes down about a run: one struct a section, its keys, its checks |
-//! | [`robot`] | the robot of a scenario: its file read, remedies for a refused one, and what the controller takes it for |
-//! | [`course`] | what is asked at each time of the run: references, logs, targets of joints |
-//! | [`foreign`] | tables of numbers in files that somebody else named, and what messages may show of such files |
-//! | [`height_map`] | the ground's heights from an image or a table |
-//! | [`choices`] | what the program chooses where a scenario leaves it open, and [`Resolved`], which has all of it |
+//! | [`scenario`] | the scenario file: one struct per section, its keys, its checks |
+//! | [`robot`] | the robot of a scenario: its file read, remedies for a refused one, the controller's belief |
+//! | [`course`] | the demand at each time of the run: references, logs, joint targets |
+//! | [`foreign`] | tables of numbers in files of unknown origin, and what messages may show of them |
+//! | [`height_map`] | ground heights from an image or a mesh |
+//! | [`choices`] | choices of the program, and [`Resolved`] with all of them |
 //!
-//! Nothing is simulated here. What makes a [`Resolved`] of a [`Scenario`] also looks at how its robot will move: `resolve` of `ilon-plant`.
+//! Nothing is simulated here. The conversion of a [`Scenario`] to a [`Resolved`] also predicts the
+//! robot's motion, so it is in `ilon-plant`: `resolve`.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

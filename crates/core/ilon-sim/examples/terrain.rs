@@ -1,4 +1,5 @@
-//! Prints docs/terrain.md with its tables: what the laws of wheel torques do on ground that they do not know.
+//! Prints docs/terrain.md with its tables: what the laws of wheel torques do on ground that they do
+//! not know.
 //!
 //! `cargo run --release -p ilon-sim --example terrain > docs/terrain.md`
 
@@ -6,7 +7,7 @@ use ilon_sim::simulate::Simulation;
 use ilon_sim::{Error, Scenario};
 use ilon_trace::Summary;
 
-/// The laws, each as the keys that make it, without and with the IMU.
+/// The laws, each as its keys, without and with the IMU.
 const LAWS: [(&str, &str); 6] = [
     ("rate loops", GUIDED),
     (
@@ -45,7 +46,7 @@ const OVER: &str =
 const WHEELS: &str = "[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\ndamping_n_m_s = 1e-6\ngamma.x_deg = 45";
 const SWING: &str = "[robot.joints.arm]\nrole = \"driven\"\nsetpoints = [{ t_s = 0.5, position_rad = 0 }, { t_s = 1.1, position_rad = 1.5707963 }]";
 
-/// A scene: its name, the robot, and all that is not the law.
+/// A scene: its name, the robot, and everything except the law.
 struct Scene {
     name: String,
     robot: String,
@@ -120,7 +121,7 @@ fn run(scene: &Scene, law: usize) -> Result<Summary, Error> {
     let imu = if law == 5 { "[sensors.imu]" } else { "" };
     let mut keys = LAWS[law].1.to_owned();
     if !scene.robot.contains("mecanum4") {
-        // Of another mass: springs that follow from it.
+        // For another mass: springs that follow from it.
         for spring in SPRINGS {
             keys = keys.replace(spring, "");
         }
@@ -135,7 +136,7 @@ fn run(scene: &Scene, law: usize) -> Result<Summary, Error> {
     Ok(Simulation::new(&scenario)?.run().summary)
 }
 
-/// The largest error and that at the end in mm, and what was lost to sliding in J; three numbers.
+/// The largest and the final error in mm, and the loss to sliding in J; three numbers.
 fn cell(summary: &Summary) -> String {
     let number = |value: Option<f64>, per: f64, decimals: usize| {
         value.map_or("-".to_owned(), |value| {

@@ -1,5 +1,5 @@
-//! What a design can do, without a run: rank and condition of its wheels' arrangement, what speeds their limits allow, and what accelerations
-//! grip and motors allow.
+//! What a design can do, computed without a run: rank and condition of the wheel arrangement, the
+//! speeds that its wheel rates allow, and the accelerations that grip and motors allow.
 
 use ilon_control::{Arrangement, Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
@@ -11,14 +11,16 @@ use ilon_plant::limits::{Limiter, top_rates};
 use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::Played;
 
-/// Between the directions in which accelerations are looked at, in degrees: limits change slowly from one to the next.
+/// Angle between the directions in which accelerations are computed, in degrees. Chosen: limits
+/// change little between two of them.
 const STEP_DEG: usize = 15;
 
-/// What a robot can do under a scenario: with its floor, slope, motors, payloads, and rates of wheels. The robot is as
-/// [`load_robot`](crate::load_robot) gives it. What is singular has its rank alone.
+/// The capabilities of a robot under a scenario's floor, slope, motors, payloads and wheel rates.
+/// `robot` is a result of [`load_robot`](crate::load_robot). For a singular arrangement only the
+/// rank is returned.
 ///
 /// # Errors
-/// Where the robot, or the scenario, makes no sense: fewer than three wheels, a floor without friction.
+/// If the robot or the scenario is invalid: fewer than three wheels, a floor without friction.
 pub fn design(scenario: &Scenario, robot: &Robot) -> Result<Design, Error> {
     let targets = JointTargets::new(scenario, &Played::default(), robot)?;
     let posed = targets.standing(robot);
@@ -35,6 +37,9 @@ pub fn design(scenario: &Scenario, robot: &Robot) -> Result<Design, Error> {
     design.speed_least_m_s = finite(least_m_s);
     design.speed_most_m_s = finite(most_m_s);
     design.yaw_rate_rad_s = finite(tops.top_yaw_rate_rad_s());
+    if posed.wheels.iter().any(|wheel| wheel.has_tyre()) {
+        return Ok(design);
+    }
     let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for degrees in (0..360).step_by(STEP_DEG) {

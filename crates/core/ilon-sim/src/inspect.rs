@@ -1,4 +1,4 @@
-//! A robot as it is understood: what `ilon inspect` prints.
+//! A robot as the reader understood it: the content of `ilon inspect`.
 
 use ilon_control::{self as control, Arrangement, ControlError, Kinematics, WheelLoads};
 use ilon_files::FileAccess;
@@ -13,7 +13,7 @@ use crate::simulate::Limits;
 use ilon_scenario::choices::{bearing_drag, wheels_to_spare, wrong_hands};
 use ilon_scenario::course::joint_targets::start_positions;
 
-/// A robot as it is understood, and what follows from where its wheels sit.
+/// A robot as it was understood, and what follows from the places of its wheels.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Inspection {
@@ -23,95 +23,99 @@ pub struct Inspection {
     pub mass_kg: f64,
     /// The driven wheels.
     pub wheels: Vec<WheelInspection>,
-    /// The joints between bodies that move; those that are held are none.
+    /// The movable joints between bodies; held joints are left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointInspection>,
     /// The rows of M, Indiveri 2009, equation (8): one a wheel; the last column in metres.
     #[serde(rename = "M")]
     pub m: Vec<[f64; 3]>,
-    /// Rank of M: 3, or the robot cannot be controlled (Lemma 1).
+    /// Rank of M; below 3 the robot cannot be controlled (Lemma 1).
     pub rank: usize,
     /// Singular values of M, largest first.
     pub singular_values: [f64; 3],
-    /// Condition of M, free of units; `None` where the rank is below 3.
+    /// Condition number of M; `None` if the rank is below 3.
     pub condition: Option<f64>,
-    /// What is wrong with the arrangement of the wheels, if anything is.
+    /// The fault of the wheel arrangement, if it has one.
     pub singularity: Option<String>,
-    /// Whether position and heading do not disturb each other about the body's origin: M_a orthogonal to span(M_l).
+    /// Whether position and heading are decoupled at the body's origin: M_a orthogonal to
+    /// span(M_l).
     pub decoupled: bool,
-    /// The point of the body frame about which they never do, in metres; `None` where there is none.
+    /// The point of the body frame about which they are decoupled, in metres; `None` if there is
+    /// none.
     pub decoupling_point_m: Option<[f64; 2]>,
-    /// How fast the robot can be within its wheels' rates; `None` where they have no limit.
+    /// The robot's speed limits from its wheels' rate limits; `None` without rate limits.
     pub speed_limits: Option<SpeedLimits>,
-    /// The outline of each wheel as its file models it, beside the wheel that was fitted to it; empty where rollers were
-    /// put in. Of wheels whose rollers have a profile by numbers there is none: that profile rolls, and not the file's shapes.
+    /// The outline of each wheel as modelled in its file, compared with the fitted wheel. Empty if
+    /// the rollers were added by the program, or have a profile by numbers: then the file's shapes
+    /// do not roll.
     pub outlines: Vec<WheelOutline>,
-    /// What of the file was ignored, repaired, assumed or doubted.
+    /// What was ignored, repaired, assumed or doubted in the file.
     pub remarks: Vec<String>,
-    /// How hard it may be driven, where that was asked for: [`Inspection::with_limits`].
+    /// The limits of acceleration, if requested by [`Inspection::with_limits`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
 }
 
-/// A wheel as it is understood.
+/// A wheel as it was understood.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct WheelInspection {
     /// The name of its joint.
     pub name: String,
-    /// Its centre in the body frame, in metres.
+    /// Centre in the body frame, in metres.
     pub position_m: [f64; 3],
-    /// Its hub axis in the body frame, in the ground plane.
+    /// Hub axis in the body frame, in the ground plane.
     pub axis: [f64; 2],
-    /// Its radius, in metres.
+    /// Radius, in metres.
     pub radius_m: f64,
-    /// The angle from its hub axis to the rolling direction of its lowest roller, in radians, signed.
+    /// Angle from the hub axis to the rolling direction of the lowest roller, in radians, signed.
     pub gamma_rad: f64,
-    /// How many rollers it carries.
+    /// Number of rollers.
     pub rollers: usize,
-    /// The largest radius of its rollers, in metres.
+    /// Largest radius of the rollers, in metres.
     pub roller_radius_m: f64,
-    /// The length of its rollers, in metres.
+    /// Length of the rollers, in metres.
     pub roller_length_m: f64,
-    /// Mass with its rollers, in kg.
+    /// Mass with rollers, in kg.
     pub mass_kg: f64,
-    /// What it bears of the robot at rest on level ground, by statics with the joints where they stand, in N.
+    /// Load at rest on level ground by statics, with the joints at their positions, in N.
     pub load_n: f64,
-    /// The largest torque of its motor, in N m; `None` where the file sets none.
+    /// Largest torque of the motor, in N m; `None` if the file sets none.
     pub effort_n_m: Option<f64>,
-    /// The largest rate of its motor, in rad/s; `None` where the file sets none.
+    /// Largest rate of the motor, in rad/s; `None` if the file sets none.
     pub velocity_rad_s: Option<f64>,
-    /// What its rollers are made of; `None` where nobody says.
+    /// Material of the rollers; `None` if it is not specified.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// What its rollers touch the ground with; `None` of rigid rollers that roll without loss.
+    /// Contact properties of the rollers; `None` for rigid rollers that roll without loss.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceInspection>,
-    /// How its rollers are made; `None` where they make a circle of its outline.
+    /// The rollers as manufactured; `None` if their outline makes an exact circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub made: Option<MadeInspection>,
 }
 
-/// A joint between bodies as it is understood. Where it turns its numbers are in rad, where it slides in m.
+/// A joint between bodies. Numbers of a revolute joint are in rad, of a prismatic one in m.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct JointInspection {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// How it moves: `turns` or `slides`.
     pub moves: &'static str,
     /// Its role: `free`, `sprung` or `driven`.
     pub role: &'static str,
-    /// Where it stands in what else is said of the robot: a driven one where its servo starts, any other at zero.
+    /// Position at which the other figures of the inspection hold: for a driven joint the start of
+    /// its servo, otherwise zero.
     pub position: f64,
-    /// How far it can go: from and to.
+    /// Lower and upper limit.
     pub limits: [Option<f64>; 2],
     /// The wheels that it moves.
     pub moves_wheels: Vec<String>,
 }
 
 impl JointInspection {
-    /// Of a joint of a robot whose joints count from zero, at a position.
+    /// The joint `index` (from zero) of a robot, at a position in rad or m.
     fn of(index: usize, position: f64, robot: &Robot) -> Self {
         let joint = &robot.joints[index];
         let is_moved = |wheel: &&Wheel| {
@@ -139,20 +143,23 @@ impl JointInspection {
     }
 }
 
-/// How the rollers of a wheel are made, and what that does to its hub.
+/// The rollers of a wheel as manufactured, and the effect on its hub.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MadeInspection {
-    /// Curvature of the outline along the rollers over that of the ideal barrel; `None` of a profile by numbers.
+    /// Curvature of the outline along the rollers relative to the ideal barrel; `None` for a
+    /// profile by numbers.
     pub crown: Option<f64>,
-    /// Radius of curvature of the outline along the rollers, at their middles, in metres; `None` of a profile by numbers.
+    /// Radius of curvature of the outline along the rollers at their middles, in metres; `None` for
+    /// a profile by numbers.
     pub crown_radius_m: Option<f64>,
-    /// The least radius of its rollers at their middles, in metres.
+    /// Smallest radius of the rollers at their middles, in metres.
     pub least_radius_m: f64,
-    /// The largest, in metres.
+    /// Largest radius of the rollers at their middles, in metres.
     pub largest_radius_m: f64,
-    /// How far the hub rises and falls in a turn on level ground, in metres.
+    /// Rise and fall of the hub in one turn on level ground, in metres.
     pub hub_travel_m: f64,
-    /// The mean height of the hub over a turn, in metres: what it rolls on, but for what its rollers' tilt takes.
+    /// Mean height of the hub over one turn, in metres: the effective rolling radius, apart from
+    /// the loss by the rollers' tilt.
     pub mean_height_m: f64,
 }
 
@@ -181,21 +188,22 @@ impl MadeInspection {
     }
 }
 
-/// What rollers that give, drag or have play touch the ground with and are held by, as it is understood: defaults filled in.
+/// Contact and bearing properties of rollers that are soft, have drag or have play, with defaults
+/// filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SurfaceInspection {
-    /// Drag per load.
+    /// Coefficient of rolling resistance: drag over load.
     pub rolling_resistance: f64,
-    /// Play of each roller along its axle, from stop to stop, in metres.
+    /// Axial play of each roller from stop to stop, in metres.
     pub axial_play_m: f64,
-    /// Coefficient of the friction between roller and axle.
+    /// Friction coefficient between roller and axle.
     pub axle_friction: f64,
-    /// Radius of the rollers' axles, in metres.
+    /// Radius of the roller axles, in metres.
     pub axle_radius_m: f64,
     /// Torque of that friction under the wheel's share of the weight, in N m.
     pub axle_drag_n_m: f64,
-    /// The tread; `None` of rigid rollers.
+    /// The tread; `None` for rigid rollers.
     pub tread: Option<TreadInspection>,
 }
 
@@ -203,7 +211,7 @@ pub struct SurfaceInspection {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TreadInspection {
-    /// Stiffness along the ground's normal, in N/m.
+    /// Stiffness along the ground normal, in N/m.
     pub stiffness_n_m: f64,
     /// Damping along the normal, in N s/m.
     pub damping_n_s_m: f64,
@@ -211,9 +219,9 @@ pub struct TreadInspection {
     pub shear_stiffness_n_m: f64,
     /// Damping across the normal, in N s/m.
     pub shear_damping_n_s_m: f64,
-    /// The way over which sheared tread is renewed, in metres; `None` where it is not.
+    /// Relaxation length of the sheared tread, in metres; `None` if it does not relax.
     pub relaxation_length_m: Option<f64>,
-    /// By how much a roller that carries the wheel's share of the weight alone gives, in metres.
+    /// Deflection of a roller that alone carries the wheel's share of the weight, in metres.
     pub sag_m: f64,
 }
 
@@ -238,16 +246,16 @@ impl SurfaceInspection {
     }
 }
 
-/// As a scenario has it where it says nothing.
+/// The default gravity of a scenario.
 const STANDARD_GRAVITY_M_S2: f64 = 9.81;
 
-/// How fast a robot can be within the rates of its wheels.
+/// The robot's top speeds within the rate limits of its wheels.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct SpeedLimits {
-    /// Top speed in the slowest direction, without turning, in m/s.
+    /// Top speed in the slowest direction, without rotation, in m/s.
     pub slowest_direction_m_s: f64,
-    /// Top speed in the fastest direction, without turning, in m/s.
+    /// Top speed in the fastest direction, without rotation, in m/s.
     pub fastest_direction_m_s: f64,
     /// Top yaw rate on the spot, in rad/s.
     pub yaw_rate_rad_s: f64,
@@ -264,7 +272,7 @@ fn outlines_of(loaded: &Loaded) -> Vec<WheelOutline> {
 }
 
 impl Inspection {
-    /// Looks at a robot as it was read, even one that cannot be controlled.
+    /// Inspects a robot that was read from a file, even one that cannot be controlled.
     ///
     /// # Errors
     /// [`ControlError::TooFewWheels`].
@@ -275,10 +283,11 @@ impl Inspection {
         })
     }
 
-    /// Looks at a robot as it was read with the keys of a scenario, its joints where its servos start there.
+    /// Inspects a robot that was read with the keys of a scenario, its joints at the start of their
+    /// servos.
     ///
     /// # Errors
-    /// [`ControlError::TooFewWheels`], and setpoints that a joint cannot be at.
+    /// [`ControlError::TooFewWheels`], and setpoints outside a joint's range.
     pub fn of_standing(loaded: &Loaded, scenario: &Scenario) -> Result<Self, Error> {
         let positions = start_positions(scenario, &loaded.robot)?;
         Ok(Self {
@@ -287,7 +296,7 @@ impl Inspection {
         })
     }
 
-    /// Looks at a robot of which only the model is known, not how well its file models it.
+    /// Inspects a model of a robot without the file that it came from.
     ///
     /// # Errors
     /// [`ControlError::TooFewWheels`].
@@ -295,7 +304,7 @@ impl Inspection {
         Self::at(robot, &vec![0.0; robot.joints.len()])
     }
 
-    /// With its joints at positions, in rad or m.
+    /// Inspects a robot with its joints at `positions`, in rad or m.
     fn at(robot: &Robot, positions: &[f64]) -> Result<Self, ControlError> {
         let joints = positions.iter().enumerate();
         let joints = joints.map(|(index, position)| JointInspection::of(index, *position, robot));
@@ -355,7 +364,8 @@ impl Inspection {
         })
     }
 
-    /// The same with how hard the robot may be driven under a scenario's floor, motors, wheel loops and payloads, as far as it holds that when simulated.
+    /// Adds the accelerations that the robot can hold when simulated under a scenario's floor,
+    /// motors, wheel loops and payloads.
     ///
     /// # Errors
     /// Those of [`Limits::held`].
@@ -364,11 +374,12 @@ impl Inspection {
         Ok(self)
     }
 
-    /// The same under conditions that are keys of a scenario in which the robot stands: floor, slope, motors, rollers, payloads, law of the wheel
-    /// loops. Files that they name must be among those that may be read.
+    /// Like [`Self::with_limits`], under conditions given as keys of a scenario with a standing
+    /// robot: floor, slope, motors, rollers, payloads, wheel loop law. Files that the keys name
+    /// must be permitted by `files`.
     ///
     /// # Errors
-    /// A key that no scenario has, conditions that make no sense, and those of [`Limits::held`].
+    /// Unknown keys, invalid conditions, and those of [`Limits::held`].
     pub fn with_limits_under(
         self,
         settings: &[Setting],
@@ -380,10 +391,10 @@ impl Inspection {
     }
 }
 
-/// A scenario in which a robot stands, with settings.
+/// A scenario with a standing robot and these settings.
 ///
 /// # Errors
-/// A key that no scenario has, and conditions that make no sense.
+/// Unknown keys and invalid conditions.
 pub fn standing(settings: &[Setting], files: &FileAccess) -> Result<Scenario, Error> {
     const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
     let scenario = Scenario::from_toml_with(STANDING, "the conditions", "", settings, files)?;
@@ -391,10 +402,11 @@ pub fn standing(settings: &[Setting], files: &FileAccess) -> Result<Scenario, Er
     Ok(scenario)
 }
 
-/// A scenario in which a robot stands, with settings, and the robot under its motors and rollers.
+/// A scenario with a standing robot and these settings, and the robot with the scenario's motors
+/// and rollers.
 ///
 /// # Errors
-/// A key that no scenario has, and conditions that make no sense.
+/// Unknown keys and invalid conditions.
 pub fn conditions(
     settings: &[Setting],
     robot: &Robot,
@@ -434,7 +446,7 @@ impl WheelInspection {
 }
 
 impl SpeedLimits {
-    /// `None` where the wheels leave a motion unlimited.
+    /// `None` if the wheels leave a motion unlimited.
     fn of(limits: &control::SpeedLimits) -> Option<Self> {
         let (slowest_direction_m_s, fastest_direction_m_s) = limits.top_speed_range_m_s();
         let yaw_rate_rad_s = limits.top_yaw_rate_rad_s();

@@ -1,7 +1,8 @@
-//! What **runs**: a scenario becomes a robot in its world under its controller, and the run is recorded and judged.
+//! The crate that **runs** scenarios: it places a robot in its world under its controller, records
+//! the run and judges it.
 //!
-//! A [`Scenario`] names a robot, the motion asked of it and the world it stands in; [`run`] simulates it and gives back
-//! the trace and its summary:
+//! A [`Scenario`] names a robot, its motion and its world; [`run`] simulates it and returns the
+//! trace and its summary:
 //!
 //! ```no_run
 //! let scenario = ilon_sim::Scenario::load("assets/scenarios/volksbot_position_first.toml")?;
@@ -10,15 +11,15 @@
 //! # Ok::<(), ilon_sim::Error>(())
 //! ```
 //!
-//! | module | answers |
+//! | module | contents |
 //! |---|---|
-//! | [`simulate`] | a run from its beginning to its figures; and what it takes of `ilon-scenario` and `ilon-plant` |
-//! | [`causes`] | what makes a difference to a run: the run again without it |
-//! | [`judge`] | whether a run met its `[expect]` |
-//! | [`inspect`] | a robot as it is understood |
-//! | [`standard_motions`] | five motions that show what a robot does |
+//! | [`simulate`] | a run from its start to its figures; re-exports of `ilon-scenario` and `ilon-plant` |
+//! | [`causes`] | ablation: the run repeated without one of its causes |
+//! | [`judge`] | the comparison of a run with its `[expect]` |
+//! | [`inspect`] | a robot as it was understood |
+//! | [`standard_motions`] | five motions that characterise a robot |
 //!
-//! There is no command line, no plot and no progress bar here.
+//! The crate has no command line, no plots and no progress bar.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

@@ -1,39 +1,41 @@
-//! Five motions that show what a robot does: ahead, to the left, diagonally, in an arc, and on the spot.
+//! Five motions that characterise a robot: ahead, to the left, diagonal, an arc, and a turn on the
+//! spot.
 
 use ilon_control::{Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
 
 use crate::Error;
 
-/// Their names, in their order. Each goes one metre, or turns once on the spot.
+/// The names of the motions. Each covers one metre, or one turn on the spot.
 pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
 
-/// Each is driven at this share of the robot's top speed, and no faster than so many m/s and rad/s.
+/// Each is driven at this share of the robot's top speed, within the limits in m/s and rad/s below.
+/// Chosen.
 const SHARE_OF_TOP: f64 = 0.4;
 const SPEED_M_S: f64 = 0.3;
 const RATE_RAD_S: f64 = 1.0;
-/// The radius of the arc, in metres.
+/// The radius of the arc, in metres. Chosen.
 const ARC_M: f64 = 0.5;
-/// The time from rest to speed, in seconds.
+/// The time from rest to full speed, in seconds. Chosen.
 const RAMP_S: f64 = 0.5;
 
-/// One of the motions, at a speed that the robot can do.
+/// One of the motions, at a speed that the robot reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StandardMotion {
     /// Its name, one of [`MOTIONS`].
     pub name: &'static str,
-    /// The twist of the body's origin once it is at speed, in the body frame.
+    /// The twist of the body's origin at full speed, in the body frame.
     pub twist_in_body: Twist,
-    /// How long it takes from rest, in seconds.
+    /// Its duration from rest, in seconds.
     pub duration_s: f64,
 }
 
 impl StandardMotion {
-    /// The same motion over so many metres, or turns on the spot.
+    /// The same motion over `amount` metres, or turns on the spot.
     #[must_use]
     pub fn over(self, amount: f64) -> Self {
-        // The ramp takes half its time of full speed.
+        // The ramp costs half its duration at full speed.
         let lost_s = 0.5 * RAMP_S;
         Self {
             duration_s: (self.duration_s - lost_s) * amount + lost_s,
@@ -74,7 +76,7 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
     let of = |place: usize, twist: [f64; 3], lasts_s: f64| StandardMotion {
         name: MOTIONS[place],
         twist_in_body: Twist::new(twist[0], twist[1], twist[2]),
-        // The ramp takes half its time of full speed.
+        // The ramp costs half its duration at full speed.
         duration_s: lasts_s + 0.5 * RAMP_S,
     };
     let motions = [
@@ -88,7 +90,7 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
     Ok(motions.map(|motion| Some(motion).filter(can)))
 }
 
-/// A number with three significant digits, for a file that a person reads.
+/// A number with three significant digits, for a readable file.
 fn rounded(x: f64) -> f64 {
     format!("{x:.2e}").parse().unwrap_or(x)
 }

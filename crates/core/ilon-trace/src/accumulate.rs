@@ -180,7 +180,7 @@ struct Accumulator {
     residual_m_s: Largest,
     storage_rise_j: Largest,
     balance: Balance,
-    /// What the wheels and the chassis carried, over time, in N s.
+    /// Load on the wheels and on the chassis, integrated over time, in N s.
     carried_n_s: [f64; 2],
     /// The last row within the window of the means.
     measured: Option<Record>,
@@ -249,8 +249,8 @@ impl Accumulator {
                 .add_weighted(record.saturated_share, header.periods_up_to(record.t_s));
         }
         if header.is_measured(record.t_s) {
-            // By how the robot moved since the last row, and not how it moves now: rollers that hand over between two rows change its
-            // velocity.
+            // The mean twist follows from the displacement since the last row, not from the current
+            // velocity: rollers that hand over between two rows change the velocity.
             if let Some(before) = self.measured.replace(*record) {
                 self.add_motion(&before, record);
             }
@@ -274,7 +274,7 @@ impl Accumulator {
         self.last = Some(*record);
     }
 
-    /// Adds how the robot moved from one row to the next, and how it would have by the chain of the ledger.
+    /// Adds the displacement from one row to the next, and the displacements of the ledger's chain.
     fn add_motion(&mut self, before: &Record, record: &Record) {
         let span_s = record.t_s - before.t_s;
         let real = before.truth.pose.displacement_to(&record.truth.pose);
@@ -288,7 +288,8 @@ impl Accumulator {
             .add(contact + terms.geometry.scaled(span_s), span_s);
     }
 
-    /// The share of all that is carried that rests on the chassis; `None` where nothing is, or that is not known.
+    /// The share of the total load that rests on the chassis; `None` if there is no load or it is
+    /// unknown.
     fn chassis_load_share(&self) -> Option<f64> {
         let [wheels_n_s, chassis_n_s] = self.carried_n_s;
         let sum_n_s = wheels_n_s + chassis_n_s;
@@ -307,7 +308,8 @@ impl Accumulator {
     }
 }
 
-/// How much of the wheels' rates belongs to no one motion: sums over time of squares of rates, in rad^2/s.
+/// The part of the wheel rates that no motion of the body explains: time integrals of squared
+/// rates, in rad^2/s.
 #[derive(Default)]
 struct Conflict {
     of_no_motion: f64,
@@ -327,15 +329,15 @@ impl Conflict {
     }
 }
 
-/// An error over the run, and since when it is small for good.
+/// An error over the run, and the time from which on it stays small.
 struct ErrorAccumulator {
     threshold: f64,
     rms: Rms,
     last: Option<f64>,
-    /// The largest error and when it first was so large, in seconds.
+    /// The largest error, and the time in seconds when it first occurs.
     largest: Option<(f64, f64)>,
-    /// The time from which on the error has stayed below the threshold; `None` where it has not, or where some row had
-    /// no reference.
+    /// The time from which on the error stays below the threshold; `None` if it does not, or if a
+    /// row had no reference.
     converged_s: Option<f64>,
     without_reference: bool,
 }
@@ -352,7 +354,7 @@ impl ErrorAccumulator {
         }
     }
 
-    /// Adds the error of a row, and the largest since the row before.
+    /// Adds the error of a row, which includes the largest error since the previous row.
     fn add(&mut self, t_s: f64, error: Option<(f64, f64)>) {
         if let Some((error, most)) = error {
             self.rms.add(error);
@@ -380,7 +382,7 @@ struct MeanTwist {
 }
 
 impl MeanTwist {
-    /// Adds a displacement in the body frame over a time in seconds.
+    /// Adds a displacement in the body frame over `time_s` seconds.
     fn add(&mut self, moved: Twist, time_s: f64) {
         self.moved = self.moved + moved;
         self.time_s += time_s;
@@ -448,7 +450,7 @@ impl Ripple {
     }
 }
 
-/// Number of physics steps in the run; 0 where the step is unknown.
+/// Number of physics steps in the run; 0 if the step is unknown.
 fn physics_steps(duration_s: f64, physics_dt_s: f64) -> u64 {
     if physics_dt_s > 0.0 {
         (duration_s / physics_dt_s).round() as u64
@@ -457,7 +459,7 @@ fn physics_steps(duration_s: f64, physics_dt_s: f64) -> u64 {
     }
 }
 
-/// Real over modelled, for the driven components.
+/// Real over modelled twist, for the driven components.
 fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> TwistRatio {
     let (Some(real), Some(modelled)) = (real, modelled) else {
         return TwistRatio::default();

@@ -2,42 +2,45 @@
 //!
 //! motor + outside = stored + slip + spin-up + bearing + impact + unexplained,
 //!
-//! each as its gain from the first row to the last. What is unexplained is judged against what was turned over. A robot that drives and stops again
-//! has put in and taken back joules of which next to nothing is left in the sums above; so what was put in and what was taken out are counted apart:
+//! each as its gain from the first row to the last. The unexplained part is judged relative to the
+//! energy turned over. When a robot drives and brakes again, the energy put in and taken back
+//! nearly cancels in the sums above, so energy put in and energy taken out are counted separately:
 //!
-//! put in = motors while they drive + pushes and payloads while they do work + the deepest fall,
-//! taken out = motors while they brake + pushes and payloads while they take work + all losses + the gain of kinetic and potential energy.
+//! - put in = motors while they drive + pushes and payloads while they do work + the deepest fall,
+//! - taken out = motors while they brake + pushes and payloads while they take work + all losses +
+//!   the gain of kinetic and potential energy.
 //!
-//! Where the balance closes both are the same but for a rise before a fall. The fall is the most that the potential energy has ever been below an
-//! earlier value, so that a hub which goes up and down with each roller counts once.
+//! If the balance closes, the two are equal, except for a rise before a fall. The fall is the
+//! largest drop of the potential energy below an earlier value, so that a hub that rises and falls
+//! with each roller counts once.
 
 use crate::fold::finite;
 use crate::header::Header;
 use crate::metrics::Energy;
 use crate::record::Record;
 
-/// Below the energy that lifts the robot by this share of its largest wheel's radius nothing moved: 50 nm of a wheel of 50 mm, what contacts
-/// give as a robot settles.
+/// Below the energy that lifts the robot by this share of its largest wheel's radius, nothing
+/// moved: 50 nm of a wheel of 50 mm, the deflection of contacts as a robot settles. Chosen.
 const LEAST_LIFT: f64 = 1e-6;
 
 /// The weight of a mass at rest on the ground, in N/kg.
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// The balance as it grows, row by row.
+/// The balance, accumulated row by row.
 #[derive(Default)]
 pub(crate) struct Balance {
     first: Option<Record>,
     last: Option<Record>,
-    /// What came from outside and went there, in J, both positive.
+    /// Energy from outside, and energy returned, in J, both positive.
     outside_in_j: f64,
     outside_out_j: f64,
-    /// The highest potential energy so far, and the most that it has been below that later, in J.
+    /// The highest potential energy so far, and the largest later drop below it, in J.
     highest_j: f64,
     fall_j: f64,
 }
 
 impl Balance {
-    /// Takes in the next row.
+    /// Adds the next row.
     pub fn add(&mut self, record: &Record) {
         let before = *self.last.get_or_insert(*record);
         if self.first.is_none() {
@@ -59,7 +62,7 @@ impl Balance {
         };
         let gain = |f: fn(&Record) -> f64| f(last) - f(first);
         let motor_j = gain(|r| r.motor_energy_j);
-        // A trace from before it was counted has none.
+        // Zero in traces recorded before this sum existed.
         let drove_j = gain(|r| r.motor_positive_energy_j).max(motor_j);
         let outside_j = gain(|r| r.outside_energy_j);
         let stored_j = gain(|r| r.kinetic_energy_j + r.potential_energy_j);
@@ -94,7 +97,7 @@ impl Balance {
     }
 }
 
-/// The energy turned over from which on something moved, in J.
+/// The energy turned over from which on the robot counts as moved, in J.
 fn least_turned_over_j(header: &Header) -> f64 {
     let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
     LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! The error budget as rows have it: between two of them, and at one of them.
+//! The error budget between two rows, and at one row.
 
 use ilon_robot::{Twist, wrap_angle};
 
@@ -6,8 +6,8 @@ use crate::ledger::{Chain, Terms};
 use crate::record::Record;
 
 impl Chain {
-    /// The chain of a robot that moves for a time in seconds as it does at the instant of a row, with a controller that knows it, all wheels on the
-    /// ground and rates that belong to one motion.
+    /// The chain of a robot that keeps the state of a row for `time_s` seconds, with a controller
+    /// that knows the robot, all wheels on the ground and consistent wheel rates.
     pub fn held(record: &Record, time_s: f64) -> Self {
         Self {
             asked: record.command_twist_in_body.scaled(time_s),
@@ -24,8 +24,9 @@ impl Chain {
 }
 
 impl Terms {
-    /// The mean terms from one row to a later one, in m/s and rad/s. The net motion of each term in the world is turned into the body frame
-    /// at the mean of both headings, which is of second order in what the robot turned between them. Zero of rows of one instant.
+    /// The mean terms from one row to a later one, in m/s and rad/s. The net displacement of each
+    /// term in the world is turned into the body frame at the mean of both headings; the error is
+    /// of second order in the rotation between them. Zero for rows of one instant.
     pub fn between(before: &Record, after: &Record) -> Self {
         let span_s = after.t_s - before.t_s;
         if span_s <= 0.0 {
@@ -47,7 +48,8 @@ mod tests {
     use super::*;
     use crate::ledger::Ledger;
 
-    /// Of a robot that turns while it falls short by 0.06 m/s to its left, the mean of that between two rows is 0.06 m/s to its left.
+    /// A robot turns and falls short by 0.06 m/s to its left: the mean between two rows is 0.06 m/s
+    /// to its left.
     #[test]
     fn the_budget_between_two_rows_is_told_in_the_body_frame() {
         let left = |v: f64| Twist::new(0.0, v, -v);
@@ -75,7 +77,7 @@ mod tests {
         after.ledger = ledger;
         after.truth.pose.heading_rad = wrap_angle(at(20));
         let terms = Terms::between(&before, &after);
-        // It turns by 15 mrad: of second order are 15e-3^2 / 24 of it, 1e-5.
+        // It turns by 15 mrad: the second-order error is 15e-3^2 / 24, 1e-5 of the value.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs().max(0.1);
         assert!(near(terms.slip.vy_m_s, 0.03) && near(terms.slip.vx_m_s, 0.0));
         assert!(near(terms.total.vy_m_s, 0.34) && near(terms.total.omega_rad_s, -0.34));

@@ -1,4 +1,5 @@
-//! The table of all recorded signals: the one place that knows their names, order and types in files and hashes.
+//! The table of all recorded signals. It alone defines their names, order and types in files and
+//! hashes.
 
 use ilon_robot::Pose;
 
@@ -11,7 +12,8 @@ use crate::record::{
 };
 use crate::trace::{RowMut, Trace};
 
-/// How a signal is stored in a file. In memory all pass through f64, which holds each of them exactly.
+/// The type of a signal in a file. In memory all signals are f64, which represents each of them
+/// exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnType {
     /// A real number.
@@ -96,7 +98,7 @@ static RECORD: [Column<Record>; 48] = reals! { Record;
     "rate_conflict_share" => rate_conflict_share,
 };
 
-/// Of a term of the ledger, or of their sum.
+/// For one term of the ledger, or for their sum.
 static TERM: [Column<Integral>; 5] = reals! { Integral;
     "x_m" => x_m,
     "y_m" => y_m,
@@ -161,7 +163,7 @@ static TASK: [Column<TaskShare>; 6] = reals! { TaskShare;
     "asked_omega_rad_s" => asked_twist_in_body.omega_rad_s,
 };
 
-/// Of a joint that turns, and of one that slides.
+/// For a revolute joint, and for a prismatic one.
 static JOINT: [[Column<JointSample>; 7]; 2] = [
     reals! { JointSample;
         "position_rad" => position,
@@ -245,11 +247,11 @@ static WHEEL_OTHERS: [Column<WheelSample>; 2] = [
     },
 ];
 
-/// Where in a trace a signal is kept.
+/// Where a signal is stored in a trace.
 #[derive(Debug)]
 enum Source {
     Record(&'static Column<Record>),
-    /// The sum of the ledger, and then its terms.
+    /// The total of the ledger, and then its terms.
     Term(usize, &'static Column<Integral>),
     Support(&'static Column<Support>),
     Desired(&'static Column<Desired>),
@@ -278,7 +280,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The signal at one step; `None` where it is absent.
+    /// The signal at one step; `None` if it is absent.
     pub fn get(&self, trace: &Trace, step: usize) -> Option<f64> {
         let record = trace.records().get(step)?;
         match &self.source {
@@ -313,7 +315,7 @@ impl Signal {
         }
     }
 
-    /// Puts a value read from a file into a row.
+    /// Writes a value from a file into a row.
     pub(crate) fn set(&self, row: &mut RowMut<'_>, value: Option<f64>) {
         let RowMut {
             record,
@@ -373,7 +375,7 @@ impl Signal {
     }
 }
 
-/// The signals of some columns, whose names begin alike.
+/// The signals of columns whose names have a common prefix.
 fn of_columns<T: 'static>(
     columns: impl IntoIterator<Item = &'static Column<T>>,
     begins: &str,

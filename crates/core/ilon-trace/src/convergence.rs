@@ -1,7 +1,7 @@
 //! How far the figures of a run move at half its step.
 //!
-//! A *twin* is the same run, with the same seeds, with one thing changed. Only its figures are kept. The header of a trace carries them, so
-//! that what is said of them can be said again without physics.
+//! A *twin* is the same run, with the same seeds, with one thing changed. Only its figures are
+//! kept, in the header of the trace, so that they can be reported without physics.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::quantities::{self, Quantity, Scales};
 pub use crate::twin::{Apart, Cause, Change, Convergence, Moved, Twin};
 
 impl Twin {
-    /// A twin that came to these figures, or could not be run.
+    /// A twin with these figures, or the reason why it could not be run.
     pub fn new(change: Change, came: Result<(Summary, Option<Apart>), String>) -> Self {
         let figures = |summary: &Summary| {
             let value = |figure: &Quantity| Some((figure.key.to_owned(), figure.value(summary)?));
@@ -39,7 +39,7 @@ impl Twin {
 }
 
 impl Convergence {
-    /// That of a run whose header has its twins.
+    /// The convergence of a run whose header has its twins.
     pub(crate) fn of(summary: &Summary, header: &Header) -> Self {
         let is_half = |change: &Change| matches!(change, Change::HalfStep | Change::HalfSplit);
         let mut halves = header.twins.iter().filter(|twin| is_half(&twin.change));
@@ -80,14 +80,15 @@ impl Convergence {
         Self(stated.filter_map(moved).collect())
     }
 
-    /// The figures that moved by more than their stated accuracy, in the order of [`quantities::all`].
+    /// The figures that moved by more than their stated accuracy, in the order of
+    /// [`quantities::all`].
     pub fn beyond(&self) -> impl Iterator<Item = (&'static Quantity, &Moved)> {
         let found =
             quantities::all().filter_map(|quantity| Some((quantity, self.get(quantity.key)?)));
         found.filter(|(_, moved)| moved.exceeds)
     }
 
-    /// The largest share by which a place, a heading or a way moved.
+    /// The largest relative change of a position, a heading or a path length.
     pub fn of_the_way(&self) -> f64 {
         let of_way = |key: &str| {
             quantities::accuracy(key)
@@ -97,7 +98,7 @@ impl Convergence {
         shares.map(|(_, moved)| moved.share).fold(0.0, f64::max)
     }
 
-    /// What became of the run at half its step, as a sentence.
+    /// The result at half the step, as a sentence.
     pub fn sentence(&self) -> String {
         let count = self.beyond().count();
         let way = 100.0 * self.of_the_way();
@@ -115,7 +116,7 @@ impl Convergence {
     }
 }
 
-/// By how much a figure is more than another; headings at the end differ by less than half a turn.
+/// The difference of two values of a figure; of final headings, the difference within half a turn.
 pub(crate) fn difference(key: &str, value: f64, from: f64) -> f64 {
     match key {
         "end_heading_rad" => wrap_angle(value - from),
@@ -129,8 +130,8 @@ mod tests {
     use crate::metrics::Settings;
     use crate::sample::made_up_trace;
 
-    /// A run of a robot whose farthest wheel is at 0.4 m, with a twin at half the step whose figures are those of the run but for what is
-    /// `changed`.
+    /// A run of a robot whose farthest wheel is at 0.4 m, with a twin at half the step that has the
+    /// same figures except those in `changed`.
     fn converged(changed: &[(&str, f64)]) -> Summary {
         let mut trace = made_up_trace(1, 40, true);
         trace.header.wheels[0].position_m = [0.0, 0.4];
@@ -154,7 +155,8 @@ mod tests {
         assert_eq!((place.half_step, place.half_split), (summary.end_x_m, None));
     }
 
-    /// A place is known to a thousandth of the way, and nothing below 1e-4 of 0.4 m counts.
+    /// A position is accurate to a thousandth of the way, and differences below 1e-4 of 0.4 m do
+    /// not count.
     #[test]
     fn places_are_measured_against_the_way_and_rounding_is_left_out() {
         let way_m = {
@@ -172,7 +174,7 @@ mod tests {
         ] {
             let summary = converged(&[("end_y_m", by_m)]);
             let place = summary.converge.get("end_y_m").expect("it applies");
-            // Within the rounding of a sum.
+            // Rounding of one sum.
             assert!((place.moved - by_m.abs()).abs() < 1e-12);
             assert!((place.share - share).abs() < 1e-9, "{place:?}");
             assert_eq!(place.exceeds, exceeds);

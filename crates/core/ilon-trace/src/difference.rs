@@ -1,26 +1,27 @@
-//! Holds a whole trace against an earlier one, signal by signal.
+//! Compares a whole trace with an earlier one (its baseline), signal by signal.
 
 use std::collections::BTreeMap;
 
 use crate::Rows;
 
-/// Where a trace leaves its baseline.
+/// A signal that differs from its baseline.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Difference {
-    /// The signal, by its column's name.
+    /// Column name of the signal.
     pub signal: String,
-    /// When it is first further from the baseline than it may be, in seconds.
+    /// Time of the first difference beyond the tolerance, in seconds.
     pub first_s: f64,
-    /// The baseline there; `None` where it has no value.
+    /// Baseline value there; `None` if it is absent.
     pub baseline: Option<f64>,
-    /// The run there; `None` where it has no value.
+    /// Value of the run there; `None` if it is absent.
     pub run: Option<f64>,
-    /// The largest difference at any time; infinite where only one of them has a value.
+    /// Largest difference at any time; infinite if only one side has a value.
     pub worst: f64,
-    /// That over the largest size of the signal in the baseline; infinite where only one of them has a value.
+    /// That difference relative to the largest magnitude of the signal in the baseline; infinite if
+    /// only one side has a value.
     pub share: f64,
-    /// How far it may be.
+    /// The tolerance.
     pub tolerance: f64,
 }
 
@@ -47,12 +48,12 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// A time without the rounding of the sum of steps that led to it, in seconds.
+/// Removes the rounding of a sum of steps from a time in seconds.
 pub fn to_microseconds(t_s: f64) -> f64 {
     (t_s * 1e6).round() / 1e6
 }
 
-/// A number with all its digits, and with an exponent where zeros would hide them.
+/// A number with all its digits, and with an exponent if zeros would hide them.
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if size == 0.0 || (1e-3..1e6).contains(&size) || !size.is_finite() => {
@@ -62,11 +63,12 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// The signals of a run that leave their baseline, the earliest first. A signal without a tolerance must be equal to the
-/// bit; runs of different length differ in time itself. One signal at a time is held in memory.
+/// The signals of a run that differ from its baseline, the earliest difference first. A signal
+/// without a tolerance must be equal to the bit; runs of different length differ in the time
+/// signal. One signal at a time is in memory.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn differences<R: Rows>(
     run: &R,
     baseline: &R,
@@ -111,7 +113,8 @@ fn difference(
     };
     let first = (0..rows).find(|row| off(*row) > tolerance)?;
     let worst = (0..rows).map(off).fold(0.0, f64::max);
-    // In SI units: what stays below a tenth of a millimetre, or of a millinewton, tells a person little.
+    // In SI units: values below a tenth of a millimetre, or of a millinewton, count as zero.
+    // Chosen.
     const LEAST_SIZE: f64 = 1e-4;
     let sizes = theirs.iter().flatten().filter(|value| value.is_finite());
     let size = sizes.map(|value| value.abs()).fold(LEAST_SIZE, f64::max);
@@ -128,7 +131,7 @@ fn difference(
     })
 }
 
-/// The tolerance of a signal: its own, or that of every wheel, or none.
+/// The tolerance of a signal: its own, that for every wheel, or zero.
 fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> f64 {
     let of_every_wheel = || {
         let (wheel, rest) = name.strip_prefix("wheel")?.split_once('_')?;

@@ -2,50 +2,52 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The largest distance between a run and its twin at the same time, in metres, as a key of [`Effect`]: with the cause the distance, without it 0.
+/// Key of an [`Effect`]: the largest distance between a run and its twin at the same time, in
+/// metres; without the cause it is 0.
 pub const APART_M: &str = "apart_m";
-/// The largest difference of their headings at the same time, in radians.
+/// Key of an [`Effect`]: the largest difference of their headings at the same time, in radians.
 pub const APART_RAD: &str = "apart_rad";
 
 /// A figure with a cause and without it, in SI units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Effect {
-    /// Where the cause stands in the scenario, such as `faults.0`; `all` of all causes together, and `interplay` of what these do beyond the sum of each.
+    /// The key of the cause in the scenario, such as `faults.0`; `all` for all causes together, and
+    /// `interplay` for their joint effect minus the sum of the single ones.
     pub cause: String,
-    /// What it is, in words.
+    /// A description of the cause.
     pub words: String,
     /// The figure: a key of the summary, [`APART_M`] or [`APART_RAD`].
     pub key: String,
-    /// With the cause; `None` where it does not apply.
+    /// With the cause; `None` if it does not apply.
     pub with: Option<f64>,
-    /// Without the cause; `None` where it does not apply.
+    /// Without the cause; `None` if it does not apply.
     pub without: Option<f64>,
-    /// With minus without; of headings within half a turn.
+    /// With minus without; of headings, the difference within half a turn.
     pub difference: f64,
-    /// What the figure moves by without any cause.
+    /// Noise floor: the change of the figure without any cause.
     pub floor: f64,
-    /// Whether the difference can be told from none: more than [`FLOORS`](crate::effects::FLOORS) floors.
+    /// Whether the difference is significant: more than [`FLOORS`](crate::effects::FLOORS) floors.
     pub differs: bool,
 }
 
-/// The effects of a run: those of one cause after the other.
+/// The effects of a run, one cause after the other.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Effects(Vec<Effect>);
 
 impl Effects {
-    /// Of these.
+    /// Wraps a list of effects.
     pub(crate) fn new(effects: Vec<Effect>) -> Self {
         Self(effects)
     }
 
-    /// Whether nothing was left out of the run.
+    /// Whether no cause was removed from the run.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// One after the other, in the order of the causes.
+    /// Iterates in the order of the causes.
     pub fn iter(&self) -> impl Iterator<Item = &Effect> {
         self.0.iter()
     }

@@ -1,7 +1,8 @@
-//! What made a difference to a run: the run minus the same run without a cause.
+//! The effects of causes: the run minus the same run without a cause.
 //!
-//! An effect is a difference of two runs that were made, with the same robot, step and seeds. Its noise floor is what the same figure moves by at half the
-//! step, and with another seed where sensors are noisy. Below [`FLOORS`] floors a difference cannot be told from none.
+//! An effect is the difference of two runs with the same robot, step and seeds. Its noise floor is
+//! the change of the same figure at half the step and, with noisy sensors, with another seed. A
+//! difference below [`FLOORS`] floors is not significant.
 
 use crate::convergence::{self, Apart, Cause, Change, Twin};
 pub use crate::effect::{APART_M, APART_RAD, Effect, Effects};
@@ -9,13 +10,14 @@ use crate::header::Header;
 use crate::metrics::Summary;
 use crate::quantities::{self, Scales, by_key};
 
-/// A difference of fewer noise floors than this cannot be told from none.
+/// A difference of fewer noise floors than this is not significant. Chosen.
 pub const FLOORS: f64 = 3.0;
 
-/// Causes that are noise: what another seed moves is of their own size, and no floor of theirs.
+/// Causes that are noise. The change with another seed has their own size, so it is not their
+/// floor.
 const NOISES: [&str; 3] = ["sensors.pose.noise", "sensors.encoders", "sensors.imu"];
 
-/// Figures that are given of every cause, whether they differ or not.
+/// Figures that are reported for every cause, whether they differ or not.
 const ALWAYS: [&str; 4] = [
     "end_x_m",
     "end_y_m",
@@ -24,7 +26,7 @@ const ALWAYS: [&str; 4] = [
 ];
 
 impl Effects {
-    /// Those of a run whose header has its twins.
+    /// The effects of a run whose header has its twins.
     pub(crate) fn of(summary: &Summary, header: &Header) -> Self {
         let ablations = of_causes(summary, header);
         let mut effects: Vec<Effect> = Vec::new();
@@ -34,27 +36,27 @@ impl Effects {
     }
 }
 
-/// A run beside its twin without a cause, or with a remedy.
+/// A run compared with its twin without a cause, or with a remedy.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Ablation<'a> {
-    /// What was left out; `None` of all at once.
+    /// What was removed; `None` for all causes at once.
     pub cause: Option<&'a Cause>,
-    /// How far apart the two were.
+    /// The distance between the two runs.
     pub apart: Apart,
-    /// How far the run is from itself at half the step, in metres and radians.
+    /// The distance between the run and its twin at half the step, in metres and radians.
     pub floor: [f64; 2],
-    /// The figures.
+    /// The effects on the figures.
     pub effects: Vec<Effect>,
 }
 
 impl Ablation<'_> {
-    /// Whether anything differs.
+    /// Whether anything differs significantly.
     pub fn differs(&self) -> bool {
         self.effects.iter().any(|effect| effect.differs)
     }
 
-    /// Whether the robot went another way, or turned otherwise.
+    /// Whether the robot's path or heading differs significantly.
     pub fn moves(&self) -> bool {
         let of_way = |key: &str| [APART_M, APART_RAD].contains(&key);
         self.effects.iter().any(|it| of_way(&it.key) && it.differs)
@@ -66,7 +68,8 @@ impl Ablation<'_> {
     }
 }
 
-/// The run beside each twin that leaves a cause out, in the order of the causes; all of them at once last.
+/// Compares the run with each twin without a cause, in the order of the causes; the twin without
+/// all causes comes last.
 pub fn of_causes<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a>> {
     let left_out = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::Without(cause) => ablation(summary, header, twin, Some(cause)),
@@ -76,7 +79,7 @@ pub fn of_causes<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a>>
     left_out.collect()
 }
 
-/// The run beside each twin that tries a remedy.
+/// Compares the run with each twin that tries a remedy.
 pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a>> {
     let tried = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::With(remedy) => ablation(summary, header, twin, Some(remedy)),
@@ -158,7 +161,8 @@ fn ablation<'a>(
     })
 }
 
-/// What causes do together beyond the sum of each, on the place and the heading at the end.
+/// The interaction of the causes: their joint effect minus the sum of the single ones, on the final
+/// position and heading.
 fn interplay(ablations: &[Ablation]) -> Vec<Effect> {
     let singles = ablations.iter().filter(|one| one.cause.is_some());
     let Some(all) = ablations.iter().find(|one| one.cause.is_none()) else {
@@ -189,7 +193,7 @@ mod tests {
     use crate::metrics::Settings;
     use crate::sample::made_up_trace;
 
-    /// A twin that ended so far from the run along x, in metres.
+    /// A twin that ended `by_m` metres from the run along x.
     fn twin(change: Change, alone: &Summary, by_m: f64) -> Twin {
         let apart = Apart {
             most_m: by_m.abs(),
@@ -207,7 +211,8 @@ mod tests {
         })
     }
 
-    /// A run of a robot whose farthest wheel is at 0.4 m, so that no place is known better than 0.04 mm.
+    /// A run of a robot whose farthest wheel is at 0.4 m, so that the resolution of positions is
+    /// 0.04 mm.
     fn with_twins(twins: impl Fn(&Summary) -> Vec<Twin>) -> Summary {
         let mut trace = made_up_trace(1, 40, true);
         trace.header.wheels[0].position_m = [0.0, 0.4];
@@ -232,7 +237,7 @@ mod tests {
                 ]
             });
             let effect = summary.effects.get("load", "end_x_m").expect("an effect");
-            // Within the rounding of a sum.
+            // Rounding of one sum.
             assert!((effect.difference - by_m).abs() < 1e-12, "{effect:?}");
             assert_eq!(effect.differs, differs, "{effect:?}");
             let apart = summary.effects.get("load", APART_M).expect("an effect");
@@ -258,7 +263,8 @@ mod tests {
         assert!(turned.is_some_and(|turned| !turned.differs));
     }
 
-    /// Another seed moves the end by 5 mm: what 6 mm of another cause is cannot be told, and 6 mm of the noise itself can.
+    /// Another seed moves the end by 5 mm: an effect of 6 mm of another cause is not significant,
+    /// one of the noise itself is.
     #[test]
     fn another_seed_is_no_floor_of_the_noise_itself() {
         for (key, differs) in [("load", false), (NOISES[0], true)] {

@@ -1,23 +1,23 @@
-//! What can go wrong with traces and their files.
+//! Errors of traces and their files.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why a trace or a file of it could not be written or read.
+/// Why a trace or its file could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TraceError {
     /// The operating system refused.
     #[error("cannot {doing} `{}`: {source}", path.display())]
     Io {
-        /// What was tried, such as `create`.
+        /// The operation, such as `create`.
         doing: &'static str,
-        /// On which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// Another run writes there.
+    /// Another run is writing there.
     #[error(
         "`{}` is being written to by another run{}",
         path.display(),
@@ -26,29 +26,29 @@ pub enum TraceError {
     InUse {
         /// The folder or file.
         path: PathBuf,
-        /// The process that does, if it says so.
+        /// The id of that process, if it is known.
         holder: Option<u32>,
     },
-    /// A folder that would be removed holds something that no run has written.
+    /// A folder that would be removed contains something that no run has written.
     #[error(
         "`{}` stands where a growing trace is kept, but no run has written it: move it elsewhere",
         path.display()
     )]
     Foreign {
-        /// What it holds.
+        /// The foreign entry.
         path: PathBuf,
     },
-    /// A recorded value is no number, or beyond all that means something.
+    /// A recorded value is NaN, infinite or beyond any meaningful size.
     #[error("the simulation diverged at {t_s} s: `{signal}` is {value:e}")]
     Diverged {
         /// The signal, by its column's name.
         signal: String,
-        /// When, in seconds.
+        /// Its time, in seconds.
         t_s: f64,
         /// Its value.
         value: f64,
     },
-    /// The file holds other values than were written.
+    /// The file's content is not what was written.
     #[error(
         "the trace `{}` is damaged or cut short: it does not hold what was written; run the scenario again",
         path.display()
@@ -65,10 +65,10 @@ pub enum TraceError {
     NotParquet {
         /// The file.
         path: PathBuf,
-        /// What the Parquet reader said.
+        /// The Parquet reader's error.
         source: parquet::errors::ParquetError,
     },
-    /// The file is Parquet, but no trace, or one that another program has written anew.
+    /// The file is Parquet but not a trace, or was rewritten by another program.
     #[error(
         "`{}` is a Parquet file, but no trace that ilon wrote",
         path.display()
@@ -86,53 +86,53 @@ pub enum TraceError {
         /// The folder.
         path: PathBuf,
     },
-    /// The header in the file's metadata cannot be understood.
+    /// The header in the file's metadata is invalid.
     #[error("the header of the trace `{}` cannot be understood ({source}); it was written by another version: run the scenario again", path.display())]
     Header {
         /// The file.
         path: PathBuf,
-        /// What the JSON reader said.
+        /// The JSON reader's error.
         source: serde_json::Error,
     },
-    /// A column is not there, or is of another type.
+    /// A column is missing or has another type.
     #[error("the trace `{}` has no column `{column}` of type {expected}; it was written by another version: run the scenario again", path.display())]
     Column {
         /// The file.
         path: PathBuf,
         /// The column's name.
         column: String,
-        /// The physical type it should have.
+        /// The expected physical type.
         expected: &'static str,
     },
-    /// The header names more tasks than a record holds.
+    /// The header names more tasks than a record can hold.
     #[error(
         "the trace names {found} tasks, but a record holds at most {}",
         crate::MAX_TASKS
     )]
     TooManyTasks {
-        /// How many it names.
+        /// The number of tasks.
         found: usize,
     },
-    /// The trace could not be turned into Parquet.
+    /// The trace could not be encoded as Parquet.
     #[error("the trace could not be written to `{}`: {source}", path.display())]
     Encode {
         /// The file.
         path: PathBuf,
-        /// What the Parquet writer said.
+        /// The Parquet writer's error.
         source: parquet::errors::ParquetError,
     },
-    /// What takes rows while a run is under way could not.
+    /// A sink failed while a run was in progress.
     #[error("the rows could not be handed to {sink}: {source}")]
     Sink {
-        /// What took them.
+        /// The sink.
         sink: String,
-        /// Why it could not.
+        /// Its error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
 impl TraceError {
-    /// That a [`Sink`](crate::Sink) could not take rows, and why.
+    /// An error of a [`Sink`](crate::Sink) that could not take rows.
     pub fn sink(
         sink: impl Into<String>,
         source: impl Into<Box<dyn std::error::Error + Send + Sync>>,

@@ -1,29 +1,29 @@
-//! What went wrong on purpose in a run, as data: whoever tells of it needs no scenario to read.
+//! The injected faults of a run as data, so that they can be reported without the scenario.
 
 use serde::{Deserialize, Serialize};
 
-/// One thing that went wrong on purpose.
+/// An injected fault.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
-    /// When it begins, in seconds.
+    /// Start, in seconds.
     pub from_s: f64,
-    /// When it ends, in seconds; `None` where it never does.
+    /// End, in seconds; `None` if it lasts to the end of the run.
     pub until_s: Option<f64>,
-    /// What it is.
+    /// Its kind.
     pub kind: FaultKind,
 }
 
-/// What goes wrong. Wheels count as in [`crate::Header::wheels`].
+/// The kinds of faults. Wheels are numbered as in [`crate::Header::wheels`].
 ///
-/// It is exhaustive, so that a kind that is added cannot be forgotten by what writes it or tells of it.
+/// The enum is exhaustive, so that no writer or report can forget a new kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// A motor is driven by nobody.
+    /// A motor is not driven.
     MotorLost {
         /// Its wheel.
         wheel: usize,
-        /// Whether its winding is shorted, so that its back-EMF brakes the wheel.
+        /// Whether its winding is shorted, so that the back-EMF brakes the wheel.
         #[serde(default)]
         shorted: bool,
     },
@@ -32,68 +32,69 @@ pub enum FaultKind {
         /// Its wheel.
         wheel: usize,
     },
-    /// An encoder counts wrong.
+    /// An encoder reads a wrong rate.
     EncoderScaled {
         /// Its wheel.
         wheel: usize,
-        /// The rate that it reads over the real one.
+        /// Measured over real rate.
         factor: f64,
     },
-    /// The pose sensor sees nothing.
+    /// The pose sensor is blind.
     PoseLost,
-    /// The pose sensor is off.
+    /// The pose sensor has an offset.
     PoseShifted {
-        /// By how much along the world's x and y, in metres.
+        /// Offset along the world's x and y, in metres.
         by_m: [f64; 2],
-        /// By how much in heading, in radians.
+        /// Offset in heading, in radians.
         by_rad: f64,
     },
-    /// The battery sags.
+    /// The battery voltage drops.
     BatterySag {
-        /// What is left of its voltage, in [0, 1].
+        /// Remaining share of the voltage, in [0, 1].
         share: f64,
     },
-    /// Something pushes the chassis.
+    /// A push on the chassis.
     Push {
         /// The impulse, spread evenly over the time, in N s.
         impulse_n_s: [f64; 3],
-        /// Whether its axes are the robot's, turned level, and not the world's.
+        /// Whether its axes are those of the body frame, turned level, instead of the world's.
         in_body: bool,
-        /// Where on the chassis, in the body frame, in metres.
+        /// Point of application on the chassis, in the body frame, in metres.
         place_m: [f64; 3],
     },
-    /// A mass lies on the chassis.
+    /// A mass on the chassis.
     Payload {
         /// Its mass, in kg.
         mass_kg: f64,
-        /// Where on the chassis, in the body frame, in metres.
+        /// Its place on the chassis, in the body frame, in metres.
         place_m: [f64; 3],
     },
-    /// A roller does not turn on its axle.
+    /// A roller is stuck on its axle.
     RollerStuck {
         /// Its wheel.
         wheel: usize,
         /// Its number on the wheel, from 0.
         roller: u32,
     },
-    /// The floor has another friction, everywhere but on its patches.
+    /// The floor has another friction, except on its patches.
     FrictionChanged {
         /// Coulomb's coefficient.
         friction: f64,
     },
-    /// The ground leans, or rocks.
+    /// The ground tilts or rocks.
     Tilt {
         /// The largest angle, in radians.
         amplitude_rad: f64,
-        /// How often it rocks, in Hz; 0 where it leans and stays.
+        /// Rocking frequency, in Hz; 0 for a constant tilt.
         frequency_hz: f64,
-        /// Which way it goes down first, in radians from the world's x axis.
+        /// The direction that goes down first, in radians from the world's x axis.
         direction_rad: f64,
     },
 }
 
 impl Fault {
-    /// What it is, to be read behind "without", with its times: `the payload of 2 kg from 3.00 s on`. Wheels are called by the names that are given.
+    /// A description to follow "without", with its times: `the payload of 2 kg from 3.00 s on`.
+    /// `name_of` names the wheels.
     pub fn words<'a>(&self, name_of: impl Fn(usize) -> Option<&'a str>) -> String {
         let what = self.kind.words(name_of);
         let (from_s, until_s) = (self.from_s, self.until_s);
@@ -107,7 +108,7 @@ impl Fault {
 }
 
 impl FaultKind {
-    /// What it is, to be read behind "without". Wheels are called by the names that are given.
+    /// A description to follow "without". `name_of` names the wheels.
     pub fn words<'a>(&self, name_of: impl Fn(usize) -> Option<&'a str>) -> String {
         let name_of = |wheel: usize| name_of(wheel).unwrap_or("a wheel");
         match self {
@@ -166,7 +167,7 @@ impl FaultKind {
     }
 }
 
-/// A number with four significant digits, without zeros at its end.
+/// A number with four significant digits, without trailing zeros.
 fn rounded(x: f64) -> f64 {
     let text = format!("{x:.3e}");
     text.parse().unwrap_or(x)

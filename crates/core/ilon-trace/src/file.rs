@@ -1,11 +1,12 @@
-//! The trace as a Parquet file: one row a control step, columns named with their units, the header as JSON under
-//! [`HEADER_KEY`] in the file's key-value metadata. pandas, polars and DuckDB read it as it is.
+//! The trace as a Parquet file: one row per control step, columns named with their units, the
+//! header as JSON under [`HEADER_KEY`] in the key-value metadata. pandas, polars and DuckDB read it
+//! directly.
 //!
-//! Behind the first four bytes of a file stands a checksum over all of it, where no reader of Parquet looks: a damaged trace
-//! is refused, not read.
+//! After the first four bytes of a file comes a checksum of the whole file, in a place that Parquet
+//! readers skip: a damaged trace is refused, not read.
 //!
-//! Rows stand in groups of [`ROWS_A_GROUP`], so that a long trace can be written while it grows ([`TraceWriter`]) and gone
-//! through ([`TraceFile`]) without ever lying in memory as a whole.
+//! Rows are in groups of [`ROWS_A_GROUP`], so that a long trace can be written while it grows
+//! ([`TraceWriter`]) and read ([`TraceFile`]) without being in memory as a whole.
 
 mod atomic;
 mod checksum;
@@ -31,24 +32,24 @@ use crate::projection::Projection;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
-/// Whether a file is a trace, whole or not; hardly any of it is read.
+/// Whether a file is a trace, complete or not; only a few bytes of it are read.
 pub fn is_trace(path: &Path) -> bool {
     let file = ilon_files::FileAccess::anywhere().open(path);
     file.is_ok_and(|mut file| checksum::is_labelled(&mut file).unwrap_or(false))
 }
 
 impl Trace {
-    /// Writes the trace as a Parquet file. The file appears whole or not at all.
+    /// Writes the trace as a Parquet file. The file appears complete or not at all.
     ///
     /// # Errors
-    /// [`TraceError::Io`] where the file cannot be written, [`TraceError::TooManyTasks`].
+    /// [`TraceError::Io`] if the file cannot be written, [`TraceError::TooManyTasks`].
     pub fn write_parquet(&self, path: &Path) -> Result<(), TraceError> {
         let mut writer = TraceWriter::begin(path, atomic::folder_of(path), &self.header)?;
         self.write_groups(&mut writer)?;
         writer.finish(&self.header)
     }
 
-    /// The bytes of the file that [`Self::write_parquet`] writes, where there is no place for files.
+    /// The bytes of the file that [`Self::write_parquet`] writes, for systems without files.
     ///
     /// # Errors
     /// [`TraceError::TooManyTasks`].
@@ -73,7 +74,7 @@ impl Trace {
     /// Reads a trace back from its file, bit for bit, or from a folder of [`crate::parts`].
     ///
     /// # Errors
-    /// Says which file is missing, broken, damaged or no trace, and which column it lacks.
+    /// Names the file that is missing, broken, damaged or not a trace, or the missing column.
     pub fn read_parquet(path: &Path) -> Result<Self, TraceError> {
         if path.is_dir() {
             return crate::parts::read(path);
@@ -93,7 +94,7 @@ mod tests {
     use super::*;
     use crate::sample::made_up_trace;
 
-    /// A folder of its own for one test, gone at the end.
+    /// A folder for one test, removed at the end.
     struct Folder(PathBuf);
 
     impl Folder {
@@ -166,7 +167,7 @@ mod tests {
             )
         );
 
-        // As another program writes it: with other bytes between those by which Parquet is known.
+        // Written by another program: other bytes between the Parquet marks.
         fs::write(&path, b"PAR1 others PAR1").unwrap();
         let foreign = Trace::read_parquet(&path).unwrap_err().to_string();
         assert_eq!(
@@ -182,7 +183,8 @@ mod tests {
         let trace = made_up_trace(1, 6, true);
         trace.write_parquet(&path).unwrap();
         let whole = fs::read(&path).unwrap();
-        // Every bit of a byte, and every part of the file, comes up; all of them take a minute.
+        // Covers every bit position and every part of the file; testing all bits would take a
+        // minute.
         for bit in (0..8 * whole.len()).step_by(211) {
             let mut flipped = whole.clone();
             flipped[bit / 8] ^= 1 << (bit % 8);
@@ -212,7 +214,7 @@ mod tests {
         assert!(refused > 0 && read > 0, "{refused} refused, {read} read");
     }
 
-    /// A column by another name is one that the file lacks.
+    /// A renamed column is reported as missing.
     #[test]
     fn a_column_that_is_not_there_is_named() {
         let folder = Folder::new("older");
@@ -243,7 +245,7 @@ mod tests {
     #[test]
     fn a_trace_that_cannot_be_written_leaves_nothing_behind() {
         let folder = Folder::new("unwritable");
-        // A folder stands where the file should go.
+        // The file's path is taken by a folder.
         let path = folder.0.join("trace.parquet");
         fs::create_dir(&path).unwrap();
         let error = made_up_trace(3, 2, true).write_parquet(&path).unwrap_err();

@@ -1,4 +1,4 @@
-//! Whether all that was recorded are numbers.
+//! Checks that all recorded values are finite.
 
 use std::ops::Range;
 
@@ -7,14 +7,16 @@ use crate::error::TraceError;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
-/// The largest value that means something: what the world computes with ends at 3.4e38, and its squares long before.
+/// The largest meaningful value: f32 numbers of the world end at 3.4e38, and their squares overflow
+/// long before. Chosen.
 const LARGEST: f64 = 1e30;
-/// How the names of signals end that may be infinite: what a task can be given has no bound where wheel rates have none.
+/// The ending of signals that may be infinite: the capacity of a task has no bound if wheel rates
+/// have none.
 const UNBOUNDED: &str = "_capacity_rad_s";
 
 impl Trace {
-    /// Makes sure that every recorded value is finite, and no larger than 1e30: from the first that is not, all that follows
-    /// means nothing.
+    /// Checks that every recorded value is finite and at most 1e30; after the first one that is
+    /// not, the rest is meaningless.
     ///
     /// # Errors
     /// [`TraceError::Diverged`] with the first such value.
@@ -23,7 +25,7 @@ impl Trace {
     }
 }
 
-/// The signals of a trace, to look at again and again.
+/// The signals of a trace, for repeated checks.
 #[derive(Debug)]
 pub(crate) struct Watched(Vec<Signal>);
 
@@ -32,7 +34,7 @@ impl Watched {
         Self(signals(&trace.header))
     }
 
-    /// Like [`Trace::check_finite`], of some rows.
+    /// Like [`Trace::check_finite`], for some rows.
     pub fn check(&self, trace: &Trace, rows: Range<usize>) -> Result<(), TraceError> {
         for row in rows {
             for signal in &self.0 {

@@ -1,6 +1,6 @@
-//! Figures that grow value by value.
+//! Figures that are accumulated value by value.
 
-/// A mean, weighted where values stand for unequal times.
+/// A mean, weighted by the time of each value.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mean {
     sum: f64,
@@ -17,7 +17,7 @@ impl Mean {
         self.weight += weight;
     }
 
-    /// `None` of nothing.
+    /// The mean; `None` without values.
     pub fn get(self) -> Option<f64> {
         (self.weight > 0.0).then(|| self.sum / self.weight)
     }
@@ -36,7 +36,7 @@ impl Rms {
         self.0.add_weighted(x * x, weight);
     }
 
-    /// `None` of nothing.
+    /// The root mean square; `None` without values.
     pub fn get(self) -> Option<f64> {
         self.0.get().map(f64::sqrt)
     }
@@ -51,13 +51,13 @@ impl Largest {
         self.0 = Some(self.0.map_or(x, |largest| largest.max(x)));
     }
 
-    /// `None` of nothing.
+    /// The largest value; `None` without values.
     pub fn get(self) -> Option<f64> {
         self.0
     }
 }
 
-/// How far apart the smallest and the largest value are.
+/// The range of the values.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent(Option<(f64, f64)>);
 
@@ -69,12 +69,12 @@ impl Extent {
         );
     }
 
-    /// Largest minus smallest; `None` of nothing.
+    /// Largest minus smallest; `None` without values.
     pub fn get(self) -> Option<f64> {
         self.0.map(|(low, high)| high - low)
     }
 }
-/// A number, unless it is none.
+/// The number if it is finite.
 pub(crate) fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }

@@ -8,21 +8,23 @@ const FNV_OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 /// The prime of the 128-bit FNV-1a hash.
 const FNV_PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 
-/// The fingerprint of a trace: 32 hexadecimal digits, equal exactly where every recorded signal is equal bit for bit.
+/// The fingerprint of a trace: 32 hexadecimal digits, equal exactly if every recorded signal is
+/// equal bit for bit.
 ///
-/// It is the 128-bit FNV-1a hash over, for each signal in the order of the file's columns: its name in UTF-8, a zero
-/// byte, and for each step one byte 1 with the eight bytes of the value as f64, little-endian, or one byte 0 where the
-/// signal is absent. All NaN count as one. Nothing of the header enters but what shows in the columns' names, so that
-/// neither the time a run took nor the version that made it matter.
+/// It is the 128-bit FNV-1a hash over, for each signal in the order of the file's columns: its name
+/// in UTF-8, a zero byte, and for each step one byte 1 with the eight bytes of the value as f64,
+/// little-endian, or one byte 0 if the signal is absent. All NaN count as equal. Of the header only
+/// what appears in column names is included, so that neither the duration of the computation nor
+/// the program version matters.
 pub fn trace_hash(trace: &Trace) -> String {
     let Ok(hash) = hash_of_rows(trace);
     hash
 }
 
-/// The fingerprint of a trace whose rows need not lie in memory, see [`trace_hash`].
+/// The fingerprint of a trace whose rows need not be in memory, see [`trace_hash`].
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn hash_of_rows<R: Rows>(rows: &R) -> Result<String, R::Error> {
     let mut hash = FNV_OFFSET;
     let mut feed = |bytes: &[u8]| {
@@ -56,7 +58,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_fnv_1a_as_published() {
-        // An independent walk over a trace of no steps: only names and zero bytes are fed.
+        // An independent computation over a trace of no steps: only names and zero bytes.
         let trace = Trace::with_capacity(Header::default(), 0);
         let bytes: Vec<u8> = signals(&trace.header)
             .iter()

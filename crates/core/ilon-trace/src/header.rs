@@ -1,4 +1,4 @@
-//! What a run was: everything a report needs beside the records.
+//! The description of a run: everything a report needs besides the records.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::fault::Fault;
 use crate::twin::Twin;
 
-/// What a run was: everything a report needs beside the records.
+/// The description of a run: everything a report needs besides the records.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// The scenario's name.
@@ -18,105 +18,111 @@ pub struct Header {
     pub scenario_toml: String,
     /// The robot's name.
     pub robot_name: String,
-    /// The mass of the robot with its wheels and rollers, in kg; 0 where it is not known.
+    /// Mass of the robot with wheels and rollers, in kg; 0 if unknown.
     #[serde(default)]
     pub mass_kg: f64,
     /// The driven wheels, in the robot's order.
     pub wheels: Vec<WheelHeader>,
-    /// The joints between bodies, in the robot's order; those beyond [`crate::MAX_JOINTS`] are not recorded.
+    /// The joints between bodies, in the robot's order; those beyond [`crate::MAX_JOINTS`] are not
+    /// recorded.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointHeader>,
-    /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons, counter-clockwise.
+    /// Outlines of the chassis seen from above, in the body frame, in metres: convex polygons,
+    /// counter-clockwise.
     #[serde(default)]
     pub chassis_outlines_m: Vec<Vec<[f64; 2]>>,
     /// The point of the body frame that follows the reference, in metres.
     #[serde(default)]
     pub reference_point_m: [f64; 2],
-    /// Names of the guidance law's tasks, highest priority first; at most [`crate::MAX_TASKS`], empty where there is
-    /// no guidance.
+    /// Names of the guidance law's tasks, highest priority first; at most [`crate::MAX_TASKS`],
+    /// empty without guidance.
     #[serde(default)]
     pub task_names: Vec<String>,
     /// The physics step, in seconds.
     pub physics_dt_s: f64,
     /// The control period, in seconds.
     pub control_dt_s: f64,
-    /// Control periods from one row to the next; 0, of a trace that does not say, counts as 1. The end of the run is a row, whatever
-    /// this is.
+    /// Control periods between rows; 0, in a trace that does not specify it, counts as 1. The end
+    /// of the run is always a row.
     #[serde(default)]
     pub record_every: u32,
-    /// How many control periods the whole run has; 0 where that is not known.
+    /// Number of control periods of the whole run; 0 if unknown.
     #[serde(default)]
     pub control_periods: u64,
-    /// Start of the window over which means are taken, in seconds: of an open-loop run it leaves rest and ramp out.
+    /// Start of the window of the means, in seconds; in an open-loop run it excludes rest and ramp.
     pub measure_from_s: f64,
     /// End of that window, in seconds.
     pub measure_to_s: f64,
-    /// The wheel rate that saturation holds the commands to, in rad/s: q'_max of Indiveri 2009, eq. (29).
+    /// The limit of commanded wheel rates by saturation, in rad/s: q'_max of Indiveri 2009, eq.
+    /// (29).
     pub wheel_rate_limit_rad_s: Option<f64>,
     /// Whether the run is open loop: a commanded twist, no reference.
     pub open_loop: bool,
-    /// Versions of what made the run, by name.
+    /// Versions of the programs that made the run, by name.
     pub versions: BTreeMap<String, String>,
-    /// Whether the angles of the rollers are recorded, in columns such as `wheel0_roller3_angle_rad`.
+    /// Whether the angles of the rollers are recorded, in columns such as
+    /// `wheel0_roller3_angle_rad`.
     #[serde(default)]
     pub roller_angles: bool,
-    /// Whether the pose that a log gives of the real robot is recorded, in columns such as `measured_x_m`.
+    /// Whether the real robot's pose from a log is recorded, in columns such as `measured_x_m`.
     #[serde(default)]
     pub measured: bool,
     /// Whether an inertial measurement unit is recorded, in columns such as `imu_rate_z_rad_s`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub imu: bool,
-    /// Whether the storage function of a passive wheel law is recorded, in `storage_j` and `storage_supplied_j`.
+    /// Whether the storage function of a passive wheel law is recorded, in `storage_j` and
+    /// `storage_supplied_j`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub storage: bool,
-    /// What the controller takes the robot for, in words; `None` where it knows it.
+    /// A description of the robot that the controller believes in; `None` if it knows the real one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub belief: Option<String>,
-    /// The URDF that the robot was read from, expanded, converted and repaired; empty where the robot came from no file. What
-    /// wheels were given beside it stands in the scenario's `[robot]`.
+    /// The URDF that the robot was read from, expanded, converted and repaired; empty without a
+    /// file. Additions to the wheels are in the scenario's `[robot]`.
     #[serde(default)]
     pub urdf: String,
-    /// The meshes by which the robot is seen, made small: what they show is no part of the run.
+    /// The robot's visual meshes, reduced in size. They have no influence on the run.
     #[serde(default, skip_serializing_if = "VisualMeshes::is_empty")]
     pub looks: VisualMeshes,
-    /// The ground that the robot drove on; `None` where it is not known.
+    /// The ground; `None` if unknown.
     pub ground: Option<Ground>,
-    /// The free bodies that are recorded.
+    /// The recorded free bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyHeader>,
-    /// What went wrong on purpose; `None` where that is not known.
+    /// The injected faults; `None` if unknown.
     pub faults: Option<Vec<Fault>>,
-    /// The guidance that tracked a reference; `None` where none did, or that is not known.
+    /// The guidance that tracked a reference; `None` without one, or if unknown.
     pub guidance: Option<Guidance>,
-    /// The line of the direct-current motors at the wheels; `None` where only the wheels' limits hold, or that is not known.
+    /// The torque line of the DC motors at the wheels; `None` without DC motors, or if unknown.
     pub motor_line: Option<MotorLine>,
-    /// Where the motion was known before the run to ask for more than grip or motors give; `None` where it did not, or that is not known.
+    /// Whether the motion was predicted to exceed grip or motors; `None` if it was not, or if
+    /// unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub announced: Option<Announced>,
-    /// Whether wheel rates were commanded by the rollers that touch, and not by Indiveri 2009, eq. (7).
+    /// Whether wheel rates were commanded by contact kinematics instead of Indiveri 2009, eq. (7).
     #[serde(default)]
     pub commands_by_contact: bool,
-    /// What the run came to with one thing changed, where it was repeated so.
+    /// The results of the run's twins, if it was repeated with changes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub twins: Vec<Twin>,
 }
 
-/// A motion that asks for more than there is, as it was known before the run.
+/// A motion that exceeds the limits, as predicted before the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Announced {
-    /// From when on, in seconds.
+    /// Start, in seconds.
     pub from_s: f64,
-    /// Of which wheels then, by their places among [`Header::wheels`]: of more than one where loads are not known well enough to say which slides
-    /// first. Empty in files that do not say.
+    /// The wheels that exceed their limits first, as indices into [`Header::wheels`]: several if
+    /// the loads are too uncertain to tell which one slides first. Empty in files without this key.
     #[serde(default)]
     pub first: Vec<usize>,
-    /// When it asks for most, in seconds.
+    /// Time of the largest demand, in seconds.
     pub most_at_s: f64,
-    /// Of which wheel then, by its place among [`Header::wheels`].
+    /// The wheel with the largest demand, as an index into [`Header::wheels`].
     pub wheel: usize,
-    /// Whether of its grip; otherwise of its motor's torque.
+    /// Whether it exceeds its grip; otherwise its motor's torque.
     pub of_grip: bool,
-    /// How much then, over what it has; `None` where it has nothing.
+    /// Largest demand over limit; `None` if the limit is zero.
     pub share: Option<f64>,
 }
 
@@ -125,14 +131,14 @@ pub struct Announced {
 pub struct JointHeader {
     /// Its name.
     pub name: String,
-    /// Whether it slides, in metres, or turns, in radians.
+    /// Whether it is prismatic (metres) instead of revolute (radians).
     pub slides: bool,
-    /// Its stops, in rad or m; `None` where it has none, or that is not known.
+    /// Its stops, in rad or m; `None` without stops, or if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<[f64; 2]>,
 }
 
-/// A free body: something that lies about and can be pushed.
+/// A free body: an object that can be pushed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyHeader {
     /// Its name.
@@ -168,49 +174,50 @@ pub enum BodyShape {
     },
 }
 
-/// The torque of a direct-current motor at its wheel, which falls linearly with the rate.
+/// The torque line of a DC motor at its wheel; the torque falls linearly with the rate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotorLine {
-    /// At standstill, in N m.
+    /// Stall torque, in N m.
     pub stall_torque_n_m: f64,
-    /// The rate without load, in rad/s.
+    /// No-load rate, in rad/s.
     pub no_load_rate_rad_s: f64,
-    /// Where the current limit holds it, in N m; `None` without one.
+    /// Torque at the current limit, in N m; `None` without one.
     pub current_limit_n_m: Option<f64>,
 }
 
 /// The guidance law that tracked the reference of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Guidance {
-    /// Gain on the position error, K_r of Indiveri 2009, eq. (26), in 1/s; of a matrix its largest eigenvalue, and 0 where no task serves it.
+    /// Gain on the position error, K_r of Indiveri 2009, eq. (26), in 1/s; the largest eigenvalue
+    /// of a matrix, 0 if no task uses it.
     pub position_gain_per_s: f64,
     /// Gain on the heading error, K_phi of the same equation, in 1/s.
     pub heading_gain_per_s: f64,
-    /// The product of the position gain and the control period from which on the error grows under the wheel loops.
+    /// The product of position gain and control period from which on the loop is unstable.
     pub position_unstable_from: f64,
-    /// That of the heading gain.
+    /// The same for the heading gain.
     pub heading_unstable_from: f64,
 }
 
-/// The ground of a run. All places count in the plane of the floor, which may slope.
+/// The ground of a run. All coordinates are in the plane of the floor, which may slope.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ground {
-    /// Coulomb's coefficient of friction on all that is no patch.
+    /// Coulomb friction coefficient outside patches.
     pub friction: f64,
-    /// The angle by which the floor falls towards +x, in radians.
+    /// Slope of the floor: the angle by which it falls towards +x, in radians.
     pub slope_rad: f64,
-    /// Rectangles with a friction of their own, later ones over earlier ones.
+    /// Rectangles with their own friction; later ones cover earlier ones.
     pub patches: Vec<GroundPatch>,
     /// Boxes that stand on the floor.
     pub boxes: Vec<GroundBox>,
-    /// Ramps: boxes that lean.
+    /// Ramps: tilted boxes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramps: Vec<GroundRamp>,
-    /// Uneven ground in place of the plane.
+    /// Uneven ground instead of the plane.
     pub relief: Option<GroundRelief>,
 }
 
-/// A rectangle of floor, along the world's axes, with a friction of its own.
+/// A rectangle of floor along the world's axes with its own friction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundPatch {
     /// Its middle, x and y, in metres.
@@ -219,19 +226,19 @@ pub struct GroundPatch {
     pub sides_m: [f64; 2],
     /// Coulomb's coefficient of friction there.
     pub friction: f64,
-    /// What it changes of the floor's surface beside friction, in words; empty where that is nothing, or not known.
+    /// Changed floor properties besides friction, as text; empty if there are none, or unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<String>,
-    /// When it appears, in seconds.
+    /// Time when it appears, in seconds.
     pub from_s: f64,
-    /// When it is gone, in seconds; `None` where it stays.
+    /// Time when it disappears, in seconds; `None` if it stays.
     pub until_s: Option<f64>,
 }
 
 /// A box that stands on the floor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundBox {
-    /// The middle of its foot, x and y, in metres.
+    /// The centre of its base, x and y, in metres.
     pub center_m: [f64; 2],
     /// Its lengths along its own axes and its height, in metres.
     pub sides_m: [f64; 3],
@@ -239,7 +246,7 @@ pub struct GroundBox {
     pub heading_rad: f64,
 }
 
-/// A box that leans: its upper side is a ramp.
+/// A tilted box: its upper side is a ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundRamp {
     /// Its middle, in metres.
@@ -248,39 +255,41 @@ pub struct GroundRamp {
     pub sides_m: [f64; 3],
     /// Its heading, in radians.
     pub heading_rad: f64,
-    /// By how much the end along its own x axis is lowered, in radians.
+    /// The angle by which the end along its own x axis is lowered, in radians.
     pub pitch_rad: f64,
 }
 
-/// A grid of heights: a square around the origin, or that of a map.
+/// A grid of heights: a square around the origin, or a map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundRelief {
     /// Distance between neighbouring points, in metres.
     pub cell_m: f64,
-    /// How many points a side has; of a map, along x.
+    /// Number of points on a side; of a map, along x.
     pub points: usize,
-    /// The seed from which the heights are drawn, and the largest of them in metres: `ilon_sim::simulate::relief_heights_m`.
+    /// The seed of the random heights: `ilon_sim::simulate::relief_heights_m`.
     pub seed: u64,
-    /// The largest height, in metres; 0 where a roughness says how high.
+    /// The largest height, in metres; 0 if the roughness determines the heights.
     pub height_m: f64,
-    /// The displacement's spectral density at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` of heights that are drawn one by one.
+    /// Spectral density of the displacement at 0.1 cycles/m, Gd(n0) of ISO 8608, in m^3; `None` for
+    /// independent random heights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roughness_m3: Option<f64>,
-    /// The heights of a map, in place of all that draws some.
+    /// The heights of a map, instead of random ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<GroundMap>,
 }
 
-/// The heights of a map as they were driven on.
+/// The heights of a map as used in the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundMap {
     /// The middle of its grid, x and y, in metres.
     pub center_m: [f64; 2],
     /// The height of level 0, in metres.
     pub lowest_m: f64,
-    /// From one level to the next, in metres.
+    /// Height difference between two levels, in metres.
     pub step_m: f64,
-    /// The level of each point, row by row from -y to +y, in each row from -x to +x: u16, little-endian, in base64.
+    /// The level of each point, row by row from -y to +y, in each row from -x to +x: u16,
+    /// little-endian, in base64.
     pub levels: String,
 }
 
@@ -299,16 +308,16 @@ pub struct WheelHeader {
     pub axis: [f64; 2],
     /// The wheel's extent along its axis, in metres.
     pub width_m: f64,
-    /// How many rollers it carries.
+    /// Number of its rollers; 1 for a tyre (see [`Self::has_tyre`]).
     pub roller_count: usize,
     /// The wheel's own rate limit, in rad/s.
     pub rate_limit_rad_s: Option<f64>,
     /// The wheel's torque limit, in N m.
     pub torque_limit_n_m: Option<f64>,
-    /// What its motor has of the strength of the others, forwards and backwards, where motors differ.
+    /// Strength of its motor relative to the others, forwards and backwards, if motors differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor_strength: Option<[f64; 2]>,
-    /// Coulomb friction of bearing and gear, in N m, where there is any.
+    /// Coulomb friction of bearing and gear, in N m, if there is any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dry_friction_n_m: Option<f64>,
 }
@@ -322,7 +331,7 @@ impl Header {
             .fold(0.0, f64::max)
     }
 
-    /// How many rollers have their angles recorded: those of all wheels, or none.
+    /// The number of rollers with recorded angles: those of all wheels, or none.
     pub(crate) fn rollers_recorded(&self) -> usize {
         let all = self.wheels.iter().map(|wheel| wheel.roller_count);
         match self.roller_angles {
@@ -331,19 +340,20 @@ impl Header {
         }
     }
 
-    /// Whether an instant lies in the window of the means. Half a control period of slack absorbs the rounding of
-    /// times that should lie on its edge.
+    /// Whether an instant is in the window of the means. A slack of half a control period absorbs
+    /// the rounding of times on its edges.
     pub fn is_measured(&self, t_s: f64) -> bool {
         let slack_s = 0.5 * self.control_dt_s;
         t_s > self.measure_from_s - slack_s && t_s < self.measure_to_s - slack_s
     }
 
-    /// The time between rows, in seconds; that at the end of a run may follow sooner.
+    /// The time between rows, in seconds; the last row may follow sooner.
     pub fn row_dt_s(&self) -> f64 {
         self.control_dt_s * self.periods_a_row()
     }
 
-    /// How long the period of the row of an instant is, in seconds: since the row before; 0 of the first.
+    /// The length of the period that ends at the row of an instant, in seconds; 0 for the first
+    /// row.
     pub fn row_span_s(&self, t_s: f64) -> f64 {
         match t_s > 0.0 {
             true => self.control_dt_s * self.periods_up_to(t_s),
@@ -351,7 +361,8 @@ impl Header {
         }
     }
 
-    /// Until when the decision of the row of an instant holds, in seconds: until the next row, but for the end of the run.
+    /// The time until which the decision of the row of an instant holds, in seconds: the next row,
+    /// or the end of the run.
     pub fn row_end_s(&self, t_s: f64) -> f64 {
         if self.control_dt_s <= 0.0 {
             return t_s;
@@ -364,7 +375,8 @@ impl Header {
         next.min(end) * self.control_dt_s
     }
 
-    /// How many control instants there are after the row before that of an instant and up to it; 1 of the first row.
+    /// The number of control instants after the previous row up to this instant; 1 for the first
+    /// row.
     pub(crate) fn periods_up_to(&self, t_s: f64) -> f64 {
         let every = self.periods_a_row();
         let instant = (t_s / self.control_dt_s).round();
@@ -380,7 +392,8 @@ impl Header {
         f64::from(self.record_every.max(1))
     }
 
-    /// Where the point that follows the reference is while the body frame is at a pose: a pose of the same heading.
+    /// The pose of the point that follows the reference when the body frame is at `pose`; the
+    /// heading is the same.
     pub fn reference_point_at(&self, pose: Pose) -> Pose {
         let [x_m, y_m] = self.reference_point_m;
         let (sin, cos) = libm::sincos(pose.heading_rad);
@@ -394,7 +407,7 @@ impl Header {
     /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.
     pub fn of_robot(robot: &Robot) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
-        // As they are while all joints stand at zero.
+        // With all joints at zero.
         let bodies_of_joints = robot.joints.iter().flat_map(|joint| &joint.body.collisions);
         Self {
             robot_name: robot.name.clone(),
@@ -415,7 +428,7 @@ impl Header {
     }
 }
 
-/// The joints between bodies, each with a name of its own.
+/// The joints between bodies, each with a unique name.
 fn joints_of(joints: &[BodyJoint]) -> Vec<JointHeader> {
     let header = |(index, joint): (usize, &BodyJoint)| {
         let stands_twice = joints[..index].iter().any(|other| other.name == joint.name);
@@ -433,18 +446,25 @@ fn joints_of(joints: &[BodyJoint]) -> Vec<JointHeader> {
 }
 
 impl WheelHeader {
-    /// What records need of a wheel.
+    /// Whether it rolls on a tyre: no Swedish wheel has a single roller.
+    pub fn has_tyre(&self) -> bool {
+        self.roller_count == 1
+    }
+
+    /// The recorded properties of a wheel.
     pub fn of_wheel(wheel: &Wheel) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let b = wheel.position_m();
         let n = wheel.axis();
-        // Each roller spans its own axis, seen along the hub axis, and its thickness at the ends is small against it.
+        // Each roller spans the projection of its axis on the hub axis; its thickness at the ends
+        // is small compared with that.
         let half_width_m = wheel
             .rollers
             .iter()
             .map(|r| r.row_offset_m().abs() + 0.5 * r.length_m * r.axis_in_hub.z.abs())
             .fold(0.0, f64::max);
-        let thickest_m = wheel.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
+        let rollers = wheel.rollers.iter().filter(|r| !r.is_tyre());
+        let thickest_m = rollers.map(|r| r.radius_m).fold(0.0, f64::max);
         Self {
             name: wheel.name.clone(),
             position_m: [b.x, b.y],
@@ -460,7 +480,8 @@ impl WheelHeader {
         }
     }
 
-    /// The row of M that belongs to this wheel, Indiveri 2009, eq. (8): -(n_gamma_x, n_gamma_y, **b** . **u**_gamma).
+    /// The row of M that belongs to this wheel, Indiveri 2009, eq. (8): -(n_gamma_x, n_gamma_y,
+    /// **b** . **u**_gamma).
     pub fn m_row(&self) -> [f64; 3] {
         let (s, c) = libm::sincos(self.gamma_rad);
         let [n_x, n_y] = self.axis;
@@ -472,7 +493,8 @@ impl WheelHeader {
     }
 }
 
-/// The convex outline of a collision shape seen from above, in the body frame, in metres, counter-clockwise.
+/// The convex outline of a collision shape seen from above, in the body frame, in metres,
+/// counter-clockwise.
 fn outline_from_above_m(
     body_from_shape: &nalgebra::Isometry3<f64>,
     shape: &CollisionShape,

@@ -1,14 +1,14 @@
-//! How far joints between bodies move over a run.
+//! The travel of joints between bodies over a run.
 
 use crate::fold::Mean;
 use crate::header::Header;
 use crate::metrics::JointTravel;
 use crate::record::{MAX_JOINTS, Record};
 
-/// A joint is on a stop within this share of its way, which a stop gives by.
+/// A joint counts as on a stop within this share of its range, because stops are elastic. Chosen.
 const NEAR_STOP: f64 = 1e-3;
 
-/// What is counted of all joints in one pass over all rows.
+/// Sums over all joints in one pass over all rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct JointAccumulator {
     joints: Vec<One>,
@@ -60,7 +60,8 @@ mod tests {
     use super::*;
     use crate::header::JointHeader;
 
-    /// Least and largest over all periods, and the share of rows on a stop, of each joint.
+    /// Smallest and largest position over all periods, and the share of rows on a stop, of each
+    /// joint.
     #[test]
     fn joints_are_followed_over_a_run() {
         let joint = |name: &str, limits| JointHeader {

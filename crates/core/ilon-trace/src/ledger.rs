@@ -30,30 +30,30 @@
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
 
-/// What is known of each term, and of their sum.
+/// One value for each term of the ledger, and for the total.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound(serialize = "T: Serialize + Default + PartialEq"))]
 pub struct Parts<T> {
-    /// Asked minus real: what the others add up to, but for lengths of paths.
+    /// Asked minus real: the sum of the other terms, except for path lengths.
     pub total: T,
-    /// What saturation takes.
+    /// Lost to saturation.
     pub guidance: T,
-    /// What the command gives in advance against the rollers' geometry.
+    /// Added by the command in advance against the rollers' geometry.
     pub compensation: T,
     /// What the controller takes by believing in another robot; not written where it knows its own.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
-    /// What the wheels are off their targets.
+    /// Deviation of the wheels from their targets.
     pub servo: T,
-    /// What the rollers' geometry takes.
+    /// Lost to the rollers' geometry.
     pub geometry: T,
-    /// What wheels take that are in the air, or carry less than others.
+    /// Lost to wheels in the air, or with less load than others.
     #[serde(default)]
     pub lift_off: T,
-    /// What wheels take that contradict each other.
+    /// Lost to wheels that contradict each other.
     #[serde(default)]
     pub conflict: T,
-    /// What sliding takes besides.
+    /// Lost to other sliding.
     pub slip: T,
 }
 
@@ -79,30 +79,32 @@ pub const NAMES: [&str; TERMS] = [
 /// The terms of the ledger over some time, as mean twists or displacements in the body frame.
 pub type Terms = Parts<Twist>;
 
-/// The ledger integrated over the run, each twist turned to the world frame by the true heading. The total is what the others add up to in `x_m`,
-/// `y_m` and `heading_rad`.
+/// The ledger integrated over the run, each twist turned into the world frame by the true heading.
+/// The total is the sum of the other terms in `x_m`, `y_m` and `heading_rad`.
 pub type Ledger = Parts<Integral>;
 
-/// The motion at each link of the chain from asked to real over a span of time, as displacements in the body frame: m, m and rad.
+/// The motion at each link of the chain from asked to real over a span of time, as displacements in
+/// the body frame: m, m and rad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Chain {
-    /// What was asked for.
+    /// The commanded displacement.
     pub asked: Twist,
-    /// What saturation left of it.
+    /// The displacement after saturation.
     pub granted: Twist,
-    /// What Indiveri 2009, eq. (7), makes of the wheels' targets, for the robot that the controller believes in.
+    /// Eq. (7) of Indiveri 2009 for the wheels' targets and the robot that the controller believes
+    /// in.
     pub believed_of_targets: Twist,
     /// The same for the real robot.
     pub ideal_of_targets: Twist,
     /// What it makes of the angles that the wheels turned.
     pub ideal: Twist,
-    /// What the contact kinematics makes of them.
+    /// Contact kinematics for these angles.
     pub contact: Twist,
-    /// What it makes of them with each wheel weighted by its load.
+    /// Contact kinematics with each wheel weighted by its load.
     pub carried: Twist,
-    /// What is left of that where wheels that contradict each other slide against each other.
+    /// The motion after wheels that contradict each other have slid against each other.
     pub settled: Twist,
-    /// How the robot moved.
+    /// The real displacement.
     pub real: Twist,
 }
 
@@ -124,13 +126,13 @@ impl Chain {
 }
 
 impl<T: Copy> Parts<T> {
-    /// The sum, and then the terms in the order of [`NAMES`].
+    /// The total, and then the terms in the order of [`NAMES`].
     pub(crate) fn all(&self) -> [T; 1 + TERMS] {
         let mut copy = *self;
         copy.all_mut().map(|term| *term)
     }
 
-    /// The terms without their sum, in the order of [`NAMES`].
+    /// The terms without the total, in the order of [`NAMES`].
     pub fn terms(&self) -> [T; TERMS] {
         let [_, terms @ ..] = self.all();
         terms
@@ -142,7 +144,8 @@ impl<T: Copy> Parts<T> {
         std::array::from_fn(|term| (NAMES[term], terms[term]))
     }
 
-    /// The terms with their place in [`NAMES`] and their names, without the belief where the controller knows its robot.
+    /// The terms with their index in [`NAMES`] and their names, without the belief if the
+    /// controller knows its robot.
     pub fn shown(&self) -> impl Iterator<Item = (usize, &'static str, T)>
     where
         T: Default + PartialEq,
@@ -153,7 +156,7 @@ impl<T: Copy> Parts<T> {
         (terms.filter(is_shown)).map(|(place, (name, term))| (place, name, term))
     }
 
-    /// Each term, and their sum, with that of another ledger.
+    /// Combines each term, and the total, with that of another ledger.
     pub fn zip<U: Copy, V: Copy + Default>(
         &self,
         other: &Parts<U>,
@@ -169,7 +172,7 @@ impl<T: Copy> Parts<T> {
 }
 
 impl<T> Parts<T> {
-    /// The sum, and then the terms in the order of [`NAMES`].
+    /// The total, and then the terms in the order of [`NAMES`].
     pub(crate) fn all_mut(&mut self) -> [&mut T; 1 + TERMS] {
         [
             &mut self.total,
@@ -192,31 +195,32 @@ pub struct Integral {
     pub x_m: f64,
     /// Net displacement along the world's y axis, in metres.
     pub y_m: f64,
-    /// Net turn, in radians.
+    /// Net rotation, in radians.
     pub heading_rad: f64,
-    /// Length of the way: the integral of the linear part's magnitude, in metres.
+    /// Path length: the integral of the linear part's magnitude, in metres.
     pub path_m: f64,
     /// The integral of the yaw rate's magnitude, in radians.
     pub turned_rad: f64,
 }
 
 impl Ledger {
-    /// Counts a span of time in which the robot turned from one heading to another, in radians: the terms are turned into the world at the
-    /// mean of both, which is of second order in what it turned.
+    /// Counts a span of time in which the heading changed between two values, in radians. The terms
+    /// are turned into the world frame at the mean heading; the error is of second order in the
+    /// rotation.
     pub fn count(&mut self, chain: &Chain, [before_rad, after_rad]: [f64; 2]) {
         let heading_rad = before_rad + 0.5 * wrap_angle(after_rad - before_rad);
         let (sin, cos) = libm::sincos(heading_rad);
         *self = self.zip(&chain.terms(), |sum, term| sum.plus(term, [sin, cos]));
     }
 
-    /// What has been added since an earlier state of this ledger.
+    /// What was added since an earlier state of this ledger.
     pub fn since(&self, earlier: &Self) -> Self {
         self.zip(earlier, |now, before| now.since(&before))
     }
 }
 
 impl Integral {
-    /// With a displacement in the body frame at a heading with this sine and cosine.
+    /// Adds a displacement in the body frame at a heading with this sine and cosine.
     fn plus(mut self, moved: Twist, [sin, cos]: [f64; 2]) -> Self {
         self.x_m += cos * moved.vx_m_s - sin * moved.vy_m_s;
         self.y_m += sin * moved.vx_m_s + cos * moved.vy_m_s;

@@ -1,24 +1,25 @@
-//! What a run **recorded**: the signals of every control step, the slip in them, metrics, and files.
+//! The **record** of a run: the signals of every control step, slip, figures and files.
 //!
-//! A [`Trace`] is what the simulation loop pushes [`Record`]s into, and all that a report needs: reports are made
-//! again from a trace file without physics. Nothing here knows of a physics engine or of a controller.
+//! The simulation loop pushes [`Record`]s into a [`Trace`]. A report needs nothing else: it can be
+//! made from a trace file without physics. The crate depends on no physics engine and no
+//! controller.
 //!
-//! | module | answers |
+//! | module | contents |
 //! |---|---|
-//! | [`record`] | what is recorded at one control step |
+//! | [`record`] | the record of one control step |
 //! | [`trace`] | the whole run: header and records |
 //! | [`metrics`] | the figures of a run, as in `summary.json` |
-//! | [`quantities`] | the names, words and units of those figures |
-//! | [`convergence`] | how far those figures move at half the step |
-//! | [`ledger`] | where the difference between asked and real motion goes |
-//! | [`slip`] | how the contacts slid |
-//! | [`difference`] | where a trace leaves an earlier one |
-//! | [`odometry`] | how far dead reckoning drifts |
+//! | [`quantities`] | names, descriptions and units of these figures |
+//! | [`convergence`] | the change of these figures at half the step |
+//! | [`ledger`] | the error budget: commanded minus real motion, by causes |
+//! | [`slip`] | sliding of the contacts |
+//! | [`difference`] | the comparison of a trace with an earlier one |
+//! | [`odometry`] | the drift of dead reckoning |
 //! | [`file`](mod@file) | the trace as a Parquet file |
 //! | [`parts`] | the trace while it grows |
-//! | [`recording`] | a run of any length, of which only the last rows lie in memory |
-//! | [`rows`] | rows that need not lie in memory |
-//! | [`sink`] | where rows go while a run is under way |
+//! | [`recording`] | a run of any length, with only its last rows in memory |
+//! | [`rows`] | rows that need not be in memory |
+//! | [`sink`] | receivers of rows during a run |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

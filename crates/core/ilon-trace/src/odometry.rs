@@ -1,4 +1,4 @@
-//! How far dead reckoning from the wheel rates drifts from the truth.
+//! The drift of dead reckoning from the wheel rates.
 
 use ilon_robot::{Pose, wrap_angle};
 use serde::{Deserialize, Serialize};
@@ -6,36 +6,37 @@ use serde::{Deserialize, Serialize};
 use crate::fold::Largest;
 use crate::record::Record;
 
-/// Below this way, in metres, a drift per metre says nothing.
+/// Below this path length, in metres, a drift per metre is meaningless. Chosen.
 const SHORTEST_WAY_M: f64 = 0.01;
-/// Below this turn, in radians, a drift per turn says nothing.
+/// Below this rotation, in radians, a drift per turn is meaningless. Chosen.
 const LEAST_TURN_RAD: f64 = 0.1;
 
-/// How far one way of dead reckoning drifts.
+/// The drift of one kind of dead reckoning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Drift {
-    /// Distance from the reckoned to the true position at the end, in metres.
+    /// Distance between reckoned and true position at the end, in metres.
     pub final_m: Option<f64>,
     /// Reckoned minus true heading at the end, in radians.
     pub final_rad: Option<f64>,
-    /// The largest distance at any time, in metres.
+    /// Largest distance at any time, in metres.
     pub worst_m: Option<f64>,
-    /// The distance at the end over the way travelled; `None` where the robot hardly moved.
+    /// Final distance over the path length; `None` if the robot hardly moved.
     pub m_per_m: Option<f64>,
-    /// The heading's error at the end over the way travelled, in rad/m, signed.
+    /// Final heading error over the path length, in rad/m, signed.
     pub rad_per_m: Option<f64>,
-    /// The heading's error at the end per full turn of the robot, in radians, signed; `None` where it hardly turned.
+    /// Final heading error per full turn of the robot, in radians, signed; `None` if it hardly
+    /// turned.
     pub rad_per_turn: Option<f64>,
 }
 
-/// How far the robot went, and how far dead reckoning drifts from that.
+/// The robot's travel, and the drift of dead reckoning over it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct OdometryDrift {
-    /// Length of the way that the body's origin really travelled, in metres.
+    /// True path length of the body's origin, in metres.
     pub travelled_m: f64,
-    /// How much the robot really turned, back and forth both counted, in radians.
+    /// Sum of all true rotations in both directions, in radians.
     pub turned_rad: f64,
     /// The drift of dead reckoning by Indiveri 2009, eq. (7).
     pub ideal: Drift,
@@ -43,7 +44,7 @@ pub struct OdometryDrift {
     pub contact: Drift,
 }
 
-/// What was travelled and reckoned so far.
+/// Travel and dead reckoning so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Accumulator {
     last: Option<Record>,
@@ -68,7 +69,7 @@ impl Accumulator {
             .add(away_m(record, record.odometry_contact));
     }
 
-    /// The drifts of the run that ends here.
+    /// The drifts at the end of the run.
     pub fn finish(self) -> OdometryDrift {
         let Some(last) = self.last else {
             return OdometryDrift::default();
@@ -98,7 +99,7 @@ impl Accumulator {
     }
 }
 
-/// How far a reckoned pose is from the true one, in metres.
+/// Distance between a reckoned and the true position, in metres.
 fn away_m(record: &Record, reckoned: Pose) -> f64 {
     (reckoned.position_m() - record.truth.pose.position_m()).norm()
 }
@@ -139,7 +140,8 @@ mod tests {
 
     #[test]
     fn drift_is_counted_on_the_way_travelled_not_on_the_distance_from_the_start() {
-        // 1 m out and 1 m back, far from the origin, turned on across the cut at pi; reckoned 2 cm to the side and 0.1 rad off.
+        // 1 m out and 1 m back, far from the origin, turning across the wrap at pi; reckoned 2 cm
+        // to the side and 0.1 rad off.
         let trace = moved(&[
             (pose(5.0, 0.0, 3.1), pose(5.0, 0.0, 3.1)),
             (pose(6.0, 0.0, -3.0), pose(6.0, -0.05, -3.0)),

@@ -1,9 +1,9 @@
-//! A trace that is written as it grows: a folder of Parquet files, each a whole trace of its own over some rows.
+//! A growing trace as a folder of Parquet files, each a complete trace of some rows.
 //!
-//! A Parquet file has its table of contents at its end, so that one which is cut short tells nothing. A growing trace is
-//! therefore written as many small files, each of which appears whole or not at all; whatever stops the writer, all rows
-//! up to the last part can be read, by [`Trace::read_parquet`] and by whatever else reads Parquet
-//! (`trace.partial/*.parquet`).
+//! The table of contents of a Parquet file is at its end, so a truncated file is unreadable. A
+//! growing trace is therefore written as many small files, each of which appears complete or not at
+//! all. If the writer stops, all rows up to the last part can be read by [`Trace::read_parquet`]
+//! and by other Parquet readers (`trace.partial/*.parquet`).
 
 use std::fs;
 use std::io::ErrorKind;
@@ -13,7 +13,7 @@ use crate::error::TraceError;
 use crate::file::{LOCK, OutputLock, io_error, is_unfinished};
 use crate::trace::Trace;
 
-/// The parts of a growing trace. Their folder is locked, so that two traces do not grow in one.
+/// The parts of a growing trace. Their folder is locked, so that no other trace grows in it.
 #[derive(Debug)]
 pub struct Parts {
     folder: PathBuf,
@@ -22,11 +22,12 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Begins with an empty folder; parts that an earlier writer left there are removed.
+    /// Begins with an empty folder; parts of an earlier writer are removed.
     ///
     /// # Errors
-    /// [`TraceError::Io`] where the folder cannot be made or emptied, [`TraceError::InUse`] where another trace grows in
-    /// it, [`TraceError::Foreign`] where it holds something that no such writer leaves.
+    /// [`TraceError::Io`] if the folder cannot be created or emptied, [`TraceError::InUse`] if
+    /// another trace grows in it, [`TraceError::Foreign`] if it contains something that no such
+    /// writer leaves.
     pub fn begin(folder: PathBuf) -> Result<Self, TraceError> {
         fs::create_dir_all(&folder).map_err(io_error("create", &folder))?;
         refuse_foreign(&folder)?;
@@ -53,12 +54,12 @@ impl Parts {
         Ok(())
     }
 
-    /// The folder that they stand in.
+    /// The folder of the parts.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Removes the parts, once the whole trace stands elsewhere.
+    /// Removes the parts after the whole trace has been written elsewhere.
     ///
     /// # Errors
     /// [`TraceError::Io`].
@@ -67,7 +68,7 @@ impl Parts {
         remove_parts(&folder)?;
         drop(lock);
         match fs::remove_dir(&folder) {
-            // Somebody has put something there since.
+            // Something else was put there in the meantime.
             Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(()),
             removed => removed.map_err(io_error("remove", &folder)),
         }
@@ -77,7 +78,7 @@ impl Parts {
 /// Reads the parts in a folder as one trace.
 ///
 /// # Errors
-/// Like [`Trace::read_parquet`]; [`TraceError::NoParts`] where there is none.
+/// Like [`Trace::read_parquet`]; [`TraceError::NoParts`] without any.
 pub(crate) fn read(folder: &Path) -> Result<Trace, TraceError> {
     let mut whole: Option<Trace> = None;
     for path in paths(folder)? {
@@ -92,7 +93,7 @@ pub(crate) fn read(folder: &Path) -> Result<Trace, TraceError> {
     })
 }
 
-/// Refuses a folder that holds anything else than what a writer of parts leaves: it will be emptied.
+/// Refuses a folder with anything but parts, because it will be emptied.
 fn refuse_foreign(folder: &Path) -> Result<(), TraceError> {
     for entry in fs::read_dir(folder).map_err(io_error("read", folder))? {
         let entry = entry.map_err(io_error("read", folder))?;
@@ -112,13 +113,13 @@ fn remove_parts(folder: &Path) -> Result<(), TraceError> {
     Ok(())
 }
 
-/// Whether a file has the name of a part.
+/// Whether a file name is that of a part.
 fn is_part(name: &str) -> bool {
     name.strip_suffix(".parquet")
         .is_some_and(|number| number.len() >= 7 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// The parts in a folder, in order. Half-written ones are hidden under another name.
+/// The parts in a folder, in order. Unfinished ones have another, hidden name.
 fn paths(folder: &Path) -> Result<Vec<PathBuf>, TraceError> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(io_error("read", folder))? {
@@ -153,7 +154,7 @@ mod tests {
             other => panic!("{other:?}"),
         }
         drop(parts);
-        // What a writer that was killed in the middle of a part leaves behind is no part.
+        // The unfinished file of a killed writer is not a part.
         fs::write(path.join(".0000003.parquet.x.ilon-partial"), b"PAR1 half").unwrap();
         assert_eq!(Trace::read_parquet(&path).unwrap(), whole);
 

@@ -1,7 +1,7 @@
-//! The quantities of a run by their names: one table that gives each figure of `summary.json` its key, its words, its
-//! unit and its digits, for terminal, comparison, report, expectations and schema.
+//! The quantities of a run by name: one table with key, label, unit and digits of each figure of
+//! `summary.json`, for terminal, comparison, report, expectations and schema.
 //!
-//! A value is in SI units wherever it is stored; [`Quantity::shown`] is what a person reads.
+//! Stored values are in SI units; [`Quantity::shown`] is the value for display.
 
 use crate::metrics::Summary;
 
@@ -17,7 +17,8 @@ pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 
 impl Quantity {
-    /// What it is, in words that need no heading: those of the table, behind the heading where the same stand under another.
+    /// A description that needs no heading: the label, with the heading added if the label is not
+    /// unique.
     pub fn words(&self) -> String {
         let alike = all().filter(|other| other.label == self.label);
         let mut groups = GROUPS.iter();
@@ -34,8 +35,8 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
     GROUPS.iter().flat_map(|group| group.quantities)
 }
 
-/// The figures of a run that a person looks at first, the most telling first: of those below the ones that apply, ten at most. Of a robot
-/// that tracks a path none of [`Group::open_loop_only`].
+/// The most important figures of a run, in order of importance: the first ten of the list below
+/// that apply. For a robot that tracks a path, those of [`Group::open_loop_only`] are left out.
 pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     const MOST: usize = 10;
     let known = HEADLINES.iter().filter_map(|key| by_key(key));
@@ -45,14 +46,15 @@ pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     known.filter(applies).take(MOST).collect()
 }
 
-/// Whether a figure says something of a run: of a robot that tracks a path none of [`Group::open_loop_only`].
+/// Whether a figure is meaningful for a run: for a robot that tracks a path, those of
+/// [`Group::open_loop_only`] are not.
 pub(crate) fn says_something(key: &str, summary: &Summary) -> bool {
     let tracks = summary.position_error_final_m.is_some();
     let mut open_loop = GROUPS.iter().filter(|group| group.open_loop_only);
     !(tracks && open_loop.any(|group| group.quantities.iter().any(|one| one.key == key)))
 }
 
-/// The keys of [`headlines`]: what became of the twist or of the path, and then what it took.
+/// The keys of [`headlines`]: first the motion, then its cost.
 const HEADLINES: [&str; 18] = [
     "twist_ratio_ideal.vx",
     "twist_ratio_ideal.vy",
@@ -74,18 +76,19 @@ const HEADLINES: [&str; 18] = [
     "hub_ripple_m",
 ];
 
-/// The quantity of a key such as `position_error_rms_m`; `None` where there is none.
+/// The quantity with a key such as `position_error_rms_m`.
 pub fn by_key(key: &str) -> Option<&'static Quantity> {
     all().find(|quantity| quantity.key == key)
 }
 
-/// The SI unit of a recorded signal or of a figure, by the end of its name: `rad/s` of `wheel0_rate_rad_s`; empty of a
-/// pure number.
+/// The SI unit of a recorded signal or figure, from the end of its name: `rad/s` for
+/// `wheel0_rate_rad_s`; empty for a pure number.
 pub fn si_unit(name: &str) -> &'static str {
     without_unit(name.rsplit('.').next().unwrap_or(name)).1
 }
 
-/// A name without the unit at its end, and the symbol of that unit: `position_gain` and `1/s` of `position_gain_per_s`.
+/// A name without its unit, and the symbol of that unit: `position_gain` and `1/s` for
+/// `position_gain_per_s`.
 pub fn without_unit(name: &str) -> (&str, &'static str) {
     let stripped = UNITS.iter().find_map(|(end, symbol)| {
         let before = name.strip_suffix(end)?;
@@ -95,7 +98,7 @@ pub fn without_unit(name: &str) -> (&str, &'static str) {
     stripped.unwrap_or((name, ""))
 }
 
-/// Longer endings first.
+/// Longer endings come first.
 const UNITS: [(&str, &str); 17] = [
     ("m_per_m", "m/m"),
     ("rad_per_m", "rad/m"),
@@ -123,7 +126,7 @@ mod tests {
     use crate::sample::made_up_trace;
     use serde_json::Value;
 
-    /// The dotted keys of the numbers, of null too, in a summary that has all its groups.
+    /// The dotted keys of the numbers, also null, in a complete summary.
     fn keys_in(value: &Value, at: &str, keys: &mut Vec<String>) {
         match value {
             Value::Number(_) | Value::Null => keys.push(at.to_owned()),
@@ -170,7 +173,7 @@ mod tests {
             assert_eq!(quantity.value(&summary), held, "{}", quantity.key);
             present += usize::from(held.is_some());
         }
-        // Otherwise the comparison above says nothing.
+        // Guards against a comparison that is empty.
         assert!(present > 60, "{present} of {} are there", all().count());
     }
 
@@ -181,7 +184,7 @@ mod tests {
         }
         let summary = whole_summary();
         let keys = |summary: &Summary| headlines(summary).iter().map(|q| q.key).collect::<Vec<_>>();
-        // It tracks a path: what was driven against it comes first, and no ratio of mean twists.
+        // It tracks a path: the tracking figures come first, and no ratio of mean twists.
         assert_eq!(keys(&summary), HEADLINES[6..16]);
         let open_loop = Summary {
             position_error_final_m: None,
@@ -243,7 +246,8 @@ mod tests {
         assert_eq!(si_unit("wheel0_normal_force_n"), "N");
     }
 
-    /// Labels are short, for they stand under headings; where headings are missing, the same words would name two figures.
+    /// Labels are short, because they are under headings. Without the heading, the same label would
+    /// name two figures.
     #[test]
     fn words_that_need_no_heading_name_one_quantity_each() {
         let mut words: Vec<_> = all().map(|quantity| quantity.words()).collect();
@@ -251,7 +255,7 @@ mod tests {
         words.sort();
         words.dedup();
         assert_eq!(words.len(), count);
-        // And a label that is the only one of its kind needs no heading.
+        // A unique label needs no heading.
         let lone = all().filter(|one| all().filter(|other| other.label == one.label).count() == 1);
         for quantity in lone {
             assert_eq!(quantity.words(), quantity.label);

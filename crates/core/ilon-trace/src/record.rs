@@ -1,14 +1,18 @@
-//! What one row of a trace holds.
+//! The content of one row of a trace.
 //!
-//! A row stands at an instant `t_s`, the start of a control period, after the controller has decided and before the bodies move. The last row
-//! stands at the end of the run, where nothing is decided any more, so that what happened in the last period has a row too.
-//! Body frame means the robot's own: x forward, y left, z up. Each quantity is one of four kinds, and its documentation says which:
+//! A row belongs to an instant `t_s`, the start of a control period, after the controller has
+//! decided and before the bodies move. The last row is at the end of the run, where nothing is
+//! decided any more, so that the last period has a row too. The body frame is the robot's own: x
+//! forward, y left, z up. Each quantity is one of four kinds, named in its documentation:
 //!
-//! - **State**, at the instant: poses, velocities, wheel angles and rates, stored energies, which roller carries.
-//! - **Decision**, from the instant on: what was asked, granted and targeted. It holds until the next control period; at the end the last one stands.
-//! - **Period**, from the row before to this one: forces, torques and slip as means over all physics steps (impulse over time, so that
-//!   the sum of all forces is mass times the change of velocity over the time), and beside them the least and the largest of them. They do
-//!   not depend on how often rows are written, and are zero in the first row.
+//! - **State**, at the instant: poses, velocities, wheel angles and rates, stored energies, the
+//!   roller that carries most.
+//! - **Decision**, from the instant on: commanded and granted twists, wheel targets. It holds until
+//!   the next control period; the last row repeats the last decision.
+//! - **Period**, from the previous row to this one: forces, torques and slip as means over all
+//!   physics steps (impulse over time, so that the sum of all forces is mass times the change of
+//!   velocity over the time), and their smallest and largest values. They do not depend on how
+//!   often rows are written, and are zero in the first row.
 //! - **Sum**, since the start of the run: energies lost or put in, and the error budget.
 
 use ilon_robot::{Pose, Twist};
@@ -16,40 +20,41 @@ use nalgebra::Vector3;
 
 use crate::ledger::Ledger;
 
-/// The most tasks that one guidance law runs: feedforward and feedback of position and of heading, Indiveri 2009,
-/// eqs. (38)-(41).
+/// The most tasks of one guidance law: feedforward and feedback of position and of heading,
+/// Indiveri 2009, eqs. (38)-(41), facing a point, and a constant twist.
 pub const MAX_TASKS: usize = 6;
 
-/// The most joints between bodies that a trace records: those that stand first in the robot.
+/// The most joints between bodies that a trace records: the first ones of the robot.
 pub const MAX_JOINTS: usize = 12;
 
-/// One joint between bodies at one control step: a rocker, a sprung wheel, a swing arm. Numbers are in rad and N m of a joint that turns, in m
-/// and N of one that slides.
+/// One joint between bodies at one control step: a rocker, a sprung wheel, a swing arm. Numbers are
+/// in rad and N m for a revolute joint, in m and N for a prismatic one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointSample {
-    /// How far it has moved from zero: state.
+    /// Position: state.
     pub position: f64,
-    /// The least position over the period.
+    /// Smallest position over the period.
     pub position_min: f64,
-    /// The largest position over the period.
+    /// Largest position over the period.
     pub position_max: f64,
     /// Its rate, in rad/s or m/s: state.
     pub rate: f64,
-    /// What its spring, damper, friction, servo and stops put on its body: the mean over the period.
+    /// Torque or force of its spring, damper, friction, servo and stops on its body: the mean over
+    /// the period.
     pub force: f64,
-    /// The least of that over the period: the most in the negative direction.
+    /// Smallest value over the period: the most negative.
     pub force_min: f64,
-    /// The largest of that over the period.
+    /// Largest value over the period.
     pub force_max: f64,
 }
 
-/// The most free bodies that a trace records: those that stand first in the scenario.
+/// The most free bodies that a trace records: the first ones of the scenario.
 pub const MAX_BODIES: usize = 12;
 
 /// One free body at one control step, in the world frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodySample {
-    /// Its middle, in metres.
+    /// Its centre, in metres.
     pub place_m: [f64; 3],
     /// Roll, in radians.
     pub roll_rad: f64,
@@ -57,11 +62,11 @@ pub struct BodySample {
     pub pitch_rad: f64,
     /// Heading, in radians.
     pub heading_rad: f64,
-    /// Velocity of its middle, in m/s.
+    /// Velocity of its centre, in m/s.
     pub velocity_m_s: [f64; 3],
-    /// The size of the force of all robots on it, in N: the mean over the period.
+    /// Magnitude of the force of all robots on it, in N: the mean over the period.
     pub push_n: f64,
-    /// The largest of that over the period, in N.
+    /// Largest value of that over the period, in N.
     pub push_max_n: f64,
     /// Work that robots have done on it since the start, in J.
     pub work_j: f64,
@@ -72,12 +77,13 @@ pub struct BodySample {
 pub struct Record {
     /// Time since the start of the run, in seconds.
     pub t_s: f64,
-    /// Where the robot is and how it moves.
+    /// Pose and motion of the robot.
     pub truth: Truth,
-    /// The twist in the body frame that Indiveri 2009, eq. (7), gives for the real wheel rates at the instant.
+    /// The twist in the body frame that Indiveri 2009, eq. (7), gives for the real wheel rates at
+    /// the instant.
     pub twist_ideal: Twist,
-    /// The twist in the body frame that the contact kinematics gives for the real wheel rates at the instant: eq. (5) with the
-    /// rolling direction and the place of the roller that touches.
+    /// The twist in the body frame that the contact kinematics gives for the real wheel rates at
+    /// the instant: eq. (5) with the rolling direction and the place of the roller that touches.
     pub twist_contact: Twist,
     /// The pose that the robot sees, noise and delay included.
     pub seen_pose: Pose,
@@ -85,150 +91,160 @@ pub struct Record {
     pub odometry_ideal: Pose,
     /// Dead reckoning by `twist_contact`, from the true pose at the start.
     pub odometry_contact: Pose,
-    /// Dead reckoning by eq. (7) with the wheels where their joints have them, from the true pose at the start: how far it is from `odometry_ideal` is
-    /// what hub motion costs; `None` of a robot without joints between bodies.
+    /// Dead reckoning by eq. (7) with the wheels at their places under their joints, from the true
+    /// pose at the start; its distance from `odometry_ideal` is the cost of hub motion. `None`
+    /// without joints between bodies.
     pub odometry_posed: Option<Pose>,
-    /// What the reference wants; `None` in an open-loop run.
+    /// The reference; `None` in an open-loop run.
     pub desired: Option<Desired>,
-    /// Where a log says that the real robot was at the time, in the world frame; `None` of a run that has no such log, and where
-    /// the log says nothing.
+    /// The real robot's pose from a log, in the world frame; `None` without such a log, or where it
+    /// has no pose.
     pub measured: Option<Pose>,
-    /// The twist in the body frame asked for, before any saturation.
+    /// The commanded twist in the body frame, before saturation.
     pub command_twist_in_body: Twist,
-    /// The twist in the body frame that is left of it after saturation, by the kinematic model with which the
-    /// command made the wheel targets.
+    /// The twist in the body frame after saturation, by the kinematic model that made the wheel
+    /// targets.
     pub granted_twist_in_body: Twist,
-    /// The twist in the body frame that eq. (7) gives for the wheel targets. The same as granted, unless the command
-    /// uses another kinematic model than (7).
+    /// The twist in the body frame that eq. (7) gives for the wheel targets. Equal to the granted
+    /// twist, unless the command uses another kinematic model than (7).
     pub twist_target_ideal: Twist,
     /// The share of the control instants after the row before and up to this one at which a task of the guidance was saturated, in [0, 1].
     pub saturated_share: f64,
-    /// The guidance law's tasks, highest priority first; as many as [`crate::Header::task_names`] has are in use,
-    /// the rest is zero.
+    /// The guidance law's tasks, highest priority first. As many as [`crate::Header::task_names`]
+    /// has are in use; the rest is zero.
     pub tasks: [TaskShare; MAX_TASKS],
-    /// The joints between bodies; as many as [`crate::Header::joints`] has are in use, the rest is zero.
+    /// The joints between bodies. As many as [`crate::Header::joints`] has are in use; the rest is
+    /// zero.
     pub joints: [JointSample; MAX_JOINTS],
-    /// The free bodies; as many as [`crate::Header::bodies`] has are in use, the rest is zero.
+    /// The free bodies. As many as [`crate::Header::bodies`] has are in use; the rest is zero.
     pub bodies: [BodySample; MAX_BODIES],
-    /// How much of the acceleration asked of the reference point the torques give, in [0, 1]; 1 where the wheel loops
-    /// weigh no tasks.
+    /// Share of the commanded acceleration of the reference point that the torques give, in [0, 1];
+    /// 1 if the wheel loops do not weigh tasks.
     pub torque_weight_position: f64,
-    /// How much of the angular acceleration asked for the torques give, in [0, 1]; 1 where the wheel loops weigh no
-    /// tasks.
+    /// Share of the commanded angular acceleration that the torques give, in [0, 1]; 1 if the wheel
+    /// loops do not weigh tasks.
     pub torque_weight_heading: f64,
-    /// The error budget since the start: where the motion asked for went, counted over all physics steps. Of two rows, the difference is
-    /// the budget of the time between them.
+    /// The error budget since the start, counted over all physics steps. The difference of two rows
+    /// is the budget of the time between them.
     pub ledger: Ledger,
     /// Energy lost to sliding in all contacts since the start, in J; it never falls.
     pub slip_energy_j: f64,
-    /// Energy that it took to bring rollers which came down up to their spin since the start, in J; it never falls.
+    /// Energy lost in bringing rollers that touched down to their spin since the start, in J; it
+    /// never falls.
     pub spin_up_energy_j: f64,
     /// Work done by all motors since the start, in J.
     pub motor_energy_j: f64,
-    /// The positive part of that work since the start, in J: what motors put in while they drove, without what they took out while
-    /// they braked. It never falls. 0 in traces that were recorded before it was counted.
+    /// The positive part of that work since the start, in J: the work of the motors while they
+    /// drove, without subtracting braking. It never falls. 0 in traces recorded before it existed.
     pub motor_positive_energy_j: f64,
     /// Energy lost in the bearings of wheels and rollers and in the gears since the start, in J.
     pub bearing_energy_j: f64,
-    /// Energy that hits have taken since the start, in J: what the contacts took besides sliding, less what their springs
-    /// gave back.
+    /// Energy lost in impacts since the start, in J: what the contacts dissipated besides sliding,
+    /// less what their springs returned.
     pub impact_energy_j: f64,
-    /// Energy that pushes and payloads have brought from outside since the start, in J.
+    /// Work of pushes and payloads since the start, in J.
     pub outside_energy_j: f64,
-    /// Kinetic energy of all bodies now, in J.
+    /// Kinetic energy of all bodies, in J.
     pub kinetic_energy_j: f64,
     /// Potential energy of all bodies above the world's origin, and of the contacts' springs, in J.
     pub potential_energy_j: f64,
-    /// By how much the laws of contact and of dry friction were broken since the last row, in m/s or rad/s: the speed at
-    /// which something moved that should not, at the worst place and step.
+    /// Largest residual of the contact and dry friction laws since the last row, in m/s or rad/s:
+    /// the speed of a motion that the laws forbid, at the worst place and step.
     pub contact_residual_m_s: f64,
-    /// How much of the wheels' real rates q' belongs to no one motion: |r| over |q'| with r = q' - M M^+ q', root mean squares over the period, in
-    /// [0, 1]; 0 where the wheels stand.
+    /// Inconsistent share of the wheels' real rates q': |r| over |q'| with r = q' - M M^+ q', root
+    /// mean squares over the period, in [0, 1]; 0 if the wheels stand.
     pub rate_conflict_share: f64,
-    /// What carried the robot, and what stood in its way; `None` where a trace does not say.
+    /// The ground's forces on the robot as a whole; `None` if the trace does not have them.
     pub support: Option<Support>,
-    /// What dead reckoning by Indiveri 2009, eq. (7), says beside `odometry_ideal`; `None` where nobody worked it out. It goes with messages, and is
-    /// no column of a file.
+    /// Twist and covariances of dead reckoning by Indiveri 2009, eq. (7), besides `odometry_ideal`;
+    /// `None` if they were not computed. Used in messages, not a column of a file.
     pub reckoned: Option<Reckoned>,
-    /// What an inertial measurement unit said last; `None` without one.
+    /// The last sample of an inertial measurement unit; `None` without one.
     pub imu: Option<ImuSample>,
-    /// What a passive wheel law stored and was supplied with; `None` under any other.
+    /// Storage and supply of a passive wheel law; `None` under other laws.
     pub storage: Option<Storage>,
 }
 
-/// What dead reckoning says of the twist, and how sure it is: covariances of x, y and heading, row by row, in m, m/s, rad and rad/s.
+/// Twist and uncertainty of dead reckoning: covariances of x, y and heading, row by row, in m, m/s,
+/// rad and rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reckoned {
-    /// The twist by the rates that the encoders said, in the body frame.
+    /// The twist by the encoders' rates, in the body frame.
     pub twist: Twist,
-    /// Of the pose, in the world frame.
+    /// Covariance of the pose, in the world frame.
     pub pose_covariance: [[f64; 3]; 3],
-    /// Of the twist, in the body frame, for one who takes the errors of every row for independent.
+    /// Covariance of the twist, in the body frame, valid if the errors of all rows are taken as
+    /// independent.
     pub twist_covariance: [[f64; 3]; 3],
 }
 
-/// What an inertial measurement unit on the chassis says, in the body frame as the robot takes its axes to lie.
+/// A sample of an inertial measurement unit on the chassis, in the body frame, with its axes as the
+/// robot assumes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuSample {
-    /// The rate of turn, in rad/s.
+    /// Angular rate, in rad/s.
     pub rate_rad_s: Vector3<f64>,
-    /// The specific force, in m/s^2: acceleration less gravity, upwards at rest.
+    /// Specific force, in m/s^2: acceleration minus gravity, upwards at rest.
     pub specific_force_m_s2: Vector3<f64>,
-    /// Roll against gravity, as the robot's filter has it, in radians.
+    /// Roll against gravity by the robot's filter, in radians.
     pub roll_rad: f64,
-    /// Pitch against gravity, as the robot's filter has it, in radians.
+    /// Pitch against gravity by the robot's filter, in radians.
     pub pitch_rad: f64,
-    /// How sure it is; `None` where that is not known. It goes with messages, and is no column of a file.
+    /// Its variances; `None` if unknown. Used in messages, not a column of a file.
     pub variances: Option<ImuVariances>,
 }
 
-/// How sure an inertial measurement unit is on each of its axes, noise and biases together.
+/// Variances of an inertial measurement unit on each of its axes, noise and biases together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuVariances {
-    /// Of a rate of turn, in rad^2/s^2.
+    /// Of an angular rate, in rad^2/s^2.
     pub rate_rad2_s2: f64,
     /// Of the specific force along an axis, in m^2/s^4.
     pub specific_force_m2_s4: f64,
-    /// Of roll and of pitch by the robot's filter, while the robot itself does not accelerate, in rad^2.
+    /// Of roll and of pitch by the robot's filter, while the robot does not accelerate, in rad^2.
     pub tilt_rad2: f64,
 }
 
-/// The storage function of a robot under a passive wheel law. Its rise is never more than what it was supplied with.
+/// The storage function of a robot under a passive wheel law. It never rises by more than its
+/// supply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Storage {
-    /// Kinetic and potential energy, the spring to the reference at the true pose, and the springs between the wheels, in J.
+    /// Kinetic and potential energy, the spring to the reference at the true pose, and the springs
+    /// between the wheels, in J.
     pub stored_j: f64,
-    /// Supplied since the start, in J: by pushes, payloads, servos and ground that leans; by the law's term against gravity; by a reference
-    /// that moves; and by what the law pushes wheels with while they slide over the ground.
+    /// Supplied since the start, in J: by pushes, payloads, servos and tilting ground; by the law's
+    /// gravity compensation; by a moving reference; and by the law's torques on wheels that slide
+    /// over the ground.
     pub supplied_j: f64,
-    /// The most that the one has risen beyond the other, from any physics step up to now to a later one, in J.
+    /// Largest rise of the storage beyond its supply, from any physics step up to now to a later
+    /// one, in J.
     pub rise_j: f64,
 }
 
-/// What the ground did to a robot as a whole: means over the period, in N; zero in the first row.
+/// The ground's forces on the robot as a whole: means over the period, in N; zero in the first row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
-    /// What the wheels carry: the ground's force on them along the floor's normal.
+    /// Load on the wheels: the ground's force along the floor's normal.
     pub wheels_n: f64,
-    /// What the chassis carries: the same of what of it lies on the ground.
+    /// Load on the chassis: the same for its parts that touch the ground.
     pub chassis_n: f64,
-    /// How walls, kerbs and bumps push the robot: the part of all normal forces that lies in the floor's plane, along the robot's
-    /// heading.
+    /// Force of walls, kerbs and bumps on the robot: the part of all normal forces in the floor's
+    /// plane, along the robot's heading.
     pub obstacles_x_n: f64,
     /// The same to the left of its heading.
     pub obstacles_y_n: f64,
 }
 
 impl Support {
-    /// The share that the wheels carry of what is carried; `None` in the air.
+    /// The share of the load on the wheels; `None` in the air.
     pub fn wheels_share(&self) -> Option<f64> {
         let sum_n = self.wheels_n + self.chassis_n;
         (sum_n > 0.0).then(|| self.wheels_n / sum_n)
     }
 }
 
-/// The robot's true state, in the world frame: its origin lies in the floor's plane, and z is the floor's normal, on a slope
-/// too.
+/// The robot's true state in the world frame: its origin is in the floor's plane and z is the
+/// floor's normal, also on a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Pose of the body frame in the world frame.
@@ -243,108 +259,113 @@ pub struct Truth {
     pub twist_in_body: Twist,
 }
 
-/// What the reference wants.
+/// The reference of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Desired {
     /// Desired pose in the world frame: **r**_d and phi_d of Indiveri 2009, eqs. (13), (17).
     pub pose: Pose,
     /// Its rate, in the world frame.
     pub velocity_in_world: Twist,
-    /// The largest distance of the reference point from where it should be, at all control instants after the row before and up to this
-    /// one, in metres.
+    /// Largest distance between the reference point and its target, over the control instants since
+    /// the previous row up to this one, in metres.
     pub position_error_max_m: f64,
-    /// The largest size of the heading's error at these instants, in radians.
+    /// Largest magnitude of the heading error at these instants, in radians.
     pub heading_error_max_rad: f64,
 }
 
 /// One task of the prioritised saturation, Indiveri 2009, eqs. (32)-(34).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TaskShare {
-    /// What the task asks for: the infinity norm of its wheel rates, in rad/s.
+    /// Demand of the task: the infinity norm of its wheel rates, in rad/s.
     pub asked_rad_s: f64,
     /// Its capacity c_h, in rad/s.
     pub capacity_rad_s: f64,
-    /// Its weight sigma(asked, capacity), in [0, 1]: below 1 the task gives way.
+    /// Its weight sigma(asked, capacity), in [0, 1]; below 1 the task is saturated.
     pub weight: f64,
-    /// The twist in the body frame that the task asks for, before its weight.
+    /// The twist in the body frame that the task commands, before its weight.
     pub asked_twist_in_body: Twist,
 }
 
 /// The signals of one wheel in one row.
 ///
-/// Where several rollers of the wheel touch, forces are sums, and slip and contact place are weighted by the normal
-/// forces. Of a wheel that was in the air for the whole period `touching_share` and all quantities of the contact are zero.
+/// If several rollers of the wheel touch, forces are sums, and slip and contact point are weighted
+/// by the normal forces. For a wheel that was in the air for the whole period, `touching_share` and
+/// all contact quantities are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelSample {
     /// The commanded wheel rate, in rad/s: decision.
     pub target_rad_s: f64,
-    /// The largest size of the commanded rates after the row before and up to this one, in rad/s.
+    /// Largest magnitude of the commanded rates since the previous row, in rad/s.
     pub target_peak_rad_s: f64,
     /// The real wheel rate, in rad/s: state.
     pub rate_rad_s: f64,
     /// The wheel's angle since the start, unwrapped, in radians: state.
     pub angle_rad: f64,
-    /// The torque that the motor put on the wheel, in N m: the mean over the period.
+    /// Torque of the motor on the wheel, in N m: the mean over the period.
     pub torque_n_m: f64,
-    /// The least of that over the period, in N m: the most backwards.
+    /// Smallest value over the period, in N m: the most negative.
     pub torque_min_n_m: f64,
-    /// The largest of that over the period, in N m.
+    /// Largest value over the period, in N m.
     pub torque_max_n_m: f64,
     /// Height of the wheel's centre above the floor's plane, level or not, in metres: state.
     pub hub_height_m: f64,
-    /// The least of that over the period, in metres.
+    /// Smallest value over the period, in metres.
     pub hub_height_min_m: f64,
-    /// The largest of that over the period, in metres.
+    /// Largest value over the period, in metres.
     pub hub_height_max_m: f64,
-    /// The roller that carries most of the load: its index; 0 where none touches. State, with the four that follow.
+    /// Index of the roller that carries most of the load; 0 if none touches. State, like the four
+    /// that follow.
     pub roller: u32,
     /// Whether any roller touches.
     pub touching: bool,
-    /// The part of the wheel's normal force that `roller` carries, in [0, 1]; below 1 a neighbour carries the rest.
+    /// The share of the wheel's normal force that `roller` carries, in [0, 1]; below 1 a neighbour
+    /// carries the rest.
     pub load_share: f64,
     /// Spin of `roller` about its axis, in rad/s.
     pub roller_spin_rad_s: f64,
-    /// The spin with which `roller` would not slide across its axis, in rad/s.
+    /// The spin at which `roller` would not slide across its axis, in rad/s.
     pub roller_spin_ideal_rad_s: f64,
-    /// The part of the period in which any roller touched, in [0, 1].
+    /// The share of the period in which any roller touched, in [0, 1].
     pub touching_share: f64,
-    /// Place of the contact in the body frame, x, in metres: where the rollers pressed on the ground, the mean over the period weighted by
-    /// the normal force.
+    /// Contact point in the body frame, x, in metres: the mean over the period weighted by the
+    /// normal force.
     pub contact_x_m: f64,
     /// The same, y, in metres.
     pub contact_y_m: f64,
     /// Normal force on the wheel, in N: the mean over the period.
     pub normal_force_n: f64,
-    /// The least of that over the period, in N.
+    /// Smallest value over the period, in N.
     pub normal_force_min_n: f64,
-    /// The largest of that over the period, in N.
+    /// Largest value over the period, in N.
     pub normal_force_max_n: f64,
-    /// Tangential force of the ground on the wheel, x in the body frame, in N: the mean over the period.
+    /// Tangential force of the ground on the wheel, x in the body frame, in N: the mean over the
+    /// period.
     pub force_x_n: f64,
     /// The same, y in the body frame, in N.
     pub force_y_n: f64,
     /// Friction coefficient of the contact: the mean over the period weighted by the normal force.
     pub friction: f64,
-    /// The largest share of the friction limit in use over the period: tangential force over mu N, 1 on the edge of the friction cone. 0 where
-    /// nothing pressed and where there is no friction.
+    /// Largest utilisation of the friction limit over the period: tangential force over mu N, 1 on
+    /// the edge of the friction cone. 0 without load or without friction.
     pub friction_used_max: f64,
-    /// Velocity of the roller's material point over the ground at the contact, x in the body frame, in m/s: the mean over the time of the
-    /// period in which it touched.
+    /// Velocity of the roller's material point relative to the ground at the contact, x in the body
+    /// frame, in m/s: the mean over the time in contact.
     pub slip_x_m_s: f64,
     /// The same, y in the body frame, in m/s.
     pub slip_y_m_s: f64,
-    /// Root mean square of the sliding speed over the time of the period in which the wheel touched, in m/s.
+    /// Root mean square of the sliding speed over the time in contact, in m/s.
     pub slip_speed_rms_m_s: f64,
     /// The largest sliding speed over the period, in m/s.
     pub slip_speed_max_m_s: f64,
     /// Energy lost to sliding in this wheel's contacts since the start, in J: sum.
     pub slip_energy_j: f64,
-    /// Energy that it took to bring this wheel's rollers up to their spin since the start, in J: sum.
+    /// Energy lost in bringing this wheel's rollers to their spin since the start, in J: sum.
     pub spin_up_energy_j: f64,
 }
 
 impl Record {
-    /// Whether the row has contacts to speak of: at the start no step has been taken yet, and they are all zero.
+    /// Whether the row has contact data: at the start no step has been taken yet, and they are all
+    /// zero.
     pub(crate) fn has_contacts(&self) -> bool {
         self.t_s > 0.0
     }
@@ -382,22 +403,22 @@ impl WheelSample {
         self.touching_share > 0.0
     }
 
-    /// Size of the mean sliding velocity while it touched, in m/s.
+    /// Magnitude of the mean sliding velocity in contact, in m/s.
     pub fn slip_speed_m_s(&self) -> f64 {
         libm::hypot(self.slip_x_m_s, self.slip_y_m_s)
     }
 
-    /// Size of the mean tangential force of the ground, in N.
+    /// Magnitude of the mean tangential force of the ground, in N.
     pub fn tangential_force_n(&self) -> f64 {
         libm::hypot(self.force_x_n, self.force_y_n)
     }
 
-    /// [`WheelSample::friction_used_max`]; `None` where nothing pressed or the contact has no friction.
+    /// [`WheelSample::friction_used_max`]; `None` without load or without friction.
     pub fn friction_used(&self) -> Option<f64> {
         (self.friction * self.normal_force_n > 0.0).then_some(self.friction_used_max)
     }
 
-    /// The largest size of the motor's torque over the period, in N m.
+    /// Largest magnitude of the motor's torque over the period, in N m.
     pub fn torque_peak_n_m(&self) -> f64 {
         self.torque_max_n_m.max(-self.torque_min_n_m)
     }

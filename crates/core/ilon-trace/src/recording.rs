@@ -1,9 +1,9 @@
-//! A run of any length under way: of its rows only the last lie in memory.
+//! A run of any length in progress: only its last rows are in memory.
 //!
-//! A [`Recording`] takes rows as they come. Once there are more than [`ROWS_A_GROUP`] they go into the trace's file, group
-//! by group. That file can be read only when it is whole; until then [`parts`](crate::parts) hold the same rows, so that a
-//! run which is stopped, however, leaves them. What comes of it is [`Recorded`]: a short run lies in memory as it always
-//! did, a long one is gone through in its file.
+//! A [`Recording`] takes rows as they arrive. When there are more than [`ROWS_A_GROUP`], they go
+//! into the trace's file, group by group. That file is readable only when it is complete; until
+//! then [`parts`](crate::parts) hold the same rows, so that an interrupted run leaves them. The
+//! result is a [`Recorded`]: a short run is in memory, a long one is read from its file.
 
 use std::path::{Path, PathBuf};
 
@@ -17,32 +17,33 @@ use crate::rows::Rows;
 use crate::trace::Trace;
 use crate::twin::Twin;
 
-/// The rows of a run under way.
+/// The rows of a run in progress.
 #[derive(Debug)]
 pub struct Recording {
     /// Rows that are not in the file yet.
     recent: Trace,
-    /// How many of them stand in parts.
+    /// The number of them that are in parts.
     kept: usize,
-    /// What must be finite.
+    /// The signals that must be finite.
     watched: Watched,
     place: RowStore,
     /// The file, once it is needed.
     writer: Option<TraceWriter>,
 }
 
-/// Where rows go that are too many for memory.
+/// Where rows go that do not fit into memory.
 #[derive(Debug)]
 enum RowStore {
-    /// Into the file that is wanted, and on the way into parts.
+    /// Into the requested file, and until it is complete into parts.
     Kept { path: PathBuf, parts: Parts },
-    /// Into a file without a name among the system's temporary ones, made when it is needed: it goes with the recording, and
-    /// with the process however that ends.
+    /// Into a nameless temporary file, created when it is needed. It vanishes with the recording,
+    /// or with the process.
     Temporary,
 }
 
 impl Recording {
-    /// A recording that becomes the trace file `path` and stands in parts in the folder `parts`, beside it, until then.
+    /// A recording that becomes the trace file `path`, with parts in the folder `parts` beside it
+    /// until then.
     ///
     /// # Errors
     /// Like [`Parts::begin`].
@@ -51,8 +52,8 @@ impl Recording {
         Ok(Self::new(header, RowStore::Kept { path, parts }))
     }
 
-    /// A recording that leaves no file. One that is too long for memory goes through the system's folder of temporary
-    /// files.
+    /// A recording that leaves no file. If it is too long for memory, it uses the system's folder
+    /// of temporary files.
     pub fn temporary(header: Header) -> Self {
         Self::new(header, RowStore::Temporary)
     }
@@ -68,16 +69,16 @@ impl Recording {
         }
     }
 
-    /// How many rows it holds in memory: never more than [`ROWS_A_GROUP`].
+    /// The number of rows in memory: never more than [`ROWS_A_GROUP`].
     pub fn rows_in_memory(&self) -> usize {
         self.recent.row_count()
     }
 
-    /// Takes the rows out of a trace, which is empty after that.
+    /// Moves the rows out of a trace, which is empty afterwards.
     ///
     /// # Errors
-    /// [`TraceError::Io`], [`TraceError::Encode`] where they had to go into a file and could not;
-    /// [`TraceError::Diverged`] where they hold something that is no number.
+    /// [`TraceError::Io`], [`TraceError::Encode`] if they could not be written to a file;
+    /// [`TraceError::Diverged`] if they contain a non-finite value.
     pub fn take(&mut self, rows: &mut Trace) -> Result<(), TraceError> {
         let before = self.recent.row_count();
         self.recent.append(rows);
@@ -85,7 +86,7 @@ impl Recording {
         self.watched
             .check(&self.recent, before..self.recent.row_count())?;
         while self.recent.row_count() > ROWS_A_GROUP {
-            // In the file they cannot be read before it is whole.
+            // The file is unreadable until it is complete.
             self.keep()?;
             let writer = match &mut self.writer {
                 Some(writer) => writer,
@@ -98,12 +99,13 @@ impl Recording {
         Ok(())
     }
 
-    /// Adds to the header what became of the run's twins: it is written when the recording is finished.
+    /// Adds the results of the run's twins to the header, which is written when the recording is
+    /// finished.
     pub fn add_twins(&mut self, twins: Vec<Twin>) {
         self.recent.header.twins.extend(twins);
     }
 
-    /// Writes the rows that have come since the last time as a part, if the recording has parts.
+    /// Writes the rows since the last call as a part, if the recording has parts.
     ///
     /// # Errors
     /// Like [`Parts::write`].
@@ -118,10 +120,10 @@ impl Recording {
         Ok(())
     }
 
-    /// Ends the recording: its file is whole then, and its parts are gone.
+    /// Ends the recording: its file is complete, and its parts are removed.
     ///
     /// # Errors
-    /// [`TraceError::Io`], [`TraceError::Encode`] where the file cannot be written.
+    /// [`TraceError::Io`], [`TraceError::Encode`] if the file cannot be written.
     pub fn finish(self) -> Result<Recorded, TraceError> {
         let Self {
             recent,
@@ -152,7 +154,7 @@ impl RowStore {
     /// Begins the file.
     fn begin(&self, header: &Header) -> Result<TraceWriter, TraceError> {
         match self {
-            // Among the parts, where what a stopped run leaves is looked for, and removed by the next.
+            // In the parts' folder, so that the next run removes what an interrupted one leaves.
             Self::Kept { path, parts } => TraceWriter::begin(path, parts.folder(), header),
             Self::Temporary => {
                 let file = tempfile::tempfile();
@@ -166,14 +168,14 @@ impl RowStore {
 /// A finished recording.
 #[derive(Debug)]
 pub enum Recorded {
-    /// A short one, in memory.
+    /// A short run, in memory.
     Memory(Trace),
-    /// A long one, in its file.
+    /// A long run, in its file.
     File(TraceFile),
 }
 
 impl Recorded {
-    /// What was recorded earlier, in its file.
+    /// Opens an earlier recording from its file.
     ///
     /// # Errors
     /// Like [`TraceFile::open`].
@@ -181,7 +183,7 @@ impl Recorded {
         Ok(Self::File(TraceFile::open(path)?))
     }
 
-    /// Writes the trace as a Parquet file of its own. The file appears whole or not at all.
+    /// Writes the trace as a new Parquet file, which appears complete or not at all.
     ///
     /// # Errors
     /// Like [`Trace::write_parquet`].
@@ -240,7 +242,8 @@ mod tests {
     use crate::metrics::{Settings, Summary};
     use crate::sample::made_up_trace;
 
-    /// Hands a trace over a few rows at a time, as a run does; gives the most rows that lay in memory at once.
+    /// Records a trace a few rows at a time, as a run does; returns the largest number of rows in
+    /// memory.
     fn record(recording: &mut Recording, whole: &Trace) -> usize {
         let mut most = 0;
         for first in (0..whole.row_count()).step_by(100) {
@@ -310,7 +313,7 @@ mod tests {
         record(&mut recording, &whole);
         drop(recording);
         assert!(!path.exists());
-        // The group went into parts before it went into the file; of the rows after it none was kept.
+        // The group went into parts before it went into the file; the rows after it were not kept.
         let left = Trace::read_parquet(&parts).unwrap();
         assert!(left.row_count() > ROWS_A_GROUP);
         assert_eq!(left, whole.rows(0..left.row_count()));

@@ -1,4 +1,4 @@
-//! Rows that need not lie in memory.
+//! Rows that need not be in memory.
 
 use std::convert::Infallible;
 
@@ -7,16 +7,16 @@ use crate::header::Header;
 pub use crate::projection::Projection;
 use crate::trace::Trace;
 
-/// The rows of a run, which can be gone through from the first to the last as often as needed: a [`Trace`] in memory, or
-/// a [`TraceFile`](crate::file::TraceFile) that was never read as a whole.
+/// The rows of a run, which can be iterated as often as needed: a [`Trace`] in memory, or a
+/// [`TraceFile`](crate::file::TraceFile) on disk.
 pub trait Rows {
-    /// Why rows cannot be had.
+    /// Why rows cannot be read.
     type Error;
 
-    /// What the run was.
+    /// The header of the run.
     fn header(&self) -> &Header;
 
-    /// How many rows there are.
+    /// The number of rows.
     fn row_count(&self) -> usize;
 
     /// Shows all rows in their order to `see`, some at a time. Signals that `which` does not ask for may be zero.
@@ -26,15 +26,15 @@ pub trait Rows {
     fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace))
     -> Result<(), Self::Error>;
 
-    /// Shows the values of a signal, named as its column in the file, in their order to `see`: `None` where it is absent.
-    /// Of a signal that there is not, nothing is shown.
+    /// Passes the values of a signal, named as its column in the file, in order to `see`: `None` if
+    /// it is absent. An unknown signal has no values.
     ///
     /// # Errors
-    /// Where the values cannot be read.
+    /// If the values cannot be read.
     fn each_value(&self, signal: &str, see: &mut dyn FnMut(Option<f64>))
     -> Result<(), Self::Error>;
 
-    /// The values of a signal, all at once; none of a signal that there is not.
+    /// All values of a signal; none of an unknown signal.
     ///
     /// # Errors
     /// Like [`Rows::each_value`].

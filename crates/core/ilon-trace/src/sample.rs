@@ -9,7 +9,8 @@ use crate::header::{
 use crate::record::{Record, WheelSample};
 use crate::trace::{RowMut, Trace};
 
-/// A trace in which every signal has a value of its own at every step: rounding, order and mix-ups all show.
+/// A trace in which every signal has a different value at every step, so that rounding, order and
+/// mix-ups are detected.
 pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool) -> Trace {
     let header = Header {
         scenario_name: "made up".to_owned(),
@@ -71,7 +72,7 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
                 ColumnType::Flag => f64::from(u8::from((index + step) % 3 == 0)),
             };
             let is_roller = signal.name.contains("_roller") && signal.name.ends_with("_angle_rad");
-            // Rollers are looked at less often than all else.
+            // Rollers are sampled less often than the rest.
             let present = !signal.nullable || closed_loop && (!is_roller || step % 2 == 0);
             let mut row = RowMut {
                 record: &mut record,

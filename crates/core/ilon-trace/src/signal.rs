@@ -1,4 +1,4 @@
-//! The recorded signals by name, as the file's columns are called.
+//! The recorded signals by the names of the file's columns.
 
 use crate::columns::{Signal, signals};
 use crate::header::Header;
@@ -10,19 +10,21 @@ impl Header {
         signals(self)
     }
 
-    /// The name under which a signal is recorded: that of a wheel may be called by the wheel's joint, `front_left_torque_n_m` for `wheel0_torque_n_m`.
+    /// The recorded name of a signal: a wheel's signal may be named by the wheel's joint,
+    /// `front_left_torque_n_m` for `wheel0_torque_n_m`.
     pub fn recorded_name(&self, name: &str) -> String {
         let of_wheel = |(index, wheel): (usize, &crate::WheelHeader)| {
             let rest = name.strip_prefix(&wheel.name)?.strip_prefix('_')?;
             Some((wheel.name.len(), format!("wheel{index}_{rest}")))
         };
         let found = self.wheels.iter().enumerate().filter_map(of_wheel);
-        // Of two wheels of which one's name begins with the other's the longer is meant.
+        // If one wheel's name is a prefix of another's, the longer one counts.
         let longest = found.max_by_key(|(length, _)| *length);
         longest.map_or_else(|| name.to_owned(), |(_, name)| name)
     }
 
-    /// The names of all signals that a trace with this header records, in the order of the file's columns.
+    /// The names of all signals that a trace with this header records, in the order of the file's
+    /// columns.
     pub fn signal_names(&self) -> Vec<String> {
         signals(self)
             .into_iter()
@@ -32,8 +34,8 @@ impl Header {
 }
 
 impl Trace {
-    /// A signal over the run by its column's name, such as `truth_x_m` or `wheel0_rate_rad_s`: one value a record,
-    /// `None` where it is absent; `None` altogether where there is no such signal.
+    /// A signal over the run by its column's name, such as `truth_x_m` or `wheel0_rate_rad_s`: one
+    /// value per record, `None` if it is absent; `None` altogether for an unknown signal.
     pub fn signal(&self, name: &str) -> Option<Vec<Option<f64>>> {
         let signals = signals(&self.header);
         let signal = signals.iter().find(|signal| signal.name == name)?;

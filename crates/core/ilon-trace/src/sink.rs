@@ -1,34 +1,34 @@
-//! Where rows go while a run is under way.
+//! Receivers of rows during a run.
 
 use crate::error::TraceError;
 use crate::header::Header;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
-/// Something that takes rows as they come: memory, a file of another format, a socket.
+/// A receiver of rows: memory, a file of another format, a socket.
 ///
-/// A run hands its rows over once a control period. An error ends the run.
+/// A run passes its rows once a control period. An error ends the run.
 pub trait Sink {
-    /// What the run is, before any row.
+    /// Receives the header, before any row.
     ///
     /// # Errors
-    /// Where the rows cannot be taken; [`TraceError::sink`] for reasons of the sink's own.
+    /// If the rows cannot be taken; [`TraceError::sink`] for other errors of the sink.
     fn begin(&mut self, header: &Header) -> Result<(), TraceError>;
 
-    /// The rows that have come since the last time, one or more, in their order.
+    /// Receives the rows since the last call, one or more, in order.
     ///
     /// # Errors
     /// Like [`Sink::begin`].
     fn take(&mut self, rows: &Trace) -> Result<(), TraceError>;
 
-    /// There are no more rows.
+    /// Called after the last row.
     ///
     /// # Errors
     /// Like [`Sink::begin`].
     fn finish(&mut self) -> Result<(), TraceError>;
 }
 
-/// Memory: the trace becomes that of the run.
+/// In memory: the trace becomes that of the run.
 impl Sink for Trace {
     fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
         *self = Self::with_capacity(header.clone(), 0);
@@ -45,7 +45,7 @@ impl Sink for Trace {
     }
 }
 
-/// Several sinks, each of which takes all rows.
+/// Several sinks, each of which receives all rows.
 impl Sink for [&mut dyn Sink] {
     fn begin(&mut self, header: &Header) -> Result<(), TraceError> {
         self.iter_mut().try_for_each(|sink| sink.begin(header))

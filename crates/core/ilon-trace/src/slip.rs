@@ -1,4 +1,4 @@
-//! How the contacts slid: per wheel and over all wheels.
+//! Sliding of the contacts: per wheel and over all wheels.
 
 use ilon_robot::Twist;
 use serde::{Deserialize, Serialize};
@@ -52,16 +52,16 @@ pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_r
     rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
 }
 
-/// Root mean square; `None` of nothing.
+/// Root mean square; `None` without values.
 pub fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut rms = Rms::default();
     values.for_each(|x| rms.add(x));
     rms.get()
 }
 
-/// A share of the friction cone; what is above 1 by rounding alone is 1.
+/// A utilisation of the friction cone; values above 1 by rounding become 1.
 fn without_rounding(used: f64) -> f64 {
-    /// Of forces that are sums over many contacts and steps.
+    /// Rounding of forces that are sums over many contacts and steps. Chosen.
     const ROUNDING: f64 = 1e-12;
     match used <= 1.0 + ROUNDING {
         true => used.min(1.0),
@@ -69,14 +69,14 @@ fn without_rounding(used: f64) -> f64 {
     }
 }
 
-/// Largest minus smallest; `None` of nothing.
+/// Largest minus smallest; `None` without values.
 pub fn peak_to_peak(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut extent = Extent::default();
     values.for_each(|x| extent.add(x));
     extent.get()
 }
 
-/// What the contacts of one wheel have done so far.
+/// Sums over one wheel's contacts so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WheelAccumulator {
     index: usize,
@@ -86,7 +86,7 @@ pub(crate) struct WheelAccumulator {
     energy_j: f64,
     spin_up_energy_j: f64,
     residual_m_s: Rms,
-    /// The time of the row before, in seconds.
+    /// The time of the previous row, in seconds.
     before_s: f64,
     normal_force_n: Mean,
     friction_used: Largest,
@@ -99,7 +99,7 @@ pub(crate) struct WheelAccumulator {
 }
 
 impl WheelAccumulator {
-    /// One for each wheel.
+    /// One accumulator for each wheel.
     pub fn of_each(header: &Header) -> Vec<Self> {
         let accumulator = |index| Self {
             index,
@@ -151,10 +151,11 @@ impl WheelAccumulator {
             .add(sample.roller_spin_rad_s - sample.roller_spin_ideal_rad_s);
     }
 
-    /// The figures of the wheel that the header calls so.
+    /// The figures of the wheel.
     pub fn finish(self, wheel: &WheelHeader) -> WheelSlip {
         let speed_rms_m_s = self.speed_m_s.get();
-        // Below a millimetre per second the wheel stands, and the ratio is noise over noise.
+        // Below a millimetre per second the wheel counts as standing, because the ratio would be
+        // noise over noise.
         let rim_rms_m_s = self.rim_m_s.get().filter(|&rim| rim > 1e-3);
         WheelSlip {
             name: wheel.name.clone(),
@@ -186,7 +187,7 @@ mod tests {
         mean.get()
     }
 
-    /// What the contacts of each wheel did over the run.
+    /// The figures of each wheel's contacts over the run.
     fn per_wheel(trace: &Trace) -> Vec<WheelSlip> {
         let mut wheels = WheelAccumulator::of_each(&trace.header);
         for (record, samples) in trace.steps() {
@@ -243,7 +244,7 @@ mod tests {
         ]);
         let slip = &per_wheel(&trace)[0];
         assert_eq!(slip.speed_max_m_s, Some(0.08));
-        // One period and a half of the two and a half in which it touched.
+        // One and a half of the two and a half periods in contact.
         let rms = (1.5 * 0.05_f64.powi(2) / 2.5).sqrt();
         assert!((slip.speed_rms_m_s.unwrap() - rms).abs() < 1e-15);
         // The rim runs at 0.5 m/s.
@@ -256,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_wheels_energies_are_those_of_its_last_row() {
-        // Both are counted from the beginning, in the air too.
+        // Both are counted from the start, also in the air.
         let after = |slip_energy_j, spin_up_energy_j, touching| WheelSample {
             slip_energy_j,
             spin_up_energy_j,
@@ -337,7 +338,7 @@ mod tests {
         assert_eq!(slip.roller_spin_error_rms_rad_s, Some(2.5));
     }
 
-    /// A wheel that nothing presses, and one on ice, have no share of a limit.
+    /// A wheel without load and a wheel on ice have no utilisation of a limit.
     #[test]
     fn grip_is_used_only_where_there_is_some() {
         let sample = WheelSample {
@@ -366,7 +367,8 @@ mod tests {
 
     #[test]
     fn a_forward_drive_at_rim_speed_leaves_no_residual_whatever_the_handedness() {
-        // Axis +y: u = n x k = +x, so that a wheel at 10 rad/s and rho = 5 cm drives forward at 0.5 m/s.
+        // Axis +y: u = n x k = +x, so that a wheel at 10 rad/s and rho = 5 cm drives forward at 0.5
+        // m/s.
         for gamma_rad in [-0.25, 0.25].map(|x| x * std::f64::consts::PI) {
             let wheel = WheelHeader {
                 position_m: [0.3, -0.2],
@@ -385,8 +387,9 @@ mod tests {
 
     #[test]
     fn the_residual_is_what_is_left_along_the_rollers_axis_of_hub_and_rim() {
-        // The hub moves with the body, (v_x - w b_y, v_y + w b_x); the rim takes the contact back at rho q' along x. The
-        // roller gives way along u = (-sin gamma, cos gamma) and grips along its axis, (cos gamma, sin gamma).
+        // The hub moves with the body, (v_x - w b_y, v_y + w b_x); the rim takes the contact back
+        // at rho q' along x. The roller gives way along u = (-sin gamma, cos gamma) and grips along
+        // its axis, (cos gamma, sin gamma).
         let wheel = WheelHeader {
             position_m: [0.3, -0.2],
             radius_m: 0.05,

@@ -1,23 +1,24 @@
-//! The whole run: its header, and what happened at each control step.
+//! The whole run: its header and the records of its control steps.
 
 use crate::header::Header;
 use crate::record::{Record, WheelSample};
 
 /// A recorded run.
 ///
-/// The samples of the wheels lie flat, step by step, so that recording allocates nothing once room is reserved.
+/// The samples of the wheels are in one flat list, step by step, so that recording does not
+/// allocate once memory is reserved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// What the run was.
+    /// The description of the run.
     pub header: Header,
     records: Vec<Record>,
     wheels: Vec<WheelSample>,
-    /// Angles of all rollers, wheel by wheel, row by row; empty where the run records none.
+    /// Angles of all rollers, wheel by wheel, row by row; empty if they are not recorded.
     rollers: Vec<Option<f64>>,
 }
 
 impl Trace {
-    /// An empty trace with room for `steps` records, or for as many of them as a long run needs at first.
+    /// An empty trace with memory for `steps` records, or for the first part of a long run.
     pub fn with_capacity(header: Header, steps: usize) -> Self {
         const MOST_AT_ONCE: usize = 100_000;
         let steps = steps.min(MOST_AT_ONCE);
@@ -31,8 +32,8 @@ impl Trace {
         }
     }
 
-    /// Adds the record of one control step. `wheels` are its samples in the order of the header's wheels; missing
-    /// ones are recorded as zero, and surplus ones dropped.
+    /// Adds the record of one control step. `wheels` are its samples in the order of the header's
+    /// wheels; missing ones are recorded as zero, and surplus ones dropped.
     pub fn push(&mut self, record: Record, wheels: &[WheelSample]) {
         let wheel_count = self.header.wheels.len();
         self.records.push(record);
@@ -43,8 +44,8 @@ impl Trace {
         self.rollers.resize(self.records.len() * roller_count, None);
     }
 
-    /// Puts the angles of all rollers, in radians, wheel by wheel, into the last row. Surplus ones are dropped, and all of them
-    /// where the header records none.
+    /// Writes the angles of all rollers, in radians, wheel by wheel, into the last row. Surplus
+    /// ones are dropped, and all of them if the header records none.
     pub fn push_roller_angles(&mut self, angles_rad: impl IntoIterator<Item = f64>) {
         let own = self
             .rollers
@@ -55,14 +56,14 @@ impl Trace {
         }
     }
 
-    /// The angles of all rollers at a row, in radians, wheel by wheel: `None` where they were not taken. Empty beyond the end, and
-    /// of a run that records none.
+    /// The angles of all rollers at a row, in radians, wheel by wheel: `None` if not sampled. Empty
+    /// beyond the end, and if the run records none.
     pub fn roller_angles_at(&self, row: usize) -> &[Option<f64>] {
         let n = self.header.rollers_recorded();
         self.rollers.get(row * n..(row + 1) * n).unwrap_or(&[])
     }
 
-    /// A trace of some of the rows alone; of those that there are.
+    /// A trace of some of the rows; rows beyond the end are ignored.
     pub fn rows(&self, rows: std::ops::Range<usize>) -> Self {
         let end = rows.end.min(self.records.len());
         let start = rows.start.min(end);
@@ -84,7 +85,7 @@ impl Trace {
         }
     }
 
-    /// Puts roller angles that may be absent into the last row.
+    /// Writes roller angles, which may be absent, into the last row.
     pub(crate) fn put_roller_angles(&mut self, angles_rad: &[Option<f64>]) {
         let own = self
             .rollers
@@ -95,7 +96,7 @@ impl Trace {
         }
     }
 
-    /// The records, one a control step.
+    /// The records, one per control step.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
@@ -109,7 +110,7 @@ impl Trace {
         self.wheels.get(step * n..(step + 1) * n).unwrap_or(&[])
     }
 
-    /// The samples of one wheel over the run; none of a wheel that there is not.
+    /// The samples of one wheel over the run; empty for an unknown wheel.
     pub fn wheel(&self, index: usize) -> impl ExactSizeIterator<Item = &WheelSample> {
         let n = self.header.wheels.len();
         let own = self.wheels.get(index..).filter(|_| index < n);
@@ -124,25 +125,25 @@ impl Trace {
             .map(|(step, record)| (record, self.wheels_at(step)))
     }
 
-    /// How many wheels each record has.
+    /// The number of wheels per record.
     pub fn wheel_count(&self) -> usize {
         self.header.wheels.len()
     }
 
-    /// The simulated time at which the last row ends, in seconds; 0 without rows.
+    /// The time of the last row, in seconds; 0 without rows.
     pub fn duration_s(&self) -> f64 {
         let last = self.records.last();
         last.map_or(0.0, |last| self.header.row_end_s(last.t_s))
     }
 
-    /// Forgets all rows, and keeps their room for others.
+    /// Removes all rows, and keeps their memory.
     pub fn clear(&mut self) {
         self.records.clear();
         self.wheels.clear();
         self.rollers.clear();
     }
 
-    /// Forgets the first rows, of those that there are.
+    /// Removes the first `rows` rows, or all if there are fewer.
     pub(crate) fn forget(&mut self, rows: usize) {
         let rows = rows.min(self.records.len());
         self.records.drain(..rows);
@@ -150,7 +151,7 @@ impl Trace {
         self.rollers.drain(..rows * self.header.rollers_recorded());
     }
 
-    /// Makes rows that are all zero, in place of those that there are, for values that come column by column.
+    /// Replaces all rows by zero rows, to be filled column by column.
     pub(crate) fn begin_columns(&mut self, rows: usize) {
         self.clear();
         self.records.resize(rows, Record::default());
@@ -160,7 +161,7 @@ impl Trace {
             .resize(rows * self.header.rollers_recorded(), None);
     }
 
-    /// A row that values are put into.
+    /// A row to be filled.
     pub(crate) fn row_mut(&mut self, row: usize) -> RowMut<'_> {
         let (n, m) = (self.header.wheels.len(), self.header.rollers_recorded());
         RowMut {
@@ -171,7 +172,7 @@ impl Trace {
     }
 }
 
-/// A row that values are put into.
+/// A row to be filled.
 pub(crate) struct RowMut<'t> {
     pub record: &'t mut Record,
     pub wheels: &'t mut [WheelSample],

@@ -1,4 +1,4 @@
-//! Contact: where rollers and chassis are near the ground, and the impulses that follow.
+//! Contact: the search for places where rollers and bodies may touch, and the impulses there.
 
 pub(crate) mod frame;
 pub(crate) mod law;

@@ -1,4 +1,4 @@
-//! The seam to rapier and parry: shapes, collision groups, numbers.
+//! The interface to rapier and parry: shapes, collision groups, number types.
 
 pub(crate) mod convert;
 pub(crate) mod groups;

@@ -1,7 +1,7 @@
-//! Bodies that belong to no robot: boxes, cylinders and spheres that lie about and can be pushed.
+//! Free bodies: boxes, cylinders and spheres that belong to no robot and can be pushed.
 //!
 //! A free body is one more articulated body without joints: it moves by the same f64 dynamics, and
-//! its contacts stand in the same problem as those of the robots, so that momentum is conserved to
+//! its contacts are in the same problem as those of the robots, so that momentum is conserved to
 //! rounding and the energy balance closes as it does for a robot.
 
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
 
 use crate::WorldError;
 
-/// A free body of a world, as long as it is not removed, and in the world's copies.
+/// The identity of a free body of a world and its copies, until it is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FreeBodyId(pub(crate) u32);
 
-/// The shape of a free body, around its middle, which is its centre of mass.
+/// The shape of a free body, around its centre, which is its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FreeShape {
     /// A box with sides along its axes.
@@ -37,55 +37,56 @@ pub enum FreeShape {
     },
 }
 
-/// A free body as it is put into a world: a rigid body of uniform density.
+/// The parameters of a free body: a rigid body of uniform density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeBody {
-    /// What errors and reports call it.
+    /// Its name in errors and reports.
     pub name: String,
     /// Its shape.
     pub shape: FreeShape,
     /// Its mass, in kg, > 0.
     pub mass_kg: f64,
     /// Coulomb friction coefficient of its surface, >= 0. On the floor and between two free bodies
-    /// the lower of both coefficients holds.
+    /// the lower of both coefficients applies.
     pub friction: f64,
-    /// That against robots, their chassis and rollers, >= 0; `None` where it is the same.
+    /// The same against robots, their chassis and rollers, >= 0; `None` if it is the same.
     pub friction_on_robots: Option<f64>,
-    /// Where its middle is over the floor's plane, in metres.
+    /// Position of its centre in the floor's plane, in metres.
     pub place_m: Vector2<f64>,
-    /// The height of its middle over the floor's plane, in metres; `None` where it is put down on
-    /// whatever is beneath it.
+    /// Height of its centre over the floor's plane, in metres; `None` puts it down on whatever is
+    /// beneath it.
     pub height_m: Option<f64>,
-    /// How it is turned in the world.
+    /// Its orientation in the world.
     pub rotation: UnitQuaternion<f64>,
-    /// Velocity of its middle in the world, in m/s.
+    /// Velocity of its centre in the world, in m/s.
     pub velocity_m_s: Vector3<f64>,
     /// Its angular velocity in the world, in rad/s.
     pub angular_rad_s: Vector3<f64>,
 }
 
-/// The least gravity by which units are counted, in m/s^2: a tenth of the earth's, as of robots.
+/// The smallest gravity for computing units, in m/s^2: a tenth of the earth's, as for robots.
+/// Chosen.
 pub(crate) const LEAST_GRAVITY_M_S2: f64 = 0.981;
 
-/// What a free body has beside its state.
+/// The data of a free body besides its state.
 #[derive(Clone, Debug)]
 pub(crate) struct Free {
     pub id: FreeBodyId,
     pub name: Arc<str>,
     pub friction: f64,
     pub friction_on_robots: f64,
-    /// How long it has been slow, in seconds.
+    /// Time for which it has been slow, in seconds.
     pub slow_s: f64,
-    /// What robots do to it in a step: impulses so far within it, in N s, and then means over it,
+    /// The effect of robots in a step: impulses so far within it, in N s, and then means over it,
     /// in N.
     pub from_robots: Vector3<f64>,
     /// Work that robots have done on it, in J.
     pub work_j: f64,
-    /// How deep it and what it touched have been in one another at most, in metres.
+    /// Largest penetration between it and its partners so far, in metres.
     pub pressed_m: f64,
 }
 
-/// A handle of rapier's as a key: handles have no order.
+/// A rapier handle as a key: handles have no order.
 pub(crate) type RawHandle = (u32, u32);
 
 /// A user's body in rapier: a rigid body with its colliders, or a collider without a body.
@@ -95,15 +96,15 @@ pub(crate) enum UserBody {
     Collider(RawHandle),
 }
 
-/// What a user's body has that is coupled to a step.
+/// The additional data of a user's body that is coupled to a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupled {
     pub body: UserBody,
-    /// Its velocity and angular velocity when the step began, in m/s and rad/s.
+    /// Its velocity and angular velocity at the beginning of the step, in m/s and rad/s.
     pub start: [Vector3<f64>; 2],
     /// Its contacts with other user bodies and what is fixed, as rapier found them.
     pub contacts: Vec<RapierContact>,
-    /// What robots and free bodies did to it in the step so far: impulse in N s, and moment about
+    /// The effect of robots and free bodies in the step so far: impulse in N s, and moment about
     /// its centre of mass in N m s.
     pub impulse: [Vector3<f64>; 2],
 }
@@ -111,14 +112,14 @@ pub(crate) struct Coupled {
 /// A contact that rapier found for a coupled body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RapierContact {
-    /// Where, from the body's centre of mass along its own axes, in metres.
+    /// Its place, from the body's centre of mass along its own axes, in metres.
     pub in_body_m: Vector3<f64>,
-    /// Unit vector in the world out of what it touches.
+    /// Unit vector in the world out of its partner.
     pub normal: Vector3<f64>,
-    /// Distance in metres; 0 where the two overlap.
+    /// Distance in metres; 0 if the two overlap.
     pub gap_m: f64,
-    /// The place among the step's bodies of the coupled body that it touches; `None` of what is
-    /// fixed.
+    /// The index among the step's bodies of the coupled body that it touches; `None` for fixed
+    /// ones.
     pub other: Option<usize>,
     pub friction: f64,
 }
@@ -156,7 +157,7 @@ impl FreeShape {
         }
     }
 
-    /// Its inertia about its middle, over its mass, in m^2.
+    /// Its inertia about its centre, over its mass, in m^2.
     fn inertia_m2(&self) -> Matrix3<f64> {
         let along = match *self {
             Self::Box { size_m } => {
@@ -174,7 +175,7 @@ impl FreeShape {
 }
 
 impl FreeBody {
-    /// A body at rest that is put down on whatever is beneath a place, in metres.
+    /// A body at rest that is put down on whatever is beneath a point of the plane, in metres.
     pub fn new(name: &str, shape: FreeShape, mass_kg: f64, place_m: Vector2<f64>) -> Self {
         Self {
             name: name.to_owned(),
@@ -190,9 +191,9 @@ impl FreeBody {
         }
     }
 
-    /// Refuses what is no body.
+    /// Refuses an invalid body.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
-        /// The most that a side may be of another: a plate of 1 m is 1 mm thick.
+        /// The largest ratio of two sides: a plate of 1 m is at least 1 mm thick. Chosen.
         const SLENDER: f64 = 1e3;
         let refused = |reason: String| {
             let name = self.name.clone();
@@ -228,12 +229,12 @@ impl FreeBody {
         Ok(())
     }
 
-    /// Whether it does not move when it is put down.
+    /// Whether it is put down at rest.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.velocity_m_s == Vector3::zeros() && self.angular_rad_s == Vector3::zeros()
     }
 
-    /// As a robot that is a chassis alone.
+    /// The body as a robot with only a chassis.
     pub(crate) fn as_robot(&self) -> Robot {
         Robot {
             name: self.name.clone(),
@@ -256,8 +257,8 @@ impl FreeBody {
         }
     }
 
-    /// Its own units: half the side of a cube of its volume stands for a wheel's radius, and a
-    /// quarter of its mass for a wheel's load.
+    /// Its own units: half the side of a cube of its volume takes the place of a wheel's radius,
+    /// and a quarter of its mass that of a wheel's load.
     pub(crate) fn scale(&self, gravity_m_s2: f64) -> Scale {
         Scale {
             length_m: 0.5 * libm::cbrt(self.shape.volume_m3()),

@@ -1,4 +1,4 @@
-//! The ground: a plane or a rough surface, what stands on it, and how slippery it is where.
+//! The ground: a plane or uneven ground, obstacles, and friction by place.
 
 mod floor;
 mod height_field;
@@ -21,15 +21,15 @@ pub(crate) use height_field::HeightField;
 pub(crate) use in_rapier::{Grip, insert_into};
 pub use surface::{ContactSurface, FloorSurface, Nap, Stribeck};
 
-/// What a running world needs to know of its ground: a body that never moves.
+/// The ground of a running world: a body that never moves.
 #[derive(Clone)]
 pub(crate) struct Ground {
     has_plane: bool,
-    /// What it is where there is no patch, to all of no material that `materials` names.
+    /// Its surface outside patches, for all materials that `materials` does not name.
     built: ContactSurface,
-    /// The friction that holds in place of all that it was built with, but on patches.
+    /// A friction set later, which replaces the original one outside patches.
     set_friction: Option<f64>,
-    /// Materials of rollers, and what the ground is to each of them where there is no patch.
+    /// Materials of rollers, and the surface for each of them outside patches.
     materials: Vec<String>,
     footings: Vec<ContactSurface>,
     patches: Vec<Patch>,
@@ -50,7 +50,7 @@ struct Solid {
 }
 
 impl Solid {
-    /// As places are looked for on it.
+    /// As the search for contacts uses it.
     fn placed(&self) -> ContactSolid<'_> {
         ContactSolid {
             shape: &self.shape,
@@ -92,7 +92,7 @@ impl Ground {
         }
     }
 
-    /// Fills `pieces` with those of the ground that may be nearer to a place than `within_m`.
+    /// Fills `pieces` with the pieces of ground that may be nearer to a point than `within_m`.
     pub fn pieces_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
         self.solids_near(place_m, within_m, pieces);
         if let Some(relief) = self.relief() {
@@ -106,7 +106,7 @@ impl Ground {
         }
     }
 
-    /// The same without the triangles of a relief.
+    /// The same without the triangles of uneven ground.
     pub fn solids_near(&self, place_m: &Vector3<f64>, within_m: f64, pieces: &mut Vec<Piece>) {
         pieces.clear();
         let mut offer = |piece: Piece| {
@@ -122,12 +122,13 @@ impl Ground {
             .for_each(|solid| offer(Piece::Box(*solid)));
     }
 
-    /// What is in the plane's place, if something is.
+    /// The uneven ground instead of the plane, if there is any.
     pub fn relief(&self) -> Option<&HeightField> {
         self.relief.as_deref()
     }
 
-    /// Whether everything below a point of the ground is ground too, as below a plane and the boxes on it; below a relief nothing is.
+    /// Whether the ground extends to any depth, as below a plane and the boxes on it; uneven ground
+    /// has nothing beneath it.
     pub fn is_solid_below(&self) -> bool {
         self.has_plane
     }
@@ -151,8 +152,8 @@ impl Ground {
         self.has_plane && bounds.least_m.z <= 0.0 || self.solids.iter().any(reaches)
     }
 
-    /// How far a shape of a robot is from the ground, in metres; not above 0 where they touch, and f64's infinity where
-    /// parry cannot tell.
+    /// The distance of a robot's shape from the ground, in metres; zero or less if they touch, and
+    /// infinity if parry cannot compute it.
     pub fn distance_m(&self, floor_from_shape: &Isometry3<f64>, shape: &SharedShape) -> f64 {
         let in_rapier = convert::pose(floor_from_shape);
         let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
@@ -169,7 +170,7 @@ impl Ground {
             .chain(solids)
             .map(|(pose, ground)| apart_m(&pose, &**ground));
         let from_solids_m = distances.fold(f64::INFINITY, f64::min);
-        // parry cannot tell of a height field as a whole.
+        // parry does not support a height field as a whole.
         let Some(relief) = self.relief() else {
             return from_solids_m;
         };
@@ -184,7 +185,8 @@ impl Ground {
         from_solids_m.min(from_relief_m)
     }
 
-    /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude: on a slope it leans.
+    /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude; tilted on a
+    /// slope.
     pub fn gravity_in_floor(&self, gravity_m_s2: f64) -> Vector3<f64> {
         self.down * gravity_m_s2
     }
@@ -194,15 +196,16 @@ impl Ground {
         self.down = down;
     }
 
-    /// Changes the patches from now on, and the friction elsewhere; `None` for what it was built with.
+    /// Changes the patches from now on, and the friction elsewhere; `None` restores the original
+    /// one.
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.set_friction = friction;
         self.patches = patches.to_vec();
     }
 
-    /// What the ground is at a place in the floor's frame, to rollers of a material.
+    /// The surface at a point in the floor's frame, for rollers of a material.
     pub fn footing_at(&self, in_floor_m: &Vector3<f64>, material: Option<&str>) -> ContactSurface {
-        // Nearly all floors are the same to all rollers.
+        // Nearly all floors are the same for all rollers.
         let index = if self.materials.is_empty() {
             None
         } else {
@@ -226,7 +229,7 @@ impl Ground {
         footing
     }
 
-    /// The patch that a place in the floor's frame lies on, of several the last.
+    /// The last patch that contains a point in the floor's frame.
     fn patch_at(&self, in_floor_m: &Vector3<f64>) -> Option<&Patch> {
         let inside = |p: &&Patch| {
             let off = in_floor_m.xy() - p.center_m;

@@ -1,21 +1,24 @@
-//! Losses only lose: what friction takes over the steps.
+//! Friction losses that never become negative over several steps.
 //!
-//! Friction's law holds for the velocity u_1 at the end of a step, its impulse p acts over the whole of it, and what it takes is exactly
-//! -p (u_0 + u_1) / 2. Where the velocity turns around within the step, p pulls along u_0 all the while, and the step's friction gives energy
-//! that the friction of the next steps takes again: with a steady limit c the sum over steps of c (|u_1| + u_0 sgn u_1) / 2 is never below
-//! -c |u_0| / 2 of the first. Contacts that hold give and take in the same way, from wheel to wheel, while their loads swing.
+//! Friction's law holds for the velocity u_1 at the end of a step, its impulse p acts over the
+//! whole step, and the energy that it takes is exactly -p (u_0 + u_1) / 2. If the velocity reverses
+//! within the step, p acts along u_0 for a while, and the step's friction adds energy, which the
+//! friction of the next steps takes again: with a constant limit c the sum over steps of c (|u_1| +
+//! u_0 sgn u_1) / 2 is never below -c |u_0| / 2 of the first. Sticking contacts exchange energy
+//! between wheels in the same way while their loads oscillate.
 //!
-//! So what a step's friction gave is no loss of any kind. It is owed: later friction takes it back before anything is lost, and what is still owed
-//! in the end is the step's own gain, which no account explains.
+//! So energy added by a step's friction is not a loss of any kind. It is a debt: later friction
+//! repays it before anything counts as lost, and the remaining debt at the end is an error of the
+//! step, which no account explains.
 
-/// What friction of one kind gave in earlier steps and still owes.
+/// The energy that friction of one kind added in earlier steps and has not taken back yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Owed {
     owed_j: f64,
 }
 
 impl Owed {
-    /// What is lost where friction took so much in a step, in J: never negative.
+    /// The loss if friction took this energy in a step, in J: never negative.
     pub fn lost_j(&mut self, taken_j: f64) -> f64 {
         let owed_j = self.owed_j - taken_j;
         self.owed_j = owed_j.max(0.0);
@@ -27,8 +30,8 @@ impl Owed {
 mod tests {
     use super::*;
 
-    /// A block under a limit c that is shaken to and fro takes c |u| / 2 less than its steps give and take: +u, -u, +u, ... give nothing, and then it comes
-    /// to rest.
+    /// A block under a limit c that is shaken to and fro takes c |u| / 2 less than the sum over its
+    /// steps: +u, -u, +u, ... add nothing, and then it comes to rest.
     #[test]
     fn what_friction_gave_is_taken_back_before_anything_is_lost() {
         let mut owed = Owed::default();

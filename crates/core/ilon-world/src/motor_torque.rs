@@ -1,53 +1,56 @@
-//! What a motor puts on its wheel during a step.
+//! The torque of a motor on its wheel during a step.
 
 use ilon_robot::mean_of_gain;
 
 /// The torque of a motor on its wheel during a step; the chassis takes the opposite.
 ///
-/// It falls as the wheel gains rate, stays within bounds at every moment, and does not drive the wheel beyond a limit. All of it is
-/// solved within the step: the fall is stable for any droop, and a limit holds a wheel that would otherwise swing about it, driven in
-/// one step and free in the next.
+/// It falls as the wheel gains rate, stays within its limits at every moment, and does not drive
+/// the wheel beyond a rate limit. All of this is solved within the step: the fall is stable for any
+/// droop, and a rate limit holds a wheel that would otherwise oscillate about it, driven in one
+/// step and free in the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorTorque {
-    /// At the rate with which the step begins, in N m.
+    /// At the rate at the beginning of the step, in N m.
     pub torque_n_m: f64,
-    /// By how much it falls per rate gained, in N m s/rad, not below 0, at every moment of the step. A motor with back-EMF is
-    /// of that kind, and a wheel loop that runs faster than the step.
+    /// Decrease of the torque per rate gained, in N m s/rad, >= 0, throughout the step: a motor
+    /// with back-EMF, or a wheel loop that is faster than the step.
     pub droop_n_m_s: f64,
-    /// The magnitude of the rate beyond which the motor does not drive, in rad/s, > 0; infinite where it drives at any. It
+    /// The rate beyond which the motor does not drive, in rad/s, > 0; infinite without one. It
     /// brakes at any rate.
     pub rate_limit_rad_s: f64,
-    /// What bounds the torque within the step, also where `torque_n_m` is beyond.
+    /// The limits of the torque within the step, which apply even if `torque_n_m` is beyond them.
     pub bounds: TorqueBounds,
 }
 
-/// What bounds the torque of a motor within a step: the two lines of a DC motor's back-EMF, which fall with its rate, and a limit
-/// that does not.
+/// The limits of the torque of a motor within a step: the two lines of a DC motor's back-EMF, which
+/// fall with its rate, and a constant limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueBounds {
-    /// The least torque of the lines at the rate with which the step begins, in N m: a DC motor's on full reverse.
+    /// The smallest torque of the lines at the rate at the beginning of the step, in N m: a DC
+    /// motor's at full reverse.
     pub least_n_m: f64,
-    /// The most, in N m: on full forward.
+    /// The largest, in N m: at full forward.
     pub most_n_m: f64,
-    /// By how much both fall per rate gained, in N m s/rad, >= 0.
+    /// Decrease of both per rate gained, in N m s/rad, >= 0.
     pub fall_n_m_s: f64,
-    /// The largest torque of either sign, in N m, >= 0; it holds where the lines ask for more, too.
+    /// The largest magnitude of the torque, in N m, >= 0; it applies even if the lines demand more.
     pub limit_n_m: f64,
-    /// Whether the lines force a torque upon a wheel that is beyond their zero; where they do not, the motor is free there.
+    /// Whether the lines impose a torque on a wheel beyond their zero; otherwise the motor is free
+    /// there.
     pub regenerates: bool,
 }
 
-/// What a wheel sets against its motor, about its axis.
+/// The inertia that a motor feels at its wheel, about the wheel's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WheelInertia {
-    /// Where it rolls: with its share of the robot's mass at its rim, in kg m^2.
+    /// While it rolls: with its share of the robot's mass at its rim, in kg m^2.
     pub on_ground_kg_m2: f64,
-    /// Where it spins free, in kg m^2.
+    /// While it spins freely, in kg m^2.
     pub spinning_kg_m2: f64,
 }
 
 impl TorqueBounds {
-    /// No bounds.
+    /// No limits.
     pub const NONE: Self = Self {
         least_n_m: f64::NEG_INFINITY,
         most_n_m: f64::INFINITY,
@@ -56,7 +59,7 @@ impl TorqueBounds {
         regenerates: true,
     };
 
-    /// The least and the most torque when the wheel has gained a rate, in rad/s.
+    /// The smallest and largest torque after the wheel has gained a rate, in rad/s.
     fn at_gain(&self, gained_rad_s: f64) -> [f64; 2] {
         let lost_n_m = self.fall_n_m_s * gained_rad_s;
         let (mut least_n_m, mut most_n_m) = (self.least_n_m - lost_n_m, self.most_n_m - lost_n_m);
@@ -66,7 +69,8 @@ impl TorqueBounds {
         [least_n_m, most_n_m].map(|bound| bound.max(-self.limit_n_m).min(self.limit_n_m))
     }
 
-    /// By how much a bound that holds when the step begins falls per rate gained: a line does, a limit does not.
+    /// The decrease per rate gained of a limit that applies at the beginning of the step: a line
+    /// falls, a constant limit does not.
     fn fall_of(&self, bound_n_m: f64) -> f64 {
         if bound_n_m == self.least_n_m || bound_n_m == self.most_n_m {
             self.fall_n_m_s
@@ -75,7 +79,7 @@ impl TorqueBounds {
         }
     }
 
-    /// As a motor sees them that turns the other way.
+    /// The limits of a motor that turns the other way.
     fn mirrored(&self) -> Self {
         Self {
             least_n_m: -self.most_n_m,
@@ -86,7 +90,7 @@ impl TorqueBounds {
 }
 
 impl MotorTorque {
-    /// A torque in N m that stays as it is over the step, at any rate.
+    /// A constant torque in N m over the step, at any rate.
     pub fn constant(torque_n_m: f64) -> Self {
         Self {
             torque_n_m,
@@ -96,7 +100,7 @@ impl MotorTorque {
         }
     }
 
-    /// A torque in N m that falls by a droop in N m s/rad per rate gained, at any rate.
+    /// A torque in N m with a droop in N m s/rad, at any rate.
     pub fn with_droop(torque_n_m: f64, droop_n_m_s: f64) -> Self {
         Self {
             droop_n_m_s,
@@ -104,21 +108,23 @@ impl MotorTorque {
         }
     }
 
-    /// Whether a wheel with this rate, in rad/s, is so near to the rate limit that it may reach it within a step.
+    /// Whether a wheel with this rate, in rad/s, is so near to the rate limit that it may reach it
+    /// within a step.
     pub(crate) fn is_near_limit(&self, rate_rad_s: f64) -> bool {
-        /// Below this share of its limit a wheel does not reach it by what it gains on the ground in a step.
+        /// Below this share of the limit a wheel does not reach it within a step on the ground.
+        /// Chosen.
         const NEAR: f64 = 0.9;
         rate_rad_s.abs() >= NEAR * self.rate_limit_rad_s
     }
 
-    /// The torque when the wheel has gained a rate, in rad/s, but for the rate limit.
+    /// The torque after the wheel has gained a rate, in rad/s, without the rate limit.
     pub(crate) fn at_gain(&self, gained_rad_s: f64) -> f64 {
         let [least_n_m, most_n_m] = self.bounds.at_gain(gained_rad_s);
         let torque_n_m = self.torque_n_m - self.droop_n_m_s * gained_rad_s;
         torque_n_m.max(least_n_m).min(most_n_m)
     }
 
-    /// The same motor when the wheel has gained a rate, in rad/s.
+    /// The same motor after the wheel has gained a rate, in rad/s.
     pub(crate) fn after_gaining(&self, gained_rad_s: f64) -> Self {
         let lost_n_m = self.bounds.fall_n_m_s * gained_rad_s;
         Self {
@@ -132,8 +138,8 @@ impl MotorTorque {
         }
     }
 
-    /// The same motor without bounds, as it falls where the step begins: with its own droop, or along the bound that holds it. That is
-    /// the straight line on which most steps also end.
+    /// The same motor without limits, linearised at the beginning of the step: with its own droop,
+    /// or along the limit that applies. Most steps end on that line.
     pub(crate) fn straight(&self) -> Self {
         let [least_n_m, most_n_m] = self.bounds.at_gain(0.0);
         let is_beyond = |bound_n_m: f64, over_n_m: f64| {
@@ -153,7 +159,7 @@ impl MotorTorque {
         }
     }
 
-    /// The same motor as it is seen by one whose wheel turns the other way.
+    /// The same motor for a wheel that turns the other way.
     pub(crate) fn mirrored(&self) -> Self {
         Self {
             torque_n_m: -self.torque_n_m,
@@ -162,14 +168,16 @@ impl MotorTorque {
         }
     }
 
-    /// The same motor with the droop that its mean torque over a time has per rate gained over it, for a wheel that feels an
+    /// The same motor with the droop of its mean torque over a time, for a wheel with a given
     /// inertia.
     ///
-    /// Of the rate that is gained over the time the torque feels the mean. A wheel of inertia J that a droop D brings to its
-    /// rate nears it as exp(-z), z = D t / J, and the mean of what it gains is theta = 1 / (1 - exp(-z)) - 1 / z of the whole:
-    /// half in a short time, nearly all in a long one. That is of second order in the time, and stable for any.
+    /// The torque depends on the mean of the rate gained over the time. A wheel of inertia J under
+    /// a droop D approaches its final rate as exp(-z), z = D t / J, and the mean gain is theta = 1
+    /// / (1 - exp(-z)) - 1 / z of the whole: half in a short time, nearly all in a long one. That
+    /// is of second order in the time, and stable for any.
     ///
-    /// The bounds fall as they do for a wheel that spins free: no other nears their zero as fast, and none goes beyond it.
+    /// The limits fall as for a freely spinning wheel: no other approaches their zero as fast, and
+    /// none goes beyond it.
     pub(crate) fn over(&self, time_s: f64, inertia: WheelInertia) -> Self {
         let mean = |fall_n_m_s: f64, inertia_kg_m2: f64| {
             mean_of_gain(fall_n_m_s * time_s / inertia_kg_m2) * fall_n_m_s
@@ -189,7 +197,8 @@ impl MotorTorque {
 mod tests {
     use super::*;
 
-    /// A wheel under its droop alone ends a step where the differential equation does, at any length of it.
+    /// A wheel under its droop alone ends a step where the differential equation does, for any
+    /// length of the step.
     #[test]
     fn the_mean_torque_takes_a_wheel_where_the_droop_takes_it() {
         let (inertia, droop, from_rad_s) = (0.02, 0.5, 3.0);
@@ -201,7 +210,7 @@ mod tests {
             let step = MotorTorque::with_droop(-droop * from_rad_s, droop).over(time_s, felt);
             let gained = time_s * step.torque_n_m / (inertia + time_s * step.droop_n_m_s);
             let exact = from_rad_s * ((-droop * time_s / inertia).exp() - 1.0);
-            // The series leaves z^3/720 of a part in the shortest: 1e-9.
+            // The series has a relative error of z^3/720 in the shortest: 1e-9.
             assert!(
                 (gained / exact - 1.0).abs() < 1e-7,
                 "{time_s}: {gained} {exact}"
@@ -209,7 +218,8 @@ mod tests {
         }
     }
 
-    /// Asked for more than it can give it is held by its line, which falls with the rate, or by a limit, which does not.
+    /// A demand beyond its limits follows its line, which falls with the rate, or a constant limit,
+    /// which does not.
     #[test]
     fn what_holds_a_motor_that_is_asked_for_too_much_falls_as_that_does() {
         let straight = |torque_n_m: f64, limit_n_m: f64| {

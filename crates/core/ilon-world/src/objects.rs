@@ -1,16 +1,16 @@
-//! What there is in a world, by its identity.
+//! Identities of the objects in a world.
 
 use crate::FreeBodyId;
 
-/// Which body of its world: a robot keeps its identity as long as the world exists, and in the world's copies.
+/// The identity of a robot in its world and the world's copies; it never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BodyId(pub(crate) usize);
 
-/// What of a world is seen at a place.
+/// The object at a place in a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum WorldObject {
-    /// The ground and what stands on it for good.
+    /// The ground and its fixed obstacles.
     Ground,
     /// A robot: its chassis, a body on a joint, or a wheel, as a cylinder of its radius.
     Robot(BodyId),

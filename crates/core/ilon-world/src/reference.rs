@@ -1,7 +1,7 @@
-//! The reference mode: rapier alone. Every roller is a body on a joint of its own, and rapier's multibody and solver move everything, as they
-//! do for anybody who builds such a robot with them.
+//! The reference mode: rapier alone. Every roller is a body on its own joint, and rapier's
+//! multibody and solver move everything, as in any robot built with rapier.
 //!
-//! Its places are set before every step to the middle of it, as in the other mode.
+//! Its poses are set to the middle of each step before the step, as in the other mode.
 
 mod barrel_shape;
 mod dispatcher;

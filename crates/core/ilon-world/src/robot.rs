@@ -1,4 +1,5 @@
-//! The robot in the world: its bodies in rapier, its state in f64, its wheels and their rollers, its energy.
+//! The robot in the world: its rapier bodies, its state in f64, its wheels and their rollers, its
+//! energy.
 
 pub(crate) mod articulated;
 pub(crate) mod axial_play;

@@ -1,22 +1,26 @@
-//! How a world is built and stepped. Every default is the outcome of the measurements in `docs/measured.md`.
+//! Numerical settings of a world. Every default follows from the measurements in
+//! `docs/measured.md`.
 //!
-//! All contacts of a robot are springs of one stiffness k. So of all loads that balance its weight they carry those with the least sum of
-//! squares, which is what equal springs do, and a floor that is d lower under one of four wheels moves a load of k d / 4 from each wheel of that
-//! diagonal to the other. A wheel that sinks in rolls on a smaller radius: that is all a soft contact changes in steady motion.
+//! All contacts of a robot are springs of the same stiffness k. So of all loads that balance its
+//! weight they carry those with the smallest sum of squares, and a floor that is d lower under one
+//! of four wheels moves a load of k d / 4 from each wheel of that diagonal to the other. A wheel
+//! that sinks in rolls on a smaller radius: that is the only effect of a soft contact in steady
+//! motion.
 
 use ilon_robot::tread::TYRE_SAG;
 use ilon_robot::{Robot, Scale, Wheel};
 
-/// What a rigid contact gives way by under a wheel's load, of the wheel's radius.
+/// Deflection of a rigid contact under a wheel's load, relative to the wheel's radius. Chosen.
 const SAG: f64 = 5.5e-6;
 
-/// How long a contact's spring takes to give back what it was loaded with, in a robot's unit of time: three times what critical damping
-/// takes of a wheel's load, 2 sqrt([`SAG`]). Nothing bounces, and little load changes hands for the micrometres by which a robot leans while one
-/// of its wheels hands over.
+/// Relaxation time of a contact's spring, in a robot's unit of time: three times that of critical
+/// damping under a wheel's load, 2 sqrt([`SAG`]). Nothing bounces, and the micrometres by which a
+/// robot tilts while one of its wheels hands over move little load. Chosen.
 const RELAXATION: f64 = 0.014;
 
-/// The stiffness of a robot's contacts with the ground where none is said, in N/m: hard rollers on hard ground. A wheel goes in by 5.5e-6
-/// of its radius: 1e8 N/m, and 0.28 um, for a robot of 11 kg on four wheels of 50 mm.
+/// The default stiffness of a robot's contacts with the ground, in N/m: hard rollers on hard
+/// ground. A wheel sinks in by 5.5e-6 of its radius: 1e8 N/m, and 0.28 um, for a robot of 11 kg on
+/// four wheels of 50 mm.
 pub fn contact_stiffness_n_m(scale: &Scale) -> f64 {
     scale.stiffness_n_m(SAG)
 }
@@ -36,8 +40,8 @@ pub fn contact_relaxation_s(scale: &Scale) -> f64 {
     RELAXATION * scale.time_s()
 }
 
-/// How near to anything a chassis is looked at for contact, in wheel radii; the distance that it moves in a step comes on top where that
-/// is known.
+/// The distance within which a chassis is searched for contacts, in wheel radii; its displacement
+/// in a step is added where that is known. Chosen.
 pub(crate) const NEAR: f64 = 0.02;
 
 /// The spring of a robot's contacts, with its damper.
@@ -86,32 +90,34 @@ impl ContactSpring {
         }
     }
 
-    /// By how much a contact gives for what it carries over a step, in m/s per N s.
+    /// Compliance of a contact over a step, in m/s per N s.
     pub fn compliance(&self, dt_s: f64) -> f64 {
         1.0 / (self.stiffness_n_m * dt_s * (dt_s + self.relaxation_s))
     }
 }
 
-/// Which rollers are looked at for contact. All have their mass, inertia and spin, and touch where they touch, whichever
-/// this is: the motion is the same to the bit.
+/// Which rollers are searched for contacts. All have their mass, inertia and spin, and all real
+/// contacts are found either way: the motion is the same to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
-    /// Those near the ground: the others are passed over by a bound on how far they reach.
+    /// Those near the ground: the others are skipped by a bound on their reach.
     Near,
 }
 
-/// Who solves the contacts with the ground.
+/// The solver of the contacts with the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ContactSolver {
-    /// ilon: rollers are flywheels on their hubs, and the laws of contact and friction are solved all at once, to the end.
+    /// ilon: rollers are flywheels on their hubs, and the laws of contact and friction are solved
+    /// all at once, to a tolerance.
     #[default]
     Ilon,
-    /// rapier alone, to compare with: every roller is a body on a joint of its own, and rapier's solver sweeps over contacts
-    /// and dry bearings. [`Settings::contact_stiffness_n_m`] and [`Settings::contact_relaxation_s`] do not act.
+    /// rapier alone, for comparison: every roller is a body on its own joint, and rapier's solver
+    /// sweeps over contacts and dry bearings. [`Settings::contact_stiffness_n_m`] and
+    /// [`Settings::contact_relaxation_s`] have no effect.
     Rapier,
 }
 
@@ -120,18 +126,20 @@ pub enum ContactSolver {
 pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
     pub dt_s: f64,
-    /// Steps in which a roller uses more than half of its grip and holds, or has just begun to slide, are taken in parts of
-    /// about this length, in seconds, > 0; `None` takes every step whole. How far a roller slides before the next one takes
-    /// over, and what that costs, is decided within milliseconds. A step whose contacts cannot be solved is halved, down to this or to a sixteenth of
-    /// `dt_s`, whichever is shorter.
+    /// Steps in which a roller uses more than half of its grip and sticks, or has just begun to
+    /// slide, are split into parts of about this length, in seconds, > 0; `None` never splits. How
+    /// far a roller slides before the next one takes over, and the cost of that, is decided within
+    /// milliseconds. A step whose contacts cannot be solved is halved, down to this or to a
+    /// sixteenth of `dt_s`, whichever is shorter.
     pub split_dt_s: Option<f64>,
-    /// Who solves the contacts with the ground.
+    /// The solver of the contacts with the ground.
     pub contacts: ContactSolver,
-    /// Which rollers are looked at for contact.
+    /// Which rollers are searched for contacts.
     pub roller_bodies: RollerBodies,
-    /// Stiffness of every contact of a robot with the ground, in N/m, > 0; `None` for [`contact_stiffness_n_m`].
+    /// Stiffness of every contact of a robot with the ground, in N/m, > 0; `None` for
+    /// [`contact_stiffness_n_m`].
     pub contact_stiffness_n_m: Option<f64>,
-    /// Time in which a contact's spring gives back what it was loaded with, in seconds, >= 0: the damper beside it has this
+    /// Relaxation time of a contact's spring, in seconds, >= 0: the damper parallel to it has this
     /// times the stiffness. `None` for [`contact_relaxation_s`].
     pub contact_relaxation_s: Option<f64>,
     /// Gravity along -z, in m/s^2.

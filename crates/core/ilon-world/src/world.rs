@@ -33,43 +33,43 @@ use free::islands::Islands;
 pub use free::{FreeBodyState, RayHit};
 use user_bodies::rapier_world::UserBodies;
 
-/// Robots on the ground, in most worlds one, and free bodies beside them.
+/// Robots on the ground, usually one, and free bodies.
 ///
-/// One step is: [`BodyMut::drive`] with what the motors do, then [`World::step`]. What can be read
-/// afterwards is the truth; what a robot's sensors make of it is not this crate's business.
+/// One step is: [`BodyMut::drive`] with the motors' torques, then [`World::step`]. The readable
+/// values are the truth; sensors are not part of this crate.
 ///
-/// A copy goes on to the bit as the original does.
+/// A copy continues identically to the bit.
 #[derive(Clone)]
 pub struct World {
     ground: Ground,
     settings: Settings,
-    /// What moves on the ground: robots in the order of identities, and then the free bodies near
-    /// them.
+    /// The bodies on the ground: robots in the order of their identities, and then the free bodies
+    /// near them.
     bodies: Vec<Articulated>,
-    /// The robot in rapier, where that moves it.
+    /// The robot in rapier, if rapier moves it.
     reference: Option<Box<Reference>>,
     /// The other free bodies.
     islands: Islands,
-    /// What the bodies and the ground do to one another.
+    /// The reactions between the bodies and the ground.
     reactions: Reactions,
-    /// The rapier world with the user bodies, where the program has asked for it.
+    /// The rapier world with the user bodies, if the program has asked for it.
     user_bodies: Option<Box<UserBodies>>,
     energies: Energies,
     /// How the laws of contact were solved in the step.
     solution: ContactSolution,
     steps: u64,
-    /// How far the step that comes has gone by already, in seconds.
+    /// The part of the coming step that has already been simulated, in seconds.
     gone_s: f64,
 }
 
 thread_local! {
-    /// What the worlds of a thread find their reactions with, one after the other. It is some times
-    /// as large as a world: a fleet has one for each thread, and not one for each robot, and it stays
-    /// in the processor's cache.
+    /// The solver shared by the worlds of a thread. It is several times as large as a world: a
+    /// fleet has one for each thread, not one for each robot, and it stays in the processor's
+    /// cache.
     static SOLVER: RefCell<ReactionSolver> = RefCell::default();
 }
 
-/// Lends the thread's solver.
+/// Lends the thread's solver to `work`.
 fn with_solver<T>(work: impl FnOnce(&mut ReactionSolver) -> T) -> T {
     SOLVER.with_borrow_mut(work)
 }
@@ -78,17 +78,17 @@ fn with_solver<T>(work: impl FnOnce(&mut ReactionSolver) -> T) -> T {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ContactSolution {
-    /// By how much the laws are broken where they are broken most, in m/s or rad/s.
+    /// Largest violation of the laws, in m/s or rad/s.
     pub residual_m_s: f64,
-    /// How often contacts were looked for and solved: once in each part of the step, those that were
-    /// given up among them.
+    /// Number of contact searches and solutions: one in each part of the step, including discarded
+    /// ones.
     pub searches: u32,
     /// Steps of Newton's method.
     pub newton_steps: u32,
-    /// How often Newton's method needed another start.
+    /// Number of times that Newton's method needed another start.
     pub restarts: u32,
-    /// How often a part of the step was given up and taken in two, because something landed in it
-    /// or its laws could not be held.
+    /// Number of times that a part of the step was discarded and taken in two, because something
+    /// landed in it or its laws could not be satisfied.
     pub halvings: u32,
 }
 
@@ -99,7 +99,7 @@ impl ContactSolution {
     }
 }
 
-/// What has gone where since the start, in J.
+/// Energies since the start, by kind, in J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Energies {
     slip_j: f64,
@@ -110,9 +110,9 @@ struct Energies {
     motor_positive_j: f64,
     bearing_j: f64,
     outside_j: f64,
-    /// In the springs of rigid contacts now.
+    /// In the springs of rigid contacts, current.
     springs_j: f64,
-    /// In the treads of rollers now.
+    /// In the treads of rollers, current.
     treads_j: f64,
 }
 
@@ -126,17 +126,18 @@ impl Energies {
 
 impl World {
     /// Builds a robot standing on a floor with its body frame at `start`, at rest, its wheels just
-    /// touching. Many worlds of one robot share it where they are given a [`SharedRobot`].
+    /// touching. Many worlds of one robot share its constant parts if they are built from a
+    /// [`SharedRobot`].
     ///
-    /// On a slope `start` counts in the slope's own plane. On boxes and bumps the robot is lowered
-    /// upright until the first of its wheels touches; the others fall the rest of the way in the
-    /// first steps. A robot with joints begins where springs, stops and the ground carry it;
-    /// [`Body::joint_positions`] says how far it has sagged.
+    /// On a slope `start` is in the slope's plane. On boxes and bumps the robot is lowered upright
+    /// until the first of its wheels touches; the others fall the rest of the way in the first
+    /// steps. A robot with joints begins in the equilibrium of springs, stops and the ground;
+    /// [`Body::joint_positions`] has its deflections.
     ///
     /// # Errors
-    /// [`WorldError`] where a setting or the floor makes no sense, a roller has no shape, or the
-    /// robot would lie on its chassis or leave a wheel hanging by more than its radius where it
-    /// starts, or a body on a joint would begin in the ground.
+    /// [`WorldError`] if a setting or the floor is invalid, a roller has no shape, or at the start
+    /// the robot would lie on its chassis, a wheel would hang by more than its radius, or a body on
+    /// a joint would be in the ground.
     pub fn new(
         robot: impl Into<SharedRobot>,
         floor: &Floor,
@@ -146,13 +147,13 @@ impl World {
         Self::of_bodies([(robot.into(), start)], floor, settings)
     }
 
-    /// As [`World::new`], of several robots, each with its own start. Their chassis touch each
-    /// other; rollers touch the ground alone. [`World::bodies`] gives their identities in the same
+    /// Like [`World::new`], for several robots, each with its own start. Their chassis touch each
+    /// other; rollers touch only the ground. [`World::bodies`] has their identities in the same
     /// order.
     ///
     /// # Errors
-    /// As [`World::new`]; and where two chassis would begin in each other, there is no robot at
-    /// all, or contacts are rapier's, which are solved for one robot alone.
+    /// Like [`World::new`]; also if two chassis would overlap at the start, if there is no robot,
+    /// or if rapier solves the contacts, which it does for one robot only.
     pub fn of_bodies(
         robots: impl IntoIterator<Item = (SharedRobot, PlanarPose)>,
         floor: &Floor,
@@ -190,7 +191,7 @@ impl World {
         Ok(world)
     }
 
-    /// Advances the world by one physics step; in parts, where [`Settings::split_dt_s`] says so.
+    /// Advances the world by one physics step; in parts if [`Settings::split_dt_s`] demands it.
     pub fn step(&mut self) {
         self.look_at_user_bodies();
         with_solver(|solver| {
@@ -203,7 +204,8 @@ impl World {
         self.steps += 1;
     }
 
-    /// Advances the world by a time in seconds, at most a step: a part of one, where a host ends its own within it.
+    /// Advances the world by a time in seconds, at most a step; a part of a step if a host's own
+    /// step ends within it.
     pub fn step_for(&mut self, part_s: f64) {
         let dt_s = self.settings.dt_s;
         if part_s >= dt_s {
@@ -220,7 +222,7 @@ impl World {
         }
     }
 
-    /// Steps what is solved together.
+    /// Steps the bodies that are solved together.
     fn step_together(&mut self, solver: &mut ReactionSolver) {
         let hosts = self.bodies.len();
         self.couple_user_bodies();
@@ -247,7 +249,7 @@ impl World {
         self.release_user_bodies(hosts);
     }
 
-    /// Counts what the wheels did in a part of the step.
+    /// Sums the results of the wheels in a part of the step.
     fn tally(&mut self, part_s: f64) {
         for body in &mut self.bodies {
             let wheels = body.done.counts.iter_mut().zip(&body.done.contacts);
@@ -257,10 +259,10 @@ impl World {
         }
     }
 
-    /// How much of what is left of a step goes by before a servo's target comes to its aim: its
-    /// rate jumps there.
+    /// The part of the remaining step until a servo's target reaches its aim: its rate jumps there.
     fn span_s(&self, left_s: f64) -> f64 {
-        /// What is shorter, or leaves less, as a share of the step, is no part of its own.
+        /// A shorter part, or a shorter remainder, as a share of the step, is not taken separately.
+        /// Chosen.
         const LEAST: f64 = 1e-3;
         let catches_up = self.bodies.iter().map(Articulated::catches_up_s);
         let span_s = catches_up.fold(f64::INFINITY, f64::min);
@@ -272,7 +274,7 @@ impl World {
         }
     }
 
-    /// In how many parts a span of a step is taken.
+    /// The number of parts into which a span of a step is split.
     fn parts(&self, span_s: f64) -> u32 {
         match self.settings.split_dt_s {
             Some(part_s) if self.reactions.about_to_slide(&self.bodies) => {

@@ -1,4 +1,5 @@
-//! What a world asks of the allocator: a file of its own, because it counts for the whole process.
+//! The memory of a world: a test binary of its own, because the allocator is counted for the whole
+//! process.
 
 use std::alloc::System;
 
@@ -10,7 +11,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// A world that has taken some steps, and the bytes that it keeps.
+/// A world after some steps, and the bytes that it keeps.
 fn driven(build: impl FnOnce() -> World) -> (World, usize) {
     let region = Region::new(ALLOCATOR);
     let mut world = build();
@@ -23,8 +24,9 @@ fn driven(build: impl FnOnce() -> World) -> (World, usize) {
     (world, kept + size_of::<World>())
 }
 
-/// Worlds of a shared robot keep their states; what never changes in the robot is there once. A world
-/// that is built of a robot of its own holds that too: 36 rollers of 7 + 3 + 4 + 4 numbers and more, and their names.
+/// Worlds of a shared robot keep only their states; the robot's constant parts exist once. A world
+/// built from an unshared robot has those too: 36 rollers of 7 + 3 + 4 + 4 numbers and more, and
+/// their names.
 #[test]
 fn worlds_of_a_shared_robot_keep_what_changes_alone() {
     let path = concat!(
@@ -44,7 +46,7 @@ fn worlds_of_a_shared_robot_keep_what_changes_alone() {
     println!("{of_its_own} bytes, {of_shared} of a shared robot");
     assert_eq!(first.robot().state(), second.robot().state());
     assert!(of_its_own > of_shared + 36 * 18 * size_of::<f64>());
-    // Half of it are the states of 36 rollers. What reactions are found with belongs to the thread,
-    // and of rapier there is nothing as long as the chassis stays off the ground.
+    // Half of it are the states of 36 rollers. The solver belongs to the thread, and there is no
+    // rapier world while the chassis stays off the ground.
     assert!(of_shared < 20_000, "{of_shared}");
 }

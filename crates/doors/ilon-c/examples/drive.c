@@ -1,4 +1,4 @@
-/* Drives a robot to the left and lets another simulator push and load it; prints where it is after each control period.
+/* Drives a robot to the left while another simulator pushes and loads it; prints its position after each control period.
  *
  *   cc -I crates/doors/ilon-c/include crates/doors/ilon-c/examples/drive.c -L target/release -lilon_c -Wl,-rpath,target/release -o drive
  *   ./drive assets/scenarios/mecanum4_lateral.toml
@@ -9,7 +9,7 @@
 
 #include "ilon.h"
 
-/* Ends the program where a call failed. */
+/* Ends the program if a call failed. */
 static void must(IlonStatus status, const char *call) {
   if (status != ILON_STATUS_OK) {
     fprintf(stderr, "%s: code %d: %s\n", call, (int)status, ilon_last_error());
@@ -25,7 +25,7 @@ static void print_state(IlonPlant plant) {
          state.velocity_in_body_m_s[0], state.velocity_in_body_m_s[1], state.angular_in_body_rad_s[2]);
 }
 
-/* A second of driving while a spring to the start pulls the robot back, and sand runs into a bucket at its front. */
+/* One second of driving while a spring pulls the robot back to its start, and sand fills a bucket at its front. */
 static void drive(IlonPlant plant, const IlonAbout *about, const double *rates) {
   const double front[3] = {0.1, 0.0, 0.1};
   for (int period = 0; period < 50; ++period) {
@@ -57,7 +57,7 @@ int main(int argc, char **argv) {
   const double twist[3] = {0.0, 0.3, 0.0};
   MUST(ilon_plant_rates_for_twist(plant, twist, rates, about.wheel_count));
 
-  /* The same second twice: to the bit the same. */
+  /* The same second twice, bit for bit. */
   IlonSnapshot start;
   MUST(ilon_plant_snapshot(plant, &start));
   drive(plant, &about, rates);

@@ -1,4 +1,5 @@
-// Two robots on two threads, each a value of C++ that ends itself; prints where each is after a second.
+// Two robots on two threads, each a C++ object that frees itself; prints each one's position after
+// a second.
 //
 //   c++ -std=c++17 -I crates/doors/ilon-c/include crates/doors/ilon-c/examples/drive.cpp -L target/release -lilon_c -Wl,-rpath,target/release -pthread
 //   ./a.out assets/scenarios/mecanum4_lateral.toml

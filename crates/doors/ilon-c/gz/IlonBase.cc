@@ -61,7 +61,7 @@ class IlonBase : public System, public ISystemConfigure, public ISystemPreUpdate
     Motion now;
     now.position = vector(pose->Pos());
     now.quaternion = {pose->Rot().W(), pose->Rot().X(), pose->Rot().Y(), pose->Rot().Z()};
-    // Before the first step none is known, and none is needed.
+    // Unknown before the first step, and not needed then.
     now.linear = vector(link_.WorldLinearVelocity(ecm).value_or(gz::math::Vector3d::Zero));
     now.angular = vector(link_.WorldAngularVelocity(ecm).value_or(gz::math::Vector3d::Zero));
     Inertia own, scene;
@@ -71,7 +71,7 @@ class IlonBase : public System, public ISystemConfigure, public ISystemPreUpdate
     }
     const double step_s = std::chrono::duration<double>(info.dt).count();
     const auto [linear, angular] = base_->advance(step_s, now, own, scene);
-    // Gazebo takes them in the link's frame.
+    // Gazebo expects them in the link's frame.
     link_.SetLinearVelocity(ecm, pose->Rot().RotateVectorReverse({linear[0], linear[1], linear[2]}));
     link_.SetAngularVelocity(ecm, pose->Rot().RotateVectorReverse({angular[0], angular[1], angular[2]}));
   } catch (const std::exception& fault) {
@@ -84,7 +84,7 @@ class IlonBase : public System, public ISystemConfigure, public ISystemPreUpdate
  private:
   static Vector vector(const gz::math::Vector3d& v) { return {v.X(), v.Y(), v.Z()}; }
   static void add(Inertia& to, const gz::math::Inertiald& of, const gz::math::Vector3d& origin) {
-    // In the world's axes, about its centre.
+    // Along the world's axes, about its centre.
     const auto moi = of.Moi();
     std::array<Vector, 3> rows;
     for (int row = 0; row < 3; ++row) rows[row] = {moi(row, 0), moi(row, 1), moi(row, 2)};

@@ -1,15 +1,20 @@
-// ilon's robot as the base of a model in an engine that moves bodies by velocities. Knows no such engine.
+// ilon's robot as the base of a model in an engine that moves bodies by velocities. This file
+// depends on no engine.
 //
-// Each step of the engine, `advance` takes where the engine's base is and how it moves, and gives the velocity that the engine shall set on
-// it before it goes on. What joints and contacts then change of that velocity is what the rest of the scene puts on the base: the base's
-// inertia in the engine times that change is an impulse, and ilon's robot gets it in the step after. The heavier the base in the engine, the
-// less it is moved off; its mass there means nothing else.
+// In each step of the engine, `advance` takes the pose and motion of the engine's base, and returns
+// the velocity that the engine shall set on it before it continues. The later change of that
+// velocity by joints and contacts is the effect of the rest of the scene on the base: the base's
+// inertia in the engine times that change is an impulse, which ilon's robot receives in the next
+// step. A base that is heavier in the engine is moved off less; its mass there has no other
+// meaning.
 //
-// What is late by a step would swing up where the scene weighs more than the robot. So ilon solves its step with the scene's inertia among its own
-// masses (`ilon_plant_set_articulated_inertia`), and what that says of the step before is added to the wrench. Any inertia of more than half
-// of what the scene has is stable; that of the links of the model, as if they were one rigid body, is.
+// A delay of one step would be unstable if the scene weighs more than the robot. So ilon solves its
+// step with the scene's inertia among its own masses (`ilon_plant_set_articulated_inertia`), and
+// its effect in the last step is added to the wrench. Any inertia of more than half of the scene's
+// is stable; that of the model's links as one rigid body is.
 //
-// Right-handed frames, x forward, y left, z up; vectors in the world frame unless they say otherwise; SI.
+// Right-handed frames, x forward, y left, z up; vectors in the world frame unless stated otherwise;
+// SI units.
 #pragma once
 
 #include <array>
@@ -53,7 +58,7 @@ inline Vector rotation_vector(Quaternion q) {
   return {scale * q[1], scale * q[2], scale * q[3]};
 }
 
-// Where a body is and how it moves: its origin, and its rates.
+// Pose and motion of a body: its origin, and its velocities.
 struct Motion {
   Vector position{};
   Quaternion quaternion{1.0, 0.0, 0.0, 0.0};
@@ -61,15 +66,16 @@ struct Motion {
   Vector angular{};
 };
 
-// How a rigid body, or some as if they were one, resist acceleration, about an origin: six rows of force and moment.
+// The inertia of a rigid body, or of several as one, about an origin: six rows of force and moment.
 class Inertia {
  public:
-  // Adds a body: its mass, its centre from the origin, and its inertia about its centre as three rows.
+  // Adds a body: its mass, its centre from the origin, and its inertia about its centre as three
+  // rows.
   void add(double mass_kg, const Vector& center, const std::array<Vector, 3>& about_center) {
     for (int axis = 0; axis < 3; ++axis) {
       Vector unit{};
       unit[axis] = 1.0;
-      // A unit of linear, then of angular acceleration.
+      // Columns for a unit of linear, then of angular acceleration.
       put(axis, mass_kg * unit, mass_kg * cross(center, unit));
       const Vector force = mass_kg * cross(unit, center);
       put(3 + axis, force, about_center[axis] + cross(center, force));
@@ -112,21 +118,22 @@ class Base {
   Base(const Base&) = delete;
   Base& operator=(const Base&) = delete;
 
-  // What the wheels shall do from now on: rates in rad/s.
+  // Sets the commanded wheel rates, in rad/s.
   void command_rates(const std::vector<double>& rates) {
     if (rates.size() != rates_.size()) {
       throw std::invalid_argument("the robot has " + std::to_string(rates_.size()) + " wheels, and " + std::to_string(rates.size()) + " rates were given");
     }
     rates_ = rates;
   }
-  // Or a twist of the body frame, in m/s, m/s and rad/s.
+  // Sets a commanded twist of the body frame, in m/s, m/s and rad/s.
   void command_twist(double ahead, double left, double turning) {
     const double twist[3] = {ahead, left, turning};
     must(ilon_plant_rates_for_twist(plant_, twist, rates_.data(), rates_.size()));
   }
 
-  // Goes on by a step of the engine, a whole number of ilon's steps. `now` is the engine's base, `own` its inertia there, and `scene` that of
-  // what hangs on it, both about the base's origin. The linear and angular velocity that the engine shall set.
+  // Advances by a step of the engine, a whole number of ilon's steps. `now` is the engine's base,
+  // `own` its inertia there, and `scene` that of the bodies attached to it, both about the base's
+  // origin. Returns the linear and angular velocity for the engine to set.
   std::pair<Vector, Vector> advance(double step_s, const Motion& now, const Inertia& own, const Inertia& scene = {}) {
     const IlonState before = state();
     Vector force{}, moment{};
@@ -149,19 +156,19 @@ class Base {
     linear_acceleration_ = 1.0 / step_s * (to.linear - from.linear);
     angular_acceleration_ = 1.0 / step_s * (to.angular - from.angular);
     went_on_ = true;
-    // To where ilon's robot is, wherever the engine's base was moved to.
+    // To the pose of ilon's robot, whatever the engine did to its base.
     set_ = {1.0 / step_s * (to.position - now.position), 1.0 / step_s * rotation_vector(to.quaternion * conjugate(now.quaternion))};
     return set_;
   }
 
-  // Where ilon's robot is.
+  // Pose and motion of ilon's robot.
   Motion motion() const { return motion(state()); }
-  // What the base has done to the scene since the start, in J, by the engine's own velocities.
+  // Work of the base on the scene since the start, in J, by the engine's own velocities.
   double work_on_scene_j() const { return work_on_scene_j_; }
   const IlonAbout& about() const { return about_; }
   IlonPlant plant() const { return plant_; }
 
-  // Begins anew where the engine's base is put: at x, y and heading.
+  // Restarts at the place of the engine's base: x, y and heading.
   void reset(double x_m, double y_m, double heading_rad) {
     const IlonPose pose{x_m, y_m, heading_rad};
     must(ilon_plant_reset(plant_, about_.seed, &pose));
@@ -194,7 +201,7 @@ class Base {
   IlonAbout about_{};
   std::vector<double> rates_;
   std::pair<Vector, Vector> set_{};
-  // The engine's base at the beginning of the last step.
+  // The engine's base at the start of the last step.
   Motion was_{};
   Vector linear_acceleration_{}, angular_acceleration_{};
   bool went_on_ = false;

@@ -12,12 +12,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Grows whenever a program that was built with an older header would go wrong.
+// Increases whenever a program built with an older header would no longer work.
 #define ILON_ABI_VERSION 1
 
-// How a call ended. All but 0 are failures, which `ilon_last_error` explains.
+// The result of a call. All except 0 are failures, which `ilon_last_error` explains.
 typedef enum {
-  // It was done.
+  // Success.
   ILON_STATUS_OK = 0,
   // A pointer is null or misaligned, or a text is not UTF-8.
   ILON_STATUS_POINTER = 1,
@@ -25,22 +25,23 @@ typedef enum {
   ILON_STATUS_HANDLE = 2,
   // An array is too short or too long.
   ILON_STATUS_COUNT = 3,
-  // A number is not finite or out of its range, or a snapshot is of another plant. Nothing has happened.
+  // A number is not finite or out of its range, or a snapshot is of another plant. The state is
+  // unchanged.
   ILON_STATUS_VALUE = 4,
-  // The scenario, or the robot that it names, cannot be read or makes no sense.
+  // The scenario, or the robot that it names, cannot be read or is invalid.
   ILON_STATUS_SCENARIO = 5,
-  // The robot's motion is no number any more. Reset or restore it.
+  // The robot's motion is no longer finite. Reset or restore it.
   ILON_STATUS_DIVERGED = 6,
-  // Another thread is using this plant. Nothing has happened.
+  // Another thread is using this plant. The state is unchanged.
   ILON_STATUS_BUSY = 7,
-  // A fault of ilon itself. The plant takes no call any more but the one that frees it.
+  // An internal error of ilon. The plant accepts only the call that frees it.
   ILON_STATUS_INTERNAL = 8,
 } IlonStatus;
 
 // A simulated robot in its world. 0 is none.
 typedef uint64_t IlonPlant;
 
-// A place in the ground plane and a heading.
+// A position in the ground plane and a heading.
 typedef struct {
   // In metres.
   double x_m;
@@ -50,33 +51,33 @@ typedef struct {
   double heading_rad;
 } IlonPose;
 
-// What stays as it is while a plant lives.
+// The constant properties of a plant.
 typedef struct {
-  // How many wheels the robot has: the length of every array of wheels.
+  // The number of wheels: the length of every array of wheels.
   uint32_t wheel_count;
-  // How many joints between its bodies: the length of every array of joints.
+  // The number of joints between bodies: the length of every array of joints.
   uint32_t joint_count;
-  // The step of the physics, in seconds. Every period is a whole number of it.
+  // The physics step, in seconds. Every period is a whole number of steps.
   double physics_dt_s;
   // The control period of the scenario, in seconds.
   double control_dt_s;
-  // The rate that wheels are held to, in rad/s; infinite where there is no limit.
+  // The limit of the wheel rates, in rad/s; infinite for none.
   double wheel_rate_limit_rad_s;
-  // Coulomb's coefficient of friction with which the floor was built.
+  // Coulomb friction coefficient of the floor in the scenario.
   double floor_friction;
   // The seed of the scenario's noise.
   uint64_t seed;
-  // Where the scenario has the robot start.
+  // The start pose in the scenario.
   IlonPose start;
 } IlonAbout;
 
-// The robot as a whole, as it really is, whatever its sensors say.
+// The true state of the robot as a whole, independent of its sensors.
 typedef struct {
   // Simulated time since the start or the last reset, in seconds.
   double time_s;
   // The body frame's origin in the world, in metres.
   double position_m[3];
-  // How the body is turned in the world: a unit quaternion w, x, y, z.
+  // Orientation of the body in the world: a unit quaternion w, x, y, z.
   double quaternion_wxyz[4];
   // Roll about the body's x axis, in radians.
   double roll_rad;
@@ -86,20 +87,20 @@ typedef struct {
   double heading_rad;
   // Velocity of the body frame's origin, in the body frame, in m/s.
   double velocity_in_body_m_s[3];
-  // Rates about the axes of the body frame, in rad/s.
+  // Angular velocity in the body frame, in rad/s.
   double angular_in_body_rad_s[3];
-  // Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance. What an accelerometer there
-  // feels is this less gravity.
+  // Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last
+  // advance. An accelerometer there measures this minus gravity.
   double acceleration_in_world_m_s2[3];
-  // The acceleration of gravity in the world frame, in m/s^2. On a slope it leans.
+  // The acceleration of gravity in the world frame, in m/s^2. On a slope it is tilted.
   double gravity_in_world_m_s2[3];
-  // What the wheels carry along the floor's normal, in N, in the last physics step.
+  // The load of the wheels along the floor's normal, in N, in the last physics step.
   double wheels_load_n;
-  // What the chassis carries where it lies on the ground, in N.
+  // The load of a chassis that touches the ground, in N.
   double chassis_load_n;
-  // How walls, kerbs and bumps push the robot, in the world frame's x and y, in N.
+  // The force of walls, kerbs and bumps on the robot, in the world frame's x and y, in N.
   double obstacle_force_n[2];
-  // By how much the laws of contact were broken at worst in the last advance, in m/s.
+  // The largest violation of the contact laws in the last advance, in m/s.
   double contact_residual_m_s;
 } IlonState;
 
@@ -109,7 +110,7 @@ typedef struct {
   double angle_rad;
   // Rate about the wheel's axis, in rad/s.
   double rate_rad_s;
-  // What its motor put on it, in N m: the mean over the last advance.
+  // Motor torque on the wheel, in N m: the mean over the last advance.
   double torque_n_m;
   // Height of the wheel's centre above the floor's plane, in metres.
   double hub_height_m;
@@ -117,155 +118,168 @@ typedef struct {
   double normal_force_n;
   // The ground's tangential force on the wheel, in the body frame's x and y, in N.
   double force_in_body_n[2];
-  // Slip: the velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s.
+  // Slip: the velocity of the rollers' surface over the ground, in the body frame's x and y, in
+  // m/s.
   double slip_in_body_m_s[2];
-  // Where it touches, in the body frame, in metres.
+  // The contact point in the body frame, in metres.
   double place_in_body_m[3];
-  // Coulomb's coefficient of friction under the roller that presses hardest.
+  // Coulomb friction coefficient under the roller with the largest normal force.
   double friction;
-  // Power that sliding turned into heat in the last physics step, in W.
+  // Power converted to heat by sliding in the last physics step, in W.
   double slip_power_w;
-  // Which roller presses hardest, at the end of the last advance.
+  // The roller with the largest normal force at the end of the last advance.
   uint32_t roller;
-  // 1 where any roller presses on the ground, 0 where none does.
+  // 1 if any roller touches the ground, 0 otherwise.
   uint32_t touching;
 } IlonWheel;
 
-// A joint between bodies of the robot: a rocker, a sprung wheel. Numbers are in rad and N m of one that turns, in m and N of one that slides.
+// A joint between bodies of the robot, such as of a rocker or a sprung wheel. Values are in rad
+// and N m for a revolute joint, in m and N for a prismatic one.
 typedef struct {
-  // How far it has moved from zero.
+  // Displacement from zero.
   double position;
-  // Its rate.
+  // Rate of the displacement.
   double rate;
-  // What its spring, damper, friction and stops put on its body in the last physics step.
+  // Force or torque of spring, damper, friction and stops on the joint's body in the last
+  // physics step.
   double force;
 } IlonJoint;
 
-// Where energy is, and where it went since the start, in J. Motors and outside gave what all others have.
+// Stored energies, and the energy exchanged since the start, in J. The work of motors and outside
+// equals the sum of all others.
 typedef struct {
-  // Of all that moves, now.
+  // Kinetic energy of all bodies.
   double kinetic_j;
-  // In height and springs, now.
+  // Potential energy of height and springs.
   double potential_j;
   // Work of the motors on the wheels.
   double motor_j;
-  // What wrenches and payloads brought.
+  // Work of external wrenches and payloads.
   double outside_j;
   // Heat of sliding.
   double slip_j;
-  // What it took to bring rollers that came down up to their spin.
+  // Energy lost in spinning up rollers that touch down.
   double spin_up_j;
   // Heat of bearings and gears.
   double bearing_j;
-  // What the normal forces took.
+  // Energy lost to the normal forces.
   double impact_j;
 } IlonEnergies;
 
-// A plant as it was at one moment. 0 is none.
+// The saved state of a plant. 0 is none.
 typedef uint64_t IlonSnapshot;
 
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
-// Why the last call of this thread that failed did so, in UTF-8, or an empty text. It lies where it is until the next call of this thread
-// fails, or the thread ends; never null.
+// The reason for the last failed call of this thread, in UTF-8, or an empty text. The text is
+// valid until the next call of this thread fails, or the thread ends; never null.
 const char *ilon_last_error(void);
 
-// The version of the functions and structs of this library, to be compared with `ILON_ABI_VERSION` of the header.
+// The version of the functions and structs of this library; compare it with `ILON_ABI_VERSION` of
+// the header.
 uint32_t ilon_abi_version(void);
 
 // The version of ilon, such as "0.1.0". Never null.
 const char *ilon_version(void);
 
-// Loads a scenario, a file in TOML, and stands its robot at the start, at rest.
+// Loads a scenario from a TOML file and places its robot at the start, at rest.
 //
-// On success the handle is in `plant`; end it with `ilon_plant_free`. Whatever moves the robot in the scenario is not looked at: it is driven
-// by the advances alone.
+// On success the handle is in `plant`; free it with `ilon_plant_free`. What moves the robot in the
+// scenario is ignored: only the advance functions drive it.
 IlonStatus ilon_plant_load(const char *path,
                            IlonPlant *plant);
 
-// Like `ilon_plant_load`, of a scenario's text. Its relative paths start from `folder`.
+// Like `ilon_plant_load`, but from a scenario's text. Its relative paths start from `folder`.
 IlonStatus ilon_plant_parse(const char *toml, const char *folder, IlonPlant *plant);
 
-// Ends a plant. Its handle is refused from now on; snapshots of it go on.
+// Frees a plant. Its handle is refused from then on; its snapshots stay valid.
 IlonStatus ilon_plant_free(IlonPlant plant);
 
-// What stays as it is while the plant lives: counts, periods, limits.
+// The constant properties of a plant: counts, periods, limits.
 IlonStatus ilon_plant_about(IlonPlant plant, IlonAbout *about);
 
-// The name of a wheel's joint, with a closing zero, into a buffer of `size` bytes.
+// The name of a wheel's joint, with a terminating zero, into a buffer of `size` bytes.
 IlonStatus ilon_plant_wheel_name(IlonPlant plant, size_t wheel, char *buffer, size_t size);
 
-// Begins anew, at rest: time zero, noise from `seed`, the robot at `pose`, or where that is null at the scenario's start. Wrench, payload and
-// grip end, and friction is the scenario's.
+// Restarts a plant at rest: time zero, noise from `seed`, the robot at `pose`, or at the
+// scenario's start if that is null. Wrench, payload and grip are cleared, and friction is the
+// scenario's.
 IlonStatus ilon_plant_reset(IlonPlant plant,
                             uint64_t seed,
                             const IlonPose *pose);
 
-// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds; with sampled wheel loops a whole
-// number of physics steps.
+// Advances by a period in seconds while the wheel loops follow rates in rad/s, one per wheel. With
+// sampled wheel loops the period must be a whole number of physics steps.
 IlonStatus ilon_plant_advance_rates(IlonPlant plant, const double *rates_rad_s, size_t count, double period_s);
 
-// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds.
+// Advances by a period in seconds while the motors apply torques in N m to the wheels, one per
+// wheel and within their limits.
 IlonStatus ilon_plant_advance_torques(IlonPlant plant, const double *torques_n_m, size_t count, double period_s);
 
-// The robot as a whole, as it really is now.
+// The true state of the robot as a whole.
 IlonStatus ilon_plant_state(IlonPlant plant, IlonState *state);
 
-// Its wheels with their contacts; `count` is that of `IlonAbout`.
+// The wheels with their contacts; `count` is that of `IlonAbout`.
 IlonStatus ilon_plant_wheels(IlonPlant plant, IlonWheel *wheels, size_t count);
 
-// Its joints between bodies; `count` is that of `IlonAbout`.
+// The joints between bodies; `count` is that of `IlonAbout`.
 IlonStatus ilon_plant_joints(IlonPlant plant, IlonJoint *joints, size_t count);
 
-// Where energy is, and where it went.
+// Stored energies, and the energy exchanged since the start.
 IlonStatus ilon_plant_energies(IlonPlant plant, IlonEnergies *energies);
 
-// What the robot's sensors say now, with noise, delay and faults: its pose, and the rates in rad/s and angles in rad of its wheels. Any of the
-// three may be null.
+// The current sensor readings, with noise, delay and faults: the robot's pose, and the rates in
+// rad/s and angles in rad of its wheels. Each of the three pointers may be null.
 IlonStatus ilon_plant_observe(IlonPlant plant,
                               IlonPose *pose,
                               double *rates_rad_s,
                               double *angles_rad,
                               size_t count);
 
-// The wheel rates in rad/s with which a robot whose wheels do not slip has a twist: vx and vy in m/s and omega in rad/s, in the body frame.
+// The wheel rates in rad/s at which a robot without wheel slip has a twist: vx and vy in m/s and
+// omega in rad/s, in the body frame.
 IlonStatus ilon_plant_rates_for_twist(IlonPlant plant, const double *twist, double *rates_rad_s, size_t count);
 
-// Lets a force in N and a moment in N m act on the chassis from now on, both in the world frame: three numbers each, or null for none. The
-// force acts at a place in the body frame in metres, or where that is null at the chassis's centre of mass. They act until the next call.
+// Applies a force in N and a moment in N m to the chassis, both in the world frame: three numbers
+// each, or null for zero. The force acts at a point in the body frame in metres, or at the
+// chassis's centre of mass if that is null. Both act until the next call.
 IlonStatus ilon_plant_set_wrench(IlonPlant plant,
                                  const double *force_in_world_n,
                                  const double *moment_in_world_n_m,
                                  const double *place_in_body_m);
 
-// Puts a mass in kg on the robot, in place of the one put there before; 0 takes it off. It lies at a place in the body frame in metres, or
-// where that is null at the chassis's centre of mass.
+// Puts a mass in kg on the robot and replaces the previous one; 0 removes it. Its place is in the
+// body frame in metres, or the chassis's centre of mass if that is null.
 IlonStatus ilon_plant_set_payload(IlonPlant plant, double mass_kg, const double *place_in_body_m);
 
-// Changes Coulomb's coefficient of friction of the floor from now on, but on its patches.
+// Changes the Coulomb friction coefficient of the floor, except on its patches.
 IlonStatus ilon_plant_set_friction(IlonPlant plant, double friction);
 
-// Lets the ground lean from now on: gravity pulls along a direction in the world frame, three numbers; 0, 0, -1 is level ground.
+// Changes the direction of gravity, as on a slope: three numbers in the world frame; 0, 0, -1 is
+// level ground.
 IlonStatus ilon_plant_set_down(IlonPlant plant, const double *down_in_world);
 
-// Lets the chassis bear from now on the articulated-body inertia of what your program moves, beside a wrench of what that puts on the chassis where
-// it is not accelerated: 36 numbers, row by row, linear at the body frame's origin before angular, along the world's axes, in kg, kg m and
-// kg m^2. Both engines then meet without a delay, whatever weighs more. All zeros end it.
+// Couples the chassis to bodies that your program simulates, by their articulated-body inertia: 36
+// numbers, row by row, linear at the body frame's origin before angular, along the world's axes,
+// in kg, kg m and kg m^2. Set also the wrench that these bodies apply to an unaccelerated chassis.
+// Both engines are then coupled without a delay, whatever the masses. All zeros end the coupling.
 IlonStatus ilon_plant_set_articulated_inertia(IlonPlant plant,
                                               const double *inertia);
 
-// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it.
+// Scales the ground's friction under the rollers of a wheel by a share; 1 for full friction.
 IlonStatus ilon_plant_set_grip(IlonPlant plant, size_t wheel, double share);
 
-// The plant as it is now, to come back to. On success the handle is in `snapshot`; end it with `ilon_snapshot_free`.
+// Saves the state of a plant. On success the handle is in `snapshot`; free it with
+// `ilon_snapshot_free`.
 IlonStatus ilon_plant_snapshot(IlonPlant plant, IlonSnapshot *snapshot);
 
-// Goes back to a snapshot of this plant, or of another of the same scenario: from there all is as it was, to the bit.
+// Restores a snapshot of this plant, or of another plant of the same scenario; the simulation then
+// continues bit-identically.
 IlonStatus ilon_plant_restore(IlonPlant plant, IlonSnapshot snapshot);
 
-// Ends a snapshot.
+// Frees a snapshot.
 IlonStatus ilon_snapshot_free(IlonSnapshot snapshot);
 
 #ifdef __cplusplus

@@ -1,7 +1,8 @@
-//! How memory of the caller is read and written.
+//! Reads and writes memory of the caller.
 //!
-//! What can be known of a pointer is looked at: that it is not null and is aligned, that a length does not run over the address space, that a
-//! text is UTF-8. That so much memory is there, and that nobody else writes to it meanwhile, only the caller can know.
+//! Every pointer is checked as far as possible: it is not null and is aligned, a length does not
+//! exceed the address space, a text is UTF-8. Only the caller can ensure that the memory is that
+//! large and that no other thread writes to it during the call.
 
 #![allow(unsafe_code, reason = "memory of C is reached through pointers alone")]
 
@@ -13,7 +14,7 @@ fn bad(name: &str, what: &str) -> Fault {
     Fault::new(IlonStatus::Pointer, format!("`{name}` {what}"))
 }
 
-/// Looks at a pointer to so many values.
+/// Checks a pointer to `count` values.
 fn check<T>(at: *const T, count: usize, name: &str) -> Result<(), Fault> {
     if at.is_null() {
         return Err(bad(name, "is null"));
@@ -30,21 +31,23 @@ fn check<T>(at: *const T, count: usize, name: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A text of the caller.
+/// Reads a text of the caller.
 ///
 /// # Safety
-/// A pointer that is not null points at bytes up to a zero, which nobody writes to while the reference lives.
+/// A non-null pointer points at bytes up to a zero, which are not written to during the reference's
+/// lifetime.
 pub(crate) unsafe fn text<'a>(at: *const c_char, name: &str) -> Result<&'a str, Fault> {
     check(at, 1, name)?;
-    // SAFETY: it is not null, and the caller vouches for the rest.
+    // SAFETY: the pointer is not null, and the caller guarantees the rest.
     let bytes = unsafe { CStr::from_ptr(at) };
     bytes.to_str().map_err(|_| bad(name, "is not UTF-8"))
 }
 
-/// An array of the caller, to be read. Of no elements it may be null.
+/// Borrows an array of the caller for reading. Without elements the pointer may be null.
 ///
 /// # Safety
-/// A pointer that is not null points at `count` initialised values, which nobody writes to while the reference lives.
+/// A non-null pointer points at `count` initialised values, which are not written to during the
+/// reference's lifetime.
 pub(crate) unsafe fn array<'a, T>(
     at: *const T,
     count: usize,
@@ -54,27 +57,29 @@ pub(crate) unsafe fn array<'a, T>(
         return Ok(&[]);
     }
     check(at, count, name)?;
-    // SAFETY: it is not null, aligned and of a possible length, and the caller vouches for the rest.
+    // SAFETY: the pointer is not null and aligned, the length is possible, and the caller
+    // guarantees the rest.
     Ok(unsafe { std::slice::from_raw_parts(at, count) })
 }
 
-/// Three numbers of the caller, or none where the pointer is null.
+/// Reads three numbers of the caller; `None` for a null pointer.
 ///
 /// # Safety
-/// As [`array`] of three.
+/// As [`array`] with three elements.
 pub(crate) unsafe fn triple(at: *const f64, name: &str) -> Result<Option<[f64; 3]>, Fault> {
     if at.is_null() {
         return Ok(None);
     }
-    // SAFETY: the caller vouches for three numbers.
+    // SAFETY: the caller guarantees three numbers.
     let numbers = unsafe { array(at, 3, name) }?;
     Ok(Some([numbers[0], numbers[1], numbers[2]]))
 }
 
-/// Writes values into an array of the caller, which must be as long.
+/// Writes values into an array of the caller, which must have the same length.
 ///
 /// # Safety
-/// A pointer that is not null points at memory for `count` values, which nobody else looks at meanwhile. What lies there may be anything.
+/// A non-null pointer points at memory for `count` values, which no other thread accesses during
+/// the call. The memory may be uninitialised.
 pub(crate) unsafe fn fill<T>(
     at: *mut T,
     count: usize,
@@ -93,7 +98,7 @@ pub(crate) unsafe fn fill<T>(
     }
     check(at, count, name)?;
     for (index, value) in values.take(count).enumerate() {
-        // SAFETY: the index is below `count`, and the caller vouches for as much memory.
+        // SAFETY: the index is below `count`, and the caller guarantees the memory.
         unsafe { at.add(index).write(value) };
     }
     Ok(())
@@ -102,16 +107,16 @@ pub(crate) unsafe fn fill<T>(
 /// Writes a value to the caller's memory.
 ///
 /// # Safety
-/// As [`fill`] of one.
+/// As [`fill`] with one element.
 pub(crate) unsafe fn put<T>(at: *mut T, name: &str, value: T) -> Result<(), Fault> {
-    // SAFETY: the caller vouches for memory of one value.
+    // SAFETY: the caller guarantees memory for one value.
     unsafe { fill(at, 1, name, std::iter::once(value)) }
 }
 
-/// Writes a text and its closing zero into a buffer of the caller.
+/// Writes a text and its terminating zero into a buffer of the caller.
 ///
 /// # Safety
-/// As [`fill`] of `size` bytes.
+/// As [`fill`] with `size` bytes.
 pub(crate) unsafe fn put_text(
     at: *mut c_char,
     size: usize,
@@ -130,6 +135,6 @@ pub(crate) unsafe fn put_text(
         .chain([0])
         .map(|byte| byte as c_char)
         .collect();
-    // SAFETY: the buffer is at least as long, and the caller vouches for it.
+    // SAFETY: the buffer is long enough, and the caller guarantees its memory.
     unsafe { fill(at, needed, name, bytes.into_iter()) }
 }

@@ -1,8 +1,9 @@
 //! The functions of FMI 3.0 for co-simulation: the same shared library is the binary of an FMU.
 //!
-//! What an instance does is [`ilon_fmi::Instance`]'s. An `fmi3Instance` and an `fmi3FMUState` are handles, not addresses: what was freed is
-//! refused. Why a call failed is given to the importer's `logMessage`, and to `ilon_last_error`. Which functions are not to be had, and why, is
-//! said in [`refused`].
+//! The behaviour of an instance is in [`ilon_fmi::Instance`]. An `fmi3Instance` and an
+//! `fmi3FMUState` are handles, not addresses: a freed one is refused. The reason for a failure is
+//! passed to the importer's `logMessage` and to `ilon_last_error`. [`refused`] holds the functions
+//! that are not supported, with the reasons.
 //!
 //! # Safety
 //! As for [`crate::plant`].
@@ -29,38 +30,38 @@ use crate::border::{array, fill, put, text};
 use crate::status::{Fault, IlonStatus, guarded, last_words};
 use crate::table::Table;
 
-/// How a call ended, by FMI 3.0.
+/// The result of a call, as FMI 3.0 defines it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fmi3Status {
-    /// It was done.
+    /// Success.
     Ok = 0,
-    /// It was done, with a remark. Not given.
+    /// Success with a remark. Never returned.
     Warning = 1,
-    /// It was not done, and the instance goes on. Not given.
+    /// Not done, but the instance can continue. Never returned.
     Discard = 2,
-    /// It was not done.
+    /// Not done.
     Error = 3,
-    /// The library cannot go on.
+    /// The library cannot continue.
     Fatal = 4,
 }
 
-/// The importer's log callback: its own environment, a status, a category, the message.
+/// The importer's log callback: its environment, a status, a category, the message.
 pub type LogMessage =
     Option<unsafe extern "C" fn(*mut c_void, Fmi3Status, *const c_char, *const c_char)>;
 
-/// An instance, and where its errors are logged.
+/// An instance and its importer's log callback.
 struct Slave {
     instance: Instance,
     log: LogMessage,
-    /// The importer's own address, which is handed back to it and never looked at.
+    /// The importer's address, which is passed back to it and never dereferenced.
     environment: usize,
 }
 
 static INSTANCES: Table<Slave> = Table::new(3, "FMU instance");
 static STATES: Table<Instance> = Table::new(4, "FMU state");
 
-/// What FMI calls an instance or a state: here the number of a handle in the clothes of an address.
+/// An instance or a state in FMI's types: a handle cast to an address.
 type Opaque = *mut c_void;
 
 fn handle(opaque: Opaque) -> u64 {
@@ -71,13 +72,14 @@ fn opaque(handle: u64) -> Opaque {
     std::ptr::without_provenance_mut(handle as usize)
 }
 
-/// Does something with an instance, and logs to the importer what went wrong.
+/// Runs `act` on an instance and logs its error to the importer.
 fn with(instance: Opaque, act: impl FnOnce(&mut Slave) -> Result<(), Fault>) -> Fmi3Status {
     let status = guarded(|| INSTANCES.with(handle(instance), act));
     if status == IlonStatus::Ok {
         return Fmi3Status::Ok;
     }
-    // An instance that is unknown or in use has no log. Outside of the lock, for an importer may call back.
+    // An instance that is unknown or in use has no log. Called outside the lock, as the importer
+    // may call back.
     let callback = INSTANCES.with(handle(instance), |slave| Ok((slave.log, slave.environment)));
     if let Ok((log, environment)) = callback {
         tell(log, environment);
@@ -88,12 +90,12 @@ fn with(instance: Opaque, act: impl FnOnce(&mut Slave) -> Result<(), Fault>) -> 
     }
 }
 
-/// Tells the importer what the last failure of this thread was.
+/// Passes the last error of this thread to the importer.
 fn tell(log: LogMessage, environment: usize) {
     let Some(log) = log else { return };
     let words = last_words();
     let environment = std::ptr::with_exposed_provenance_mut(environment);
-    // SAFETY: the importer gave both together, for this; the texts live until it returns.
+    // SAFETY: the importer passed both together for this call; the texts live until it returns.
     unsafe {
         log(
             environment,
@@ -104,7 +106,7 @@ fn tell(log: LogMessage, environment: usize) {
     };
 }
 
-/// Does something with an instance of the simulation.
+/// Runs `act` on the simulation of an instance.
 fn with_instance(
     instance: Opaque,
     act: impl FnOnce(&mut Instance) -> Result<(), Error>,
@@ -118,7 +120,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-/// Errors are always logged, and nothing else is.
+/// Accepted without effect: only errors are logged, and always.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetDebugLogging(
     instance: Opaque,
@@ -129,7 +131,8 @@ pub extern "C" fn fmi3SetDebugLogging(
     with(instance, |_| Ok(()))
 }
 
-/// Makes an instance of the FMU whose resources were unpacked; null, and a message, where it cannot be.
+/// Creates an instance from the unpacked resources of an FMU. On failure it returns null and logs
+/// the error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _name: *const c_char,
@@ -148,7 +151,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     let mut made = std::ptr::null_mut();
     let environment = environment.expose_provenance();
     let status = guarded(|| {
-        // SAFETY: the caller vouches for both texts.
+        // SAFETY: the caller guarantees both texts.
         let (token, resources) = unsafe {
             (
                 text(token, "instantiationToken")?,
@@ -169,13 +172,13 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     made
 }
 
-/// Ends an instance. A handle that is unknown is left alone.
+/// Frees an instance. An unknown handle is ignored.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3FreeInstance(instance: Opaque) {
     guarded(|| INSTANCES.remove(handle(instance)));
 }
 
-/// Begins to initialise. Neither tolerance nor stop time is of use.
+/// Begins initialisation. Tolerance and stop time are ignored.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3EnterInitializationMode(
     instance: Opaque,
@@ -188,7 +191,7 @@ pub extern "C" fn fmi3EnterInitializationMode(
     with_instance(instance, |instance| instance.enter_initialization(start_s))
 }
 
-/// Ends the initialisation.
+/// Ends initialisation.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3ExitInitializationMode(instance: Opaque) -> Fmi3Status {
     with_instance(instance, Instance::exit_initialization)
@@ -200,13 +203,13 @@ pub extern "C" fn fmi3Terminate(instance: Opaque) -> Fmi3Status {
     with_instance(instance, Instance::terminate)
 }
 
-/// Goes back to how the instance was made.
+/// Resets an instance to its state after instantiation.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3Reset(instance: Opaque) -> Fmi3Status {
     with_instance(instance, Instance::reset)
 }
 
-/// Goes on by a step.
+/// Advances by one step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(
     instance: Opaque,
@@ -224,13 +227,13 @@ pub unsafe extern "C" fn fmi3DoStep(
         now_s = instance.time_s();
         stepped
     });
-    // By the importer's own sum, so that the next step begins where this one ended.
+    // In the importer's arithmetic, so that the next step begins exactly where this one ends.
     let reached_s = if status == Fmi3Status::Ok {
         at_s + step_s
     } else {
         now_s
     };
-    // SAFETY: the caller vouches for those that are not null.
+    // SAFETY: the caller guarantees the non-null pointers.
     unsafe {
         for flag in [event, terminate, early_return] {
             if !flag.is_null() && flag.is_aligned() {
@@ -244,7 +247,7 @@ pub unsafe extern "C" fn fmi3DoStep(
     status
 }
 
-/// Reads variables of one type; `take` gives the value of that type, or `None` of another.
+/// Reads variables of one type; `take` returns the value of that type, or `None` for another type.
 unsafe fn get<T>(
     instance: Opaque,
     (references, count): (*const u32, usize),
@@ -252,14 +255,14 @@ unsafe fn get<T>(
     take: impl Fn(Value) -> Option<T>,
 ) -> Fmi3Status {
     with(instance, |slave| {
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         let references = unsafe { array(references, count, "valueReferences") }?;
         let mut read = Vec::with_capacity(references.len());
         for reference in references {
             let value = take(slave.instance.get(*reference)?);
             read.push(value.ok_or_else(|| of_another_type(*reference))?);
         }
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         unsafe { fill(values, value_count, "values", read.into_iter()) }
     })
 }
@@ -271,7 +274,7 @@ fn of_another_type(reference: u32) -> Fault {
     )
 }
 
-/// Sets variables of one type: all of them, or up to the one that is refused.
+/// Sets variables of one type, up to the first that is refused.
 unsafe fn set<T: Copy>(
     instance: Opaque,
     (references, count): (*const u32, usize),
@@ -279,7 +282,7 @@ unsafe fn set<T: Copy>(
     make: impl Fn(T) -> Value,
 ) -> Fmi3Status {
     with(instance, |slave| {
-        // SAFETY: the caller vouches for both arrays.
+        // SAFETY: the caller guarantees both arrays.
         let (references, values) = unsafe {
             (
                 array(references, count, "valueReferences")?,
@@ -303,7 +306,7 @@ unsafe fn set<T: Copy>(
     })
 }
 
-/// The functions that read and set one type.
+/// Defines the functions that read and set one type.
 macro_rules! of_type {
     ($get:ident, $set:ident, $type:ty, $take:expr, $make:expr) => {
         /// Reads variables of this type.
@@ -315,7 +318,7 @@ macro_rules! of_type {
             values: *mut $type,
             value_count: usize,
         ) -> Fmi3Status {
-            // SAFETY: the caller vouches for both arrays.
+            // SAFETY: the caller guarantees both arrays.
             unsafe { get(instance, (references, count), (values, value_count), $take) }
         }
 
@@ -328,7 +331,7 @@ macro_rules! of_type {
             values: *const $type,
             value_count: usize,
         ) -> Fmi3Status {
-            // SAFETY: the caller vouches for both arrays.
+            // SAFETY: the caller guarantees both arrays.
             unsafe { set(instance, (references, count), (values, value_count), $make) }
         }
     };
@@ -354,7 +357,7 @@ of_type!(
     },
     Value::Whole
 );
-// C writes any byte into a bool; what is not 0 is true.
+// C may write any byte into a bool; every value except 0 is true.
 of_type!(
     fmi3GetBoolean,
     fmi3SetBoolean,
@@ -366,12 +369,12 @@ of_type!(
     |value| Value::Flag(value != 0)
 );
 
-/// The instance as it is now, to come back to; into a state that is given, or where that is null into a new one.
+/// Saves the state of an instance into `state`, or into a new state if that is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3GetFMUState(instance: Opaque, state: *mut Opaque) -> Fmi3Status {
     with(instance, |slave| {
         let copy = slave.instance.clone();
-        // SAFETY: the caller vouches for a pointer that was written before.
+        // SAFETY: the caller guarantees a pointer to an initialised value.
         let given = unsafe { array(state.cast_const(), 1, "FMUState") }?[0];
         if !given.is_null() {
             return STATES.with(handle(given), |state| {
@@ -384,7 +387,7 @@ pub unsafe extern "C" fn fmi3GetFMUState(instance: Opaque, state: *mut Opaque) -
     })
 }
 
-/// Goes back to a state: from there all is as it was, to the bit.
+/// Restores a state; the simulation then continues bit-identically.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetFMUState(instance: Opaque, state: Opaque) -> Fmi3Status {
     with(instance, |slave| {
@@ -395,14 +398,14 @@ pub extern "C" fn fmi3SetFMUState(instance: Opaque, state: Opaque) -> Fmi3Status
     })
 }
 
-/// Ends a state, and sets it to null.
+/// Frees a state and sets it to null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeFMUState(instance: Opaque, state: *mut Opaque) -> Fmi3Status {
     with(instance, |_| {
         if state.is_null() {
             return Ok(());
         }
-        // SAFETY: the caller vouches for a pointer that was written before.
+        // SAFETY: the caller guarantees a pointer to an initialised value.
         let given = unsafe { array(state.cast_const(), 1, "FMUState") }?[0];
         if given.is_null() {
             return Ok(());
@@ -413,7 +416,7 @@ pub unsafe extern "C" fn fmi3FreeFMUState(instance: Opaque, state: *mut Opaque) 
     })
 }
 
-/// Refuses what this FMU cannot do; for [`refused`].
+/// Refuses a function that this FMU does not support; for [`refused`].
 fn refuse(instance: Opaque, name: &str) -> Fmi3Status {
     with(instance, |_| {
         let why =
@@ -422,6 +425,6 @@ fn refuse(instance: Opaque, name: &str) -> Fmi3Status {
     })
 }
 
-/// By this an exporter sees that the library is of its own version.
+/// Lets an exporter check that the library has its own version.
 #[used]
 static MARK: &str = ilon_fmi::MARK;

@@ -1,23 +1,27 @@
-//! ilon inside other people's simulators: a C library that steps a simulated robot.
+//! A C library that steps a simulated robot inside other simulators.
 //!
-//! A plant is loaded from a scenario, stepped with wheel rates or torques, pushed and loaded by whatever else is in the world, and read. The
-//! header is `include/ilon.h`, made of this crate by cbindgen; `docs/simulators.md` has a first success in C and in C++.
+//! A plant is loaded from a scenario, stepped with wheel rates or torques, subjected to external
+//! forces and payloads, and read. cbindgen generates the header `include/ilon.h` from this crate.
+//! `docs/simulators.md` has first examples in C and C++.
 //!
 //! | module | answers |
 //! |---|---|
 //! | [`plant`] | the functions that C calls |
-//! | [`state`] | what they give |
-//! | [`status`] | how a call ended, and why |
-//! | `fmi3` | the functions that an importer of an FMU calls, where addresses have 64 bits |
-//! | `table` | what a handle stands for |
-//! | `border` | how memory of C is read and written: nearly all that is unsafe |
+//! | [`state`] | the structs that they return |
+//! | [`status`] | status codes and error messages |
+//! | `fmi3` | the functions that an FMU importer calls, on 64-bit systems |
+//! | `table` | the objects behind handles |
+//! | `border` | reading and writing C memory, with nearly all unsafe code |
 //!
-//! # Rules for who calls
-//! - A handle is a number. One that was freed, made up, or is of another kind is refused with a code, for ever.
-//! - Any thread may call with any handle. One plant serves one thread at a time: a second one is refused with `ILON_STATUS_BUSY`. Different
-//!   plants go on at the same time.
-//! - No call unwinds into C. After a fault of ilon itself a plant is in an unknown state, and takes no call but the one that frees it.
-//! - Pointers must point at as much memory as the call says. Null and misaligned ones are refused; others cannot be recognised.
+//! # Rules for callers
+//! - A handle is a number. A handle that was freed, made up, or is of another kind is always
+//!   refused with a status code.
+//! - Any thread may call with any handle. One plant serves one thread at a time: a second one is
+//!   refused with `ILON_STATUS_BUSY`. Different plants run in parallel.
+//! - No call unwinds into C. After an internal error a plant is in an unknown state, and only the
+//!   call that frees it is accepted.
+//! - A pointer must point at as much memory as the function requires. Null and misaligned pointers
+//!   are refused; other invalid ones cannot be detected.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

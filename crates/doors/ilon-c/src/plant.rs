@@ -1,8 +1,10 @@
-//! The functions that C calls. What they do is a [`Plant`]'s; here they are counted, looked at and locked.
+//! The functions that C calls. They look up and lock the plant, check the arguments and call
+//! [`Plant`].
 //!
 //! # Safety
-//! Of all functions here: a pointer that is not null points at as much memory as the call says, which nobody else writes to while the call
-//! lasts. Texts end with a zero. Everything else that may be wrong with an argument is a code.
+//! For all functions here: a non-null pointer points at as much memory as the function requires,
+//! which no other thread writes to during the call. Texts end with a zero. Every other invalid
+//! argument returns a status code.
 
 #![allow(
     unsafe_code,
@@ -22,39 +24,40 @@ use crate::state::{IlonAbout, IlonEnergies, IlonJoint, IlonPose, IlonState, Ilon
 use crate::status::{Fault, IlonStatus, guarded};
 use crate::table::Table;
 
-/// Grows whenever a program that was built with an older header would go wrong.
+/// Increases whenever a program built with an older header would no longer work.
 pub const ILON_ABI_VERSION: u32 = 1;
 
 /// A simulated robot in its world. 0 is none.
 pub type IlonPlant = u64;
 
-/// A plant as it was at one moment. 0 is none.
+/// The saved state of a plant. 0 is none.
 pub type IlonSnapshot = u64;
 
 static PLANTS: Table<Plant> = Table::new(1, "plant");
 static SNAPSHOTS: Table<Snapshot> = Table::new(2, "snapshot");
 
-/// Does something with a plant.
+/// Runs `act` on a plant.
 fn with(plant: IlonPlant, act: impl FnOnce(&mut Plant) -> Result<(), Fault>) -> IlonStatus {
     guarded(|| PLANTS.with(plant, act))
 }
 
-/// Puts a robot that was read into the world, and its handle where the caller wants it.
+/// Builds the plant of a scenario, and writes its handle to the caller's memory.
 unsafe fn take_in(scenario: Result<Scenario, Error>, plant: *mut IlonPlant) -> Result<(), Fault> {
     let built = scenario.and_then(|scenario| Plant::of_scenario(&scenario));
-    // Whatever is wrong here is wrong with a file.
+    // An error here comes from the content of a file.
     let built = built.map_err(|error| Fault {
         status: IlonStatus::Scenario,
         ..error.into()
     });
     let handle = PLANTS.insert(built?);
-    // SAFETY: the caller of the exported function vouches for the pointer.
+    // SAFETY: the caller of the exported function guarantees the pointer.
     unsafe { put(plant, "plant", handle) }.inspect_err(|_| {
         let _ = PLANTS.remove(handle);
     })
 }
 
-/// The version of the functions and structs of this library, to be compared with `ILON_ABI_VERSION` of the header.
+/// The version of the functions and structs of this library; compare it with `ILON_ABI_VERSION` of
+/// the header.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_abi_version() -> u32 {
     ILON_ABI_VERSION
@@ -71,19 +74,19 @@ pub extern "C" fn ilon_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// Loads a scenario, a file in TOML, and stands its robot at the start, at rest.
+/// Loads a scenario from a TOML file and places its robot at the start, at rest.
 ///
-/// On success the handle is in `plant`; end it with `ilon_plant_free`. Whatever moves the robot in the scenario is not looked at: it is driven
-/// by the advances alone.
+/// On success the handle is in `plant`; free it with `ilon_plant_free`. What moves the robot in the
+/// scenario is ignored: only the advance functions drive it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_load(path: *const c_char, plant: *mut IlonPlant) -> IlonStatus {
     guarded(|| {
-        // SAFETY: the caller vouches for text and handle.
+        // SAFETY: the caller guarantees the text and the handle.
         unsafe { take_in(Scenario::load(text(path, "path")?), plant) }
     })
 }
 
-/// Like `ilon_plant_load`, of a scenario's text. Its relative paths start from `folder`.
+/// Like `ilon_plant_load`, but from a scenario's text. Its relative paths start from `folder`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_parse(
     toml: *const c_char,
@@ -91,7 +94,7 @@ pub unsafe extern "C" fn ilon_plant_parse(
     plant: *mut IlonPlant,
 ) -> IlonStatus {
     guarded(|| {
-        // SAFETY: the caller vouches for texts and handle.
+        // SAFETY: the caller guarantees the texts and the handle.
         unsafe {
             let (toml, folder) = (text(toml, "toml")?, text(folder, "folder")?);
             take_in(Scenario::from_toml(toml, "scenario", folder), plant)
@@ -99,22 +102,22 @@ pub unsafe extern "C" fn ilon_plant_parse(
     })
 }
 
-/// Ends a plant. Its handle is refused from now on; snapshots of it go on.
+/// Frees a plant. Its handle is refused from then on; its snapshots stay valid.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_plant_free(plant: IlonPlant) -> IlonStatus {
     guarded(|| PLANTS.remove(plant))
 }
 
-/// What stays as it is while the plant lives: counts, periods, limits.
+/// The constant properties of a plant: counts, periods, limits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_about(plant: IlonPlant, about: *mut IlonAbout) -> IlonStatus {
-    // SAFETY: the caller vouches for the pointer.
+    // SAFETY: the caller guarantees the pointer.
     with(plant, |held| unsafe {
         put(about, "about", IlonAbout::of(held))
     })
 }
 
-/// The name of a wheel's joint, with a closing zero, into a buffer of `size` bytes.
+/// The name of a wheel's joint, with a terminating zero, into a buffer of `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_wheel_name(
     plant: IlonPlant,
@@ -131,13 +134,14 @@ pub unsafe extern "C" fn ilon_plant_wheel_name(
                 format!("there is no wheel {wheel}: the robot has {count}, counted from 0"),
             ));
         };
-        // SAFETY: the caller vouches for the buffer.
+        // SAFETY: the caller guarantees the buffer.
         unsafe { put_text(buffer, size, "buffer", &wheel.name) }
     })
 }
 
-/// Begins anew, at rest: time zero, noise from `seed`, the robot at `pose`, or where that is null at the scenario's start. Wrench, payload and
-/// grip end, and friction is the scenario's.
+/// Restarts a plant at rest: time zero, noise from `seed`, the robot at `pose`, or at the
+/// scenario's start if that is null. Wrench, payload and grip are cleared, and friction is the
+/// scenario's.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_reset(
     plant: IlonPlant,
@@ -146,15 +150,15 @@ pub unsafe extern "C" fn ilon_plant_reset(
 ) -> IlonStatus {
     with(plant, |held| {
         let start = held.resolved().start();
-        // SAFETY: the caller vouches for the pointer.
+        // SAFETY: the caller guarantees the pointer.
         let given = unsafe { array(pose, usize::from(!pose.is_null()), "pose") }?;
         let pose = given.first().map_or(start, |pose| (*pose).into());
         Ok(held.reset(seed, pose)?)
     })
 }
 
-/// Lets the wheel loops follow rates in rad/s, one a wheel, for a period in seconds; with sampled wheel loops a whole
-/// number of physics steps.
+/// Advances by a period in seconds while the wheel loops follow rates in rad/s, one per wheel. With
+/// sampled wheel loops the period must be a whole number of physics steps.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_advance_rates(
     plant: IlonPlant,
@@ -163,14 +167,15 @@ pub unsafe extern "C" fn ilon_plant_advance_rates(
     period_s: f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         let rates_rad_s = unsafe { wheels(held, rates_rad_s, count, "rates_rad_s") }?;
         held.advance(WheelCommand::Rates(rates_rad_s), period_s)?;
         Ok(())
     })
 }
 
-/// Lets the motors put torques in N m on the wheels, one a wheel and within their limits, for a period in seconds.
+/// Advances by a period in seconds while the motors apply torques in N m to the wheels, one per
+/// wheel and within their limits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_advance_torques(
     plant: IlonPlant,
@@ -179,14 +184,14 @@ pub unsafe extern "C" fn ilon_plant_advance_torques(
     period_s: f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         let torques_n_m = unsafe { wheels(held, torques_n_m, count, "torques_n_m") }?;
         held.advance(WheelCommand::Torques(torques_n_m), period_s)?;
         Ok(())
     })
 }
 
-/// One number a wheel.
+/// Reads one number per wheel.
 unsafe fn wheels<'a>(
     held: &Plant,
     at: *const f64,
@@ -200,20 +205,20 @@ unsafe fn wheels<'a>(
             format!("`{name}` has {count} elements, and the robot {wanted} wheels"),
         ));
     }
-    // SAFETY: the caller of the exported function vouches for the array.
+    // SAFETY: the caller of the exported function guarantees the array.
     unsafe { array(at, count, name) }
 }
 
-/// The robot as a whole, as it really is now.
+/// The true state of the robot as a whole.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_state(plant: IlonPlant, state: *mut IlonState) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for the pointer.
+        // SAFETY: the caller guarantees the pointer.
         unsafe { put(state, "state", IlonState::of(held)) }
     })
 }
 
-/// Its wheels with their contacts; `count` is that of `IlonAbout`.
+/// The wheels with their contacts; `count` is that of `IlonAbout`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_wheels(
     plant: IlonPlant,
@@ -223,12 +228,12 @@ pub unsafe extern "C" fn ilon_plant_wheels(
     with(plant, |held| {
         let all = 0..held.robot().wheels.len();
         let all = all.map(|wheel| IlonWheel::of(held, wheel));
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         unsafe { fill(wheels, count, "wheels", all) }
     })
 }
 
-/// Its joints between bodies; `count` is that of `IlonAbout`.
+/// The joints between bodies; `count` is that of `IlonAbout`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_joints(
     plant: IlonPlant,
@@ -237,7 +242,7 @@ pub unsafe extern "C" fn ilon_plant_joints(
 ) -> IlonStatus {
     with(plant, |held| {
         let all = 0..held.robot().joints.len();
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         unsafe {
             fill(
                 joints,
@@ -249,20 +254,20 @@ pub unsafe extern "C" fn ilon_plant_joints(
     })
 }
 
-/// Where energy is, and where it went.
+/// Stored energies, and the energy exchanged since the start.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_energies(
     plant: IlonPlant,
     energies: *mut IlonEnergies,
 ) -> IlonStatus {
-    // SAFETY: the caller vouches for the pointer.
+    // SAFETY: the caller guarantees the pointer.
     with(plant, |held| unsafe {
         put(energies, "energies", IlonEnergies::of(held))
     })
 }
 
-/// What the robot's sensors say now, with noise, delay and faults: its pose, and the rates in rad/s and angles in rad of its wheels. Any of the
-/// three may be null.
+/// The current sensor readings, with noise, delay and faults: the robot's pose, and the rates in
+/// rad/s and angles in rad of its wheels. Each of the three pointers may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_observe(
     plant: IlonPlant,
@@ -273,7 +278,7 @@ pub unsafe extern "C" fn ilon_plant_observe(
 ) -> IlonStatus {
     with(plant, |held| {
         let seen = held.observe();
-        // SAFETY: the caller vouches for pointer and arrays.
+        // SAFETY: the caller guarantees the pointer and the arrays.
         unsafe {
             if !pose.is_null() {
                 put(pose, "pose", seen.pose.into())?;
@@ -290,7 +295,8 @@ pub unsafe extern "C" fn ilon_plant_observe(
     })
 }
 
-/// The wheel rates in rad/s with which a robot whose wheels do not slip has a twist: vx and vy in m/s and omega in rad/s, in the body frame.
+/// The wheel rates in rad/s at which a robot without wheel slip has a twist: vx and vy in m/s and
+/// omega in rad/s, in the body frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_rates_for_twist(
     plant: IlonPlant,
@@ -299,7 +305,7 @@ pub unsafe extern "C" fn ilon_plant_rates_for_twist(
     count: usize,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for three numbers.
+        // SAFETY: the caller guarantees three numbers.
         let twist = unsafe { array(twist, 3, "twist") }?;
         if let Some(wild) = twist.iter().find(|number| !number.is_finite()) {
             return Err(Fault::new(
@@ -310,13 +316,14 @@ pub unsafe extern "C" fn ilon_plant_rates_for_twist(
         let twist = ilon_sim::robot::Twist::new(twist[0], twist[1], twist[2]);
         let mut rates = vec![0.0; held.robot().wheels.len()];
         held.kinematics().wheel_rates(twist, &mut rates);
-        // SAFETY: the caller vouches for the array.
+        // SAFETY: the caller guarantees the array.
         unsafe { fill(rates_rad_s, count, "rates_rad_s", rates.into_iter()) }
     })
 }
 
-/// Lets a force in N and a moment in N m act on the chassis from now on, both in the world frame: three numbers each, or null for none. The
-/// force acts at a place in the body frame in metres, or where that is null at the chassis's centre of mass. They act until the next call.
+/// Applies a force in N and a moment in N m to the chassis, both in the world frame: three numbers
+/// each, or null for zero. The force acts at a point in the body frame in metres, or at the
+/// chassis's centre of mass if that is null. Both act until the next call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_set_wrench(
     plant: IlonPlant,
@@ -325,7 +332,7 @@ pub unsafe extern "C" fn ilon_plant_set_wrench(
     place_in_body_m: *const f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for three numbers each.
+        // SAFETY: the caller guarantees three numbers each.
         let (force, moment, place) = unsafe {
             (
                 triple(force_in_world_n, "force_in_world_n")?,
@@ -337,8 +344,8 @@ pub unsafe extern "C" fn ilon_plant_set_wrench(
     })
 }
 
-/// Puts a mass in kg on the robot, in place of the one put there before; 0 takes it off. It lies at a place in the body frame in metres, or
-/// where that is null at the chassis's centre of mass.
+/// Puts a mass in kg on the robot and replaces the previous one; 0 removes it. Its place is in the
+/// body frame in metres, or the chassis's centre of mass if that is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_set_payload(
     plant: IlonPlant,
@@ -346,41 +353,43 @@ pub unsafe extern "C" fn ilon_plant_set_payload(
     place_in_body_m: *const f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for three numbers.
+        // SAFETY: the caller guarantees three numbers.
         let place = unsafe { triple(place_in_body_m, "place_in_body_m") }?;
         Ok(held.carry_at(mass_kg, place)?)
     })
 }
 
-/// Changes Coulomb's coefficient of friction of the floor from now on, but on its patches.
+/// Changes the Coulomb friction coefficient of the floor, except on its patches.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_plant_set_friction(plant: IlonPlant, friction: f64) -> IlonStatus {
     with(plant, |held| Ok(held.set_friction(friction)?))
 }
 
-/// Lets the ground lean from now on: gravity pulls along a direction in the world frame, three numbers; 0, 0, -1 is level ground.
+/// Changes the direction of gravity, as on a slope: three numbers in the world frame; 0, 0, -1 is
+/// level ground.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_set_down(
     plant: IlonPlant,
     down_in_world: *const f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for three numbers.
+        // SAFETY: the caller guarantees three numbers.
         let down = unsafe { array(down_in_world, 3, "down_in_world") }?;
         Ok(held.set_down([down[0], down[1], down[2]])?)
     })
 }
 
-/// Lets the chassis bear from now on the articulated-body inertia of what your program moves, beside a wrench of what that puts on the chassis where
-/// it is not accelerated: 36 numbers, row by row, linear at the body frame's origin before angular, along the world's axes, in kg, kg m and
-/// kg m^2. Both engines then meet without a delay, whatever weighs more. All zeros end it.
+/// Couples the chassis to bodies that your program simulates, by their articulated-body inertia: 36
+/// numbers, row by row, linear at the body frame's origin before angular, along the world's axes,
+/// in kg, kg m and kg m^2. Set also the wrench that these bodies apply to an unaccelerated chassis.
+/// Both engines are then coupled without a delay, whatever the masses. All zeros end the coupling.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_set_articulated_inertia(
     plant: IlonPlant,
     inertia: *const f64,
 ) -> IlonStatus {
     with(plant, |held| {
-        // SAFETY: the caller vouches for 36 numbers.
+        // SAFETY: the caller guarantees 36 numbers.
         let numbers = unsafe { array(inertia, 36, "inertia") }?;
         let rows =
             std::array::from_fn(|row| std::array::from_fn(|column| numbers[6 * row + column]));
@@ -388,13 +397,14 @@ pub unsafe extern "C" fn ilon_plant_set_articulated_inertia(
     })
 }
 
-/// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies beneath them; 1 for all of it.
+/// Scales the ground's friction under the rollers of a wheel by a share; 1 for full friction.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_plant_set_grip(plant: IlonPlant, wheel: usize, share: f64) -> IlonStatus {
     with(plant, |held| Ok(held.set_grip(wheel, share)?))
 }
 
-/// The plant as it is now, to come back to. On success the handle is in `snapshot`; end it with `ilon_snapshot_free`.
+/// Saves the state of a plant. On success the handle is in `snapshot`; free it with
+/// `ilon_snapshot_free`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ilon_plant_snapshot(
     plant: IlonPlant,
@@ -402,14 +412,15 @@ pub unsafe extern "C" fn ilon_plant_snapshot(
 ) -> IlonStatus {
     with(plant, |held| {
         let handle = SNAPSHOTS.insert(held.snapshot());
-        // SAFETY: the caller vouches for the pointer.
+        // SAFETY: the caller guarantees the pointer.
         unsafe { put(snapshot, "snapshot", handle) }.inspect_err(|_| {
             let _ = SNAPSHOTS.remove(handle);
         })
     })
 }
 
-/// Goes back to a snapshot of this plant, or of another of the same scenario: from there all is as it was, to the bit.
+/// Restores a snapshot of this plant, or of another plant of the same scenario; the simulation then
+/// continues bit-identically.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_plant_restore(plant: IlonPlant, snapshot: IlonSnapshot) -> IlonStatus {
     with(plant, |held| {
@@ -417,7 +428,7 @@ pub extern "C" fn ilon_plant_restore(plant: IlonPlant, snapshot: IlonSnapshot) -
     })
 }
 
-/// Ends a snapshot.
+/// Frees a snapshot.
 #[unsafe(no_mangle)]
 pub extern "C" fn ilon_snapshot_free(snapshot: IlonSnapshot) -> IlonStatus {
     guarded(|| SNAPSHOTS.remove(snapshot))

@@ -1,11 +1,12 @@
-//! What a plant gives, in the layout of C. Lengths are metres, angles radians, forces newtons, times seconds. The body frame has x forward,
-//! y left and z up, the world frame z along the floor's normal.
+//! The structs that a plant returns, in C layout. Lengths are in metres, angles in radians, forces
+//! in newtons, times in seconds. The body frame has x forward, y left and z up, the world frame z
+//! along the floor's normal.
 
 use ilon_sim::Plant;
 use ilon_sim::robot::Pose;
 use ilon_sim::world::{BodyState, WheelContact};
 
-/// A place in the ground plane and a heading.
+/// A position in the ground plane and a heading.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonPose {
@@ -17,29 +18,29 @@ pub struct IlonPose {
     pub heading_rad: f64,
 }
 
-/// What stays as it is while a plant lives.
+/// The constant properties of a plant.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonAbout {
-    /// How many wheels the robot has: the length of every array of wheels.
+    /// The number of wheels: the length of every array of wheels.
     pub wheel_count: u32,
-    /// How many joints between its bodies: the length of every array of joints.
+    /// The number of joints between bodies: the length of every array of joints.
     pub joint_count: u32,
-    /// The step of the physics, in seconds. Every period is a whole number of it.
+    /// The physics step, in seconds. Every period is a whole number of steps.
     pub physics_dt_s: f64,
     /// The control period of the scenario, in seconds.
     pub control_dt_s: f64,
-    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    /// The limit of the wheel rates, in rad/s; infinite for none.
     pub wheel_rate_limit_rad_s: f64,
-    /// Coulomb's coefficient of friction with which the floor was built.
+    /// Coulomb friction coefficient of the floor in the scenario.
     pub floor_friction: f64,
     /// The seed of the scenario's noise.
     pub seed: u64,
-    /// Where the scenario has the robot start.
+    /// The start pose in the scenario.
     pub start: IlonPose,
 }
 
-/// The robot as a whole, as it really is, whatever its sensors say.
+/// The true state of the robot as a whole, independent of its sensors.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonState {
@@ -47,7 +48,7 @@ pub struct IlonState {
     pub time_s: f64,
     /// The body frame's origin in the world, in metres.
     pub position_m: [f64; 3],
-    /// How the body is turned in the world: a unit quaternion w, x, y, z.
+    /// Orientation of the body in the world: a unit quaternion w, x, y, z.
     pub quaternion_wxyz: [f64; 4],
     /// Roll about the body's x axis, in radians.
     pub roll_rad: f64,
@@ -57,20 +58,20 @@ pub struct IlonState {
     pub heading_rad: f64,
     /// Velocity of the body frame's origin, in the body frame, in m/s.
     pub velocity_in_body_m_s: [f64; 3],
-    /// Rates about the axes of the body frame, in rad/s.
+    /// Angular velocity in the body frame, in rad/s.
     pub angular_in_body_rad_s: [f64; 3],
-    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance. What an accelerometer there
-    /// feels is this less gravity.
+    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last
+    /// advance. An accelerometer there measures this minus gravity.
     pub acceleration_in_world_m_s2: [f64; 3],
-    /// The acceleration of gravity in the world frame, in m/s^2. On a slope it leans.
+    /// The acceleration of gravity in the world frame, in m/s^2. On a slope it is tilted.
     pub gravity_in_world_m_s2: [f64; 3],
-    /// What the wheels carry along the floor's normal, in N, in the last physics step.
+    /// The load of the wheels along the floor's normal, in N, in the last physics step.
     pub wheels_load_n: f64,
-    /// What the chassis carries where it lies on the ground, in N.
+    /// The load of a chassis that touches the ground, in N.
     pub chassis_load_n: f64,
-    /// How walls, kerbs and bumps push the robot, in the world frame's x and y, in N.
+    /// The force of walls, kerbs and bumps on the robot, in the world frame's x and y, in N.
     pub obstacle_force_n: [f64; 2],
-    /// By how much the laws of contact were broken at worst in the last advance, in m/s.
+    /// The largest violation of the contact laws in the last advance, in m/s.
     pub contact_residual_m_s: f64,
 }
 
@@ -82,7 +83,7 @@ pub struct IlonWheel {
     pub angle_rad: f64,
     /// Rate about the wheel's axis, in rad/s.
     pub rate_rad_s: f64,
-    /// What its motor put on it, in N m: the mean over the last advance.
+    /// Motor torque on the wheel, in N m: the mean over the last advance.
     pub torque_n_m: f64,
     /// Height of the wheel's centre above the floor's plane, in metres.
     pub hub_height_m: f64,
@@ -90,51 +91,55 @@ pub struct IlonWheel {
     pub normal_force_n: f64,
     /// The ground's tangential force on the wheel, in the body frame's x and y, in N.
     pub force_in_body_n: [f64; 2],
-    /// Slip: the velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s.
+    /// Slip: the velocity of the rollers' surface over the ground, in the body frame's x and y, in
+    /// m/s.
     pub slip_in_body_m_s: [f64; 2],
-    /// Where it touches, in the body frame, in metres.
+    /// The contact point in the body frame, in metres.
     pub place_in_body_m: [f64; 3],
-    /// Coulomb's coefficient of friction under the roller that presses hardest.
+    /// Coulomb friction coefficient under the roller with the largest normal force.
     pub friction: f64,
-    /// Power that sliding turned into heat in the last physics step, in W.
+    /// Power converted to heat by sliding in the last physics step, in W.
     pub slip_power_w: f64,
-    /// Which roller presses hardest, at the end of the last advance.
+    /// The roller with the largest normal force at the end of the last advance.
     pub roller: u32,
-    /// 1 where any roller presses on the ground, 0 where none does.
+    /// 1 if any roller touches the ground, 0 otherwise.
     pub touching: u32,
 }
 
-/// A joint between bodies of the robot: a rocker, a sprung wheel. Numbers are in rad and N m of one that turns, in m and N of one that slides.
+/// A joint between bodies of the robot, such as of a rocker or a sprung wheel. Values are in rad
+/// and N m for a revolute joint, in m and N for a prismatic one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonJoint {
-    /// How far it has moved from zero.
+    /// Displacement from zero.
     pub position: f64,
-    /// Its rate.
+    /// Rate of the displacement.
     pub rate: f64,
-    /// What its spring, damper, friction and stops put on its body in the last physics step.
+    /// Force or torque of spring, damper, friction and stops on the joint's body in the last
+    /// physics step.
     pub force: f64,
 }
 
-/// Where energy is, and where it went since the start, in J. Motors and outside gave what all others have.
+/// Stored energies, and the energy exchanged since the start, in J. The work of motors and outside
+/// equals the sum of all others.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IlonEnergies {
-    /// Of all that moves, now.
+    /// Kinetic energy of all bodies.
     pub kinetic_j: f64,
-    /// In height and springs, now.
+    /// Potential energy of height and springs.
     pub potential_j: f64,
     /// Work of the motors on the wheels.
     pub motor_j: f64,
-    /// What wrenches and payloads brought.
+    /// Work of external wrenches and payloads.
     pub outside_j: f64,
     /// Heat of sliding.
     pub slip_j: f64,
-    /// What it took to bring rollers that came down up to their spin.
+    /// Energy lost in spinning up rollers that touch down.
     pub spin_up_j: f64,
     /// Heat of bearings and gears.
     pub bearing_j: f64,
-    /// What the normal forces took.
+    /// Energy lost to the normal forces.
     pub impact_j: f64,
 }
 

@@ -1,4 +1,4 @@
-//! How a call ended, and why: a code for the program, and words for a person.
+//! Results of calls: a code for the program and a message for its user.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -7,11 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use ilon_sim::Error;
 use miette::Diagnostic;
 
-/// How a call ended. All but 0 are failures, which `ilon_last_error` explains.
+/// The result of a call. All except 0 are failures, which `ilon_last_error` explains.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IlonStatus {
-    /// It was done.
+    /// Success.
     Ok = 0,
     /// A pointer is null or misaligned, or a text is not UTF-8.
     Pointer = 1,
@@ -19,15 +19,16 @@ pub enum IlonStatus {
     Handle = 2,
     /// An array is too short or too long.
     Count = 3,
-    /// A number is not finite or out of its range, or a snapshot is of another plant. Nothing has happened.
+    /// A number is not finite or out of its range, or a snapshot is of another plant. The state is
+    /// unchanged.
     Value = 4,
-    /// The scenario, or the robot that it names, cannot be read or makes no sense.
+    /// The scenario, or the robot that it names, cannot be read or is invalid.
     Scenario = 5,
-    /// The robot's motion is no number any more. Reset or restore it.
+    /// The robot's motion is no longer finite. Reset or restore it.
     Diverged = 6,
-    /// Another thread is using this plant. Nothing has happened.
+    /// Another thread is using this plant. The state is unchanged.
     Busy = 7,
-    /// A fault of ilon itself. The plant takes no call any more but the one that frees it.
+    /// An internal error of ilon. The plant accepts only the call that frees it.
     Internal = 8,
 }
 
@@ -48,7 +49,7 @@ impl Fault {
 }
 
 impl From<Error> for Fault {
-    /// In the words of the command: what is wrong, and how to repair it.
+    /// The command's message: what is wrong, and how to repair it.
     fn from(error: Error) -> Self {
         let status = match error {
             Error::Diverged { .. } => IlonStatus::Diverged,
@@ -64,23 +65,23 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Why the last call of this thread that failed did so, in UTF-8, or an empty text. It lies where it is until the next call of this thread
-/// fails, or the thread ends; never null.
+/// The reason for the last failed call of this thread, in UTF-8, or an empty text. The text is
+/// valid until the next call of this thread fails, or the thread ends; never null.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that C finds")]
 pub extern "C" fn ilon_last_error() -> *const c_char {
-    // While a thread ends it has no words any more.
+    // The message no longer exists while a thread ends.
     let words = LAST.try_with(|words| words.borrow().as_ptr());
     words.unwrap_or(c"".as_ptr())
 }
 
-/// What [`ilon_last_error`] says, kept.
+/// A copy of the message that [`ilon_last_error`] returns.
 pub(crate) fn last_words() -> CString {
     let words = LAST.try_with(|words| words.borrow().clone());
     words.unwrap_or_default()
 }
 
-/// Does what a call is for, and turns whatever comes of it into a code. No panic passes.
+/// Runs the body of a call and converts its result to a code. A panic does not leave this function.
 pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
     let fault = match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(())) => return IlonStatus::Ok,
@@ -99,7 +100,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
             )
         }
     };
-    // What is within the words of a file may hold zeros, which would end a text of C.
+    // The content of a file may hold zeros, which would end a C string.
     let words = CString::new(fault.message.replace('\0', " ")).unwrap_or_default();
     let _ = LAST.try_with(|last| last.replace(words));
     fault.status

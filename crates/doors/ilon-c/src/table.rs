@@ -1,16 +1,18 @@
-//! What a handle stands for: a place in a table, and how often that place was filled, so that a handle which was freed is known as such.
+//! Tables of the objects behind handles. A handle is a slot in a table and the slot's generation,
+//! so that a freed handle is detected.
 
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 
 use crate::status::{Fault, IlonStatus};
 
-/// How often a place is filled before it is left alone: as often as fits into a handle.
+/// Number of times that a slot is filled before it is retired: as many as a handle can hold.
 const GENERATIONS: u32 = 1 << 24;
 
-/// Things by handle. A handle is the table's kind, the generation of a place, and the place counted from 1, so that none is 0.
+/// Objects by handle. A handle is the table's kind, the generation of a slot, and the slot counted
+/// from 1, so that none is 0.
 pub(crate) struct Table<T> {
     kind: u8,
-    /// What is in it, as a caller knows it.
+    /// The kind of object, as named to callers.
     name: &'static str,
     places: RwLock<Places<T>>,
 }
@@ -41,10 +43,10 @@ impl<T> Table<T> {
         (u64::from(self.kind) << 56) | (u64::from(generation) << 32) | (u64::from(index) + 1)
     }
 
-    /// Takes something in; gives its handle.
+    /// Adds an object and returns its handle.
     pub fn insert(&self, value: T) -> u64 {
         let held = Some(Arc::new(Mutex::new(value)));
-        // A panic between two changes is not possible: what is behind the lock is whole.
+        // A poisoned lock is safe: no panic can occur between two changes.
         let mut places = self.places.write().unwrap_or_else(PoisonError::into_inner);
         if let Some(index) = places.free.pop() {
             let place = &mut places.all[index as usize];
@@ -72,7 +74,7 @@ impl<T> Table<T> {
         self.handle(place.generation, index) == handle && place.held.is_some()
     }
 
-    /// Does something with what a handle stands for.
+    /// Runs `act` on the object of a handle.
     pub fn with<R>(
         &self,
         handle: u64,
@@ -103,7 +105,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Forgets what a handle stands for. A thread that is using it goes on to the end of its call.
+    /// Removes the object of a handle. A thread that is using it finishes its call.
     pub fn remove(&self, handle: u64) -> Result<(), Fault> {
         let index = (handle as u32).wrapping_sub(1);
         let mut places = self.places.write().unwrap_or_else(PoisonError::into_inner);
@@ -116,7 +118,7 @@ impl<T> Table<T> {
             places.free.push(index);
         }
         drop(places);
-        // Outside of the lock: it may take a while.
+        // Outside the lock, as dropping may take time.
         drop(held);
         Ok(())
     }
@@ -152,7 +154,7 @@ mod tests {
         }
     }
 
-    /// The last generation of a place does not run over into the kind.
+    /// The last generation of a slot does not overflow into the kind.
     #[test]
     fn a_place_that_was_filled_too_often_is_left_alone() {
         let table = Table::new(1, "number");

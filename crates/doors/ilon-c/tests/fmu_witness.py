@@ -1,6 +1,7 @@
 """Judges an FMU by FMPy: its rules, its XML schema, and a simulation of its own.
 
-fmu_witness.py FMU COMMANDS: COMMANDS holds a line of wheel rates for each control period. Prints as JSON what came of it, floats in hexadecimal.
+fmu_witness.py FMU COMMANDS: COMMANDS holds a line of wheel rates for each control period. Prints
+the results as JSON, floats in hexadecimal.
 """
 import json
 import sys
@@ -63,7 +64,7 @@ slave.freeFMUState(state)
 slave.terminate()
 slave.freeInstance()
 
-# Coupled with a plant of numpy's: a mass on a spring whose other end the robot drags.
+# Coupled with a plant in numpy: a mass on a spring whose other end the robot drags.
 slave = instance()
 begin(slave)
 place, speed, stiffness, mass = 0.0, 0.0, 40.0, 2.0

@@ -1,4 +1,5 @@
-//! A plant that is stepped for long does not grow, and nothing is left when handles end. A program of its own, for it counts every byte.
+//! The memory of a plant that is stepped for long does not grow, and nothing remains after handles
+//! are freed. A test program of its own, as it counts every allocated byte.
 
 #![allow(
     unsafe_code,
@@ -23,7 +24,7 @@ fn load() -> IlonPlant {
         .join("../../../assets/scenarios/mecanum4_lateral.toml");
     let path = CString::new(path.to_str().unwrap()).unwrap();
     let mut plant = 0;
-    // SAFETY: text and handle live here.
+    // SAFETY: the text and the handle are locals.
     assert_eq!(
         unsafe { ilon_plant_load(path.as_ptr(), &raw mut plant) },
         IlonStatus::Ok
@@ -31,10 +32,10 @@ fn load() -> IlonPlant {
     plant
 }
 
-/// Everything that may change in each step, does, and a snapshot comes and goes.
+/// Changes in each step everything that a caller can change, and takes and frees a snapshot.
 fn drive(plant: IlonPlant, steps: u32) {
     let mut about = IlonAbout::default();
-    // SAFETY: it lives here.
+    // SAFETY: the handle is a local.
     assert_eq!(
         unsafe { ilon_plant_about(plant, &raw mut about) },
         IlonStatus::Ok
@@ -45,7 +46,7 @@ fn drive(plant: IlonPlant, steps: u32) {
         let rates = [-4.0 + phase, 4.0, 4.0, -4.0];
         let force = [phase, 1.0 - phase, 0.0];
         let mut snapshot = 0;
-        // SAFETY: arrays and handle live here.
+        // SAFETY: arrays and handle are locals.
         unsafe {
             let set = ilon_plant_set_wrench(plant, force.as_ptr(), force.as_ptr(), force.as_ptr());
             assert_eq!(set, IlonStatus::Ok);
@@ -55,7 +56,7 @@ fn drive(plant: IlonPlant, steps: u32) {
             }
             let advanced = ilon_plant_advance_rates(plant, rates.as_ptr(), 4, dt_s);
             assert_eq!(advanced, IlonStatus::Ok);
-            // A call that fails leaves its words alone.
+            // A successful call keeps the message of the last failure.
             ilon_plant_advance_rates(plant, rates.as_ptr(), 3, dt_s);
         }
         if snapshot != 0 {
@@ -65,7 +66,7 @@ fn drive(plant: IlonPlant, steps: u32) {
     }
 }
 
-/// Bytes that are held now and were not when counting began.
+/// Bytes allocated since counting began and not freed.
 fn held(region: &Region<'_, System>) -> i64 {
     let stats = region.change();
     stats.bytes_allocated as i64 - stats.bytes_deallocated as i64
@@ -87,7 +88,7 @@ fn a_million_steps_do_not_grow_and_nothing_is_left() {
 
 fn stays_as_large(steps: u32) {
     let _alone = COUNTS.lock().unwrap();
-    // What is made once stays: schemas, thread rooms, tables.
+    // What is allocated once stays: schemas, thread pools, tables.
     let first = load();
     drive(first, 1000);
     assert_eq!(ilon_plant_free(first), IlonStatus::Ok);
@@ -97,7 +98,8 @@ fn stays_as_large(steps: u32) {
     let early = held(&region);
     drive(plant, steps);
     let late = held(&region);
-    // Lists reach the longest that they ever are within the first thousand steps, but for some contacts more at once.
+    // Lists reach their largest size within the first thousand steps, except for a few more
+    // contacts at once.
     println!("{early} bytes after 1000 steps, {late} after {steps} more");
     assert!(
         late - early < 16 << 10,

@@ -1,5 +1,7 @@
-// The base of gz/ilon_base.hpp in an engine of a few lines: bodies with velocities that semi-implicit steps move, a mass welded to the base.
-// Prints x, y and z of ilon alone with that mass as its payload and of both engines, how far the engine's base is off from ilon's, and energies.
+// The base of gz/ilon_base.hpp in a minimal engine: bodies whose velocities are integrated by
+// semi-implicit steps, with a mass welded to the base. Prints x, y and z of ilon alone with that
+// mass as its payload and of both engines, the distance between the engine's base and ilon's, and
+// energies.
 #include <cstdio>
 #include <cstdlib>
 
@@ -12,14 +14,14 @@ namespace {
 constexpr double kGravity = 9.81;
 constexpr double kBaseKg = 1e4;
 
-// A base that is moved by velocities, and what is welded to it at its origin, which falls if nobody holds it.
+// A base moved by velocities, and a body welded to its origin, which falls without it.
 struct Engine {
   Motion base;
   double scene_kg;
   Vector scene_velocity{};
 
   void step(const std::pair<Vector, Vector>& set, double step_s) {
-    // The weld: both have one momentum.
+    // The weld: both share their momentum.
     scene_velocity[2] -= kGravity * step_s;
     const double whole_kg = kBaseKg + scene_kg;
     base.linear = kBaseKg / whole_kg * set.first + scene_kg / whole_kg * scene_velocity;
@@ -54,7 +56,7 @@ int main(int argc, char** argv) try {
   must(ilon_plant_set_payload(alone.plant(), scene_kg, origin.data()));
   Engine engine{coupled.motion(), scene_kg, {}};
   Inertia own = ball(kBaseKg), scene, nothing;
-  // A point, as the payload is.
+  // A point mass, as the payload is.
   scene.add(said * scene_kg, {}, {});
   double apart_m = 0.0;
   const int steps = static_cast<int>(1.0 / step_s + 0.5);
@@ -71,11 +73,11 @@ int main(int argc, char** argv) try {
   }
   const Vector& v = engine.scene_velocity;
   const double kinetic_j = 0.5 * scene_kg * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  // What the last step did is known in the next.
+  // The effect of the last step is known in the next.
   coupled.advance(step_s, engine.base, own, scene);
   std::printf("%.12g %.12g %.12g 0\n", apart_m, coupled.work_on_scene_j(), kinetic_j);
 
-  // What cannot be is refused in words, and the base goes on.
+  // Invalid calls are refused with a message, and the base continues.
   int refused = 0;
   const auto refuses = [&](auto act) {
     try {

@@ -1,4 +1,4 @@
-//! `modelDescription.xml`, by FMI 3.0.
+//! `modelDescription.xml` of FMI 3.0.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use crate::value::Value;
 use crate::variable::{Causality, Variable};
 use crate::{MARK, MODEL};
 
-/// The units, and their exponents of SI units.
+/// The units, with their exponents of SI base units.
 const UNITS: [(&str, &str); 10] = [
     ("1", ""),
     ("s", "s=\"1\""),
@@ -22,9 +22,10 @@ const UNITS: [(&str, &str); 10] = [
     ("N.m", "kg=\"1\" m=\"2\" s=\"-2\""),
 ];
 
-/// What ties an instance to its description: another version of ilon, other variables or other starts are another token.
+/// Ties an instance to its description: another version of ilon, other variables or other start
+/// values give another token.
 pub fn token(variables: &[Variable]) -> String {
-    // FNV-1a, for it is a few lines and nobody attacks it.
+    // FNV-1a, as it is a few lines and needs no resistance to attacks.
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let mut take = |text: &str| {
         for byte in text.bytes() {
@@ -58,7 +59,7 @@ pub fn description(name: &str, plant: &Plant, variables: &[Variable]) -> String 
         version = env!("CARGO_PKG_VERSION"),
         dt = resolved.physics_dt_s(),
     );
-    // Writing into a text cannot fail.
+    // Writing to a `String` cannot fail.
     for (unit, base) in UNITS.iter().chain(&[("J", "kg=\"1\" m=\"2\" s=\"-2\"")]) {
         let _ = writeln!(xml, "    <Unit name=\"{unit}\"><BaseUnit {base}/></Unit>");
     }
@@ -103,7 +104,7 @@ fn write_variable(xml: &mut String, reference: usize, variable: &Variable) {
     );
 }
 
-/// A text as an attribute of XML. Control characters, which XML cannot hold, become spaces.
+/// Escapes a text for an XML attribute. Control characters, which XML cannot hold, become spaces.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

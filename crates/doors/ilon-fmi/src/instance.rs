@@ -1,4 +1,4 @@
-//! What an instance of the FMU does between two calls.
+//! The simulation behind an instance of the FMU.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,20 +14,21 @@ use crate::variable::{Causality, Now, Slot, Variable};
 use crate::variables::{set, variables};
 use crate::{SCENARIO, description};
 
-/// Where an instance is in its life.
+/// The phase of an instance's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// It was made, and parameters may be set.
+    /// Created; parameters may be set.
     Instantiated,
-    /// As before; outputs are those of the start.
+    /// As before; outputs have their start values.
     Initialization,
     /// Steps are taken.
     Stepping,
-    /// It has ended, and can be read or reset.
+    /// Ended; it can be read or reset.
     Terminated,
 }
 
-/// A simulated robot that is set, stepped and read by references. A copy goes on to the bit as it does.
+/// A simulated robot that is set, stepped and read by value references. A copy continues
+/// bit-identically.
 #[derive(Clone)]
 pub struct Instance {
     shared: Arc<Shared>,
@@ -35,17 +36,17 @@ pub struct Instance {
     plant: Plant,
     body: BodyState,
     seen: Measurements,
-    /// What is set now, and what the plant was given of it.
+    /// The current inputs, and those that the plant has received.
     values: Vec<f64>,
     given: Vec<f64>,
     keys: Vec<Value>,
-    /// Whether the plant is that of the keys.
+    /// Whether the plant was built with the current keys.
     is_of_keys: bool,
-    /// The importer's time at which the plant's began, in seconds.
+    /// The importer's time at the plant's time zero, in seconds.
     began_s: f64,
 }
 
-/// What stays as it is, shared by all copies.
+/// Constant data, shared by all copies.
 struct Shared {
     text: String,
     folder: std::path::PathBuf,
@@ -55,10 +56,10 @@ struct Shared {
 }
 
 impl Instance {
-    /// An instance of the FMU whose resources lie in a folder. `token` is that of its description.
+    /// An instance of the FMU whose resources are in a folder. `token` is that of its description.
     ///
     /// # Errors
-    /// Where the resources cannot be read, or the description is of others.
+    /// If the resources cannot be read, or belong to another description.
     pub fn open(resources: &Path, token: &str) -> Result<Self, Error> {
         let files = FileAccess::below([resources]).map_err(|fault| {
             Error::invalid(
@@ -82,7 +83,7 @@ impl Instance {
     /// An instance of a scenario's text, whose paths start from a folder.
     ///
     /// # Errors
-    /// Where the scenario makes no sense.
+    /// If the scenario is invalid.
     pub fn of(text: String, folder: &Path, files: FileAccess) -> Result<Self, Error> {
         let scenario = Scenario::from_toml_with(&text, "scenario", folder, &[], &files)?;
         let keys = keys(&scenario)?;
@@ -112,22 +113,22 @@ impl Instance {
         Ok(instance)
     }
 
-    /// Its variables, in the order of their references.
+    /// The variables, in the order of their value references.
     pub fn variables(&self) -> &[Variable] {
         &self.shared.variables
     }
 
-    /// What simulates.
+    /// The simulated plant.
     pub fn plant(&self) -> &Plant {
         &self.plant
     }
 
-    /// Where it is in its life.
+    /// The current phase.
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// What is set before anybody sets it.
+    /// The start values of the inputs.
     fn starts(&self) -> Vec<f64> {
         let wheels = self.plant.robot().wheels.len();
         let mut starts = vec![0.0; set::WHEELS + set::PER_WHEEL * wheels];
@@ -152,7 +153,7 @@ impl Instance {
     /// The value of a variable.
     ///
     /// # Errors
-    /// For a reference of none, and where parameters that were set make no scenario.
+    /// For an unknown reference, and if the parameters give an invalid scenario.
     pub fn get(&mut self, reference: u32) -> Result<Value, Error> {
         self.take_keys()?;
         let variable = self.variable(reference)?;
@@ -173,7 +174,8 @@ impl Instance {
     /// Sets a variable.
     ///
     /// # Errors
-    /// For a reference of none or of an output, a value of another type or that is no number, and a parameter that is set too late.
+    /// For an unknown reference or that of an output, a value of another type or one that is not
+    /// finite, and a parameter that is set too late.
     pub fn set(&mut self, reference: u32, value: Value) -> Result<(), Error> {
         let variable = self.variable(reference)?;
         let (name, slot) = (&variable.name, variable.slot);
@@ -220,7 +222,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds the plant of the parameters that were set.
+    /// Builds the plant with the current parameters.
     fn take_keys(&mut self) -> Result<(), Error> {
         if self.is_of_keys {
             return Ok(());
@@ -237,7 +239,7 @@ impl Instance {
             &shared.files,
         )?;
         let plant = Plant::of_scenario(&scenario)?;
-        // The floor's friction starts as the new floor has it, unless somebody has set it.
+        // The input for the floor's friction starts at the new floor's value, unless it was set.
         if self.values[set::FRICTION] == self.given[set::FRICTION] {
             self.values[set::FRICTION] = plant.floor_friction();
         }
@@ -253,10 +255,10 @@ impl Instance {
         self.seen.clone_from(self.plant.observe());
     }
 
-    /// Begins to initialise, at the importer's time in seconds.
+    /// Begins initialisation at the importer's time in seconds.
     ///
     /// # Errors
-    /// In another phase, and for a time that is no number.
+    /// In another phase, and for a time that is not finite.
     pub fn enter_initialization(&mut self, start_s: f64) -> Result<(), Error> {
         self.expect(Phase::Instantiated)?;
         if !start_s.is_finite() {
@@ -270,10 +272,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends the initialisation: steps may be taken.
+    /// Ends initialisation: steps may be taken.
     ///
     /// # Errors
-    /// In another phase, and where the parameters make no scenario.
+    /// In another phase, and if the parameters give an invalid scenario.
     pub fn exit_initialization(&mut self) -> Result<(), Error> {
         self.expect(Phase::Initialization)?;
         self.take_keys()?;
@@ -281,15 +283,17 @@ impl Instance {
         Ok(())
     }
 
-    /// Simulated time, by the importer's clock, in seconds.
+    /// Simulated time on the importer's clock, in seconds.
     pub fn time_s(&self) -> f64 {
         self.began_s + self.plant.time_s()
     }
 
-    /// Goes on from a time by a step, both in seconds, under what is set. Any step will do; with sampled wheel loops a whole number of physics steps.
+    /// Advances from a time by a step, both in seconds, with the current inputs. Any step is
+    /// allowed; with sampled wheel loops a whole number of physics steps.
     ///
     /// # Errors
-    /// In another phase, for another time than that it is at, for a step that is none, and where the robot's motion is no number any more.
+    /// In another phase, for a time other than the current one, for a step that is not positive and
+    /// finite, and if the robot's motion is no longer finite.
     pub fn step(&mut self, at_s: f64, step_s: f64) -> Result<(), Error> {
         self.expect(Phase::Stepping)?;
         let dt_s = self.plant.resolved().physics_dt_s();
@@ -321,7 +325,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Gives the plant what was set since the last step.
+    /// Passes inputs that changed since the last step to the plant.
     fn give(&mut self) -> Result<(), Error> {
         let (now, plant) = (&self.values, &mut self.plant);
         let triple = |at: usize| [now[at], now[at + 1], now[at + 2]];
@@ -356,10 +360,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Goes back to how it was when it was made.
+    /// Resets to the state after instantiation.
     ///
     /// # Errors
-    /// Where the scenario cannot be built again.
+    /// If the scenario cannot be built again.
     pub fn reset(&mut self) -> Result<(), Error> {
         let shared = &self.shared;
         let (folder, files) = (shared.folder.clone(), shared.files.clone());

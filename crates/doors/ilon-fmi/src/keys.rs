@@ -1,4 +1,4 @@
-//! Keys of a scenario as parameters: every number that says how robot, world and sensors are.
+//! Keys of a scenario as FMI parameters: every number that describes robot, world and sensors.
 
 use ilon_sim::scenario::Setting;
 use ilon_sim::{Error, Scenario};
@@ -6,7 +6,8 @@ use toml::Value as Toml;
 
 use crate::value::Value;
 
-/// Sections whose numbers are parameters. What moves the robot in the scenario, and what is expected of it, is of no effect in an FMU.
+/// Sections whose numbers are parameters. What moves the robot in the scenario, and its
+/// expectations, have no effect in an FMU.
 const SECTIONS: [&str; 8] = [
     "robot",
     "world",
@@ -18,14 +19,14 @@ const SECTIONS: [&str; 8] = [
     "faults",
 ];
 
-/// A number of the scenario.
+/// A numeric key of the scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Its dotted path, as a setting names it: `faults.0.push.from_s`.
+    /// Its dotted path, as in a setting: `faults.0.push.from_s`.
     pub path: String,
-    /// The path as FMI's structured names have it: `scenario.faults[1].push.from_s`.
+    /// The path in FMI's structured naming: `scenario.faults[1].push.from_s`.
     pub name: String,
-    /// What the scenario holds.
+    /// The value in the scenario.
     pub value: Value,
 }
 
@@ -44,7 +45,7 @@ impl Key {
 /// The parameters of a scenario, in the order of its text.
 ///
 /// # Errors
-/// [`Error::Encode`] where it cannot be written as text.
+/// [`Error::Encode`] if it cannot be written as text.
 pub fn keys(scenario: &Scenario) -> Result<Vec<Key>, Error> {
     let whole = Toml::try_from(scenario).map_err(|fault| Error::encode("the scenario", &fault))?;
     let mut keys = Vec::new();
@@ -67,7 +68,8 @@ fn gather(path: String, name: String, value: &Toml, keys: &mut Vec<Key>) {
         Toml::Integer(number) => Value::Whole(*number),
         Toml::Table(table) => {
             for (key, value) in table {
-                // Names of a person's own, such as those of materials, may hold what a structured name must not.
+                // User-defined names, such as those of materials, may hold characters that a
+                // structured name must not.
                 if key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
                     gather(
                         format!("{path}.{key}"),

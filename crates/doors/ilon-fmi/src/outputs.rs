@@ -1,11 +1,12 @@
-//! What can be read of a robot.
+//! The output variables of a robot.
 
 use ilon_sim::Plant;
 use ilon_sim::world::WheelTally;
 
 use crate::variable::{AXES, Now, Table};
 
-/// What is read: the name or its end, what it is, its unit, and where it is at the number of a wheel, a joint or an axis.
+/// An output: the name or its suffix, the description, the unit, and how to read it for the index
+/// of a wheel, a joint or an axis.
 type Output = (
     &'static str,
     &'static str,
@@ -13,7 +14,7 @@ type Output = (
     fn(&Now<'_>, usize) -> f64,
 );
 
-/// A table of outputs, a line each.
+/// A table of outputs, one per line.
 macro_rules! outputs {
     ($($name:literal, $about:literal, $unit:expr, |$now:pat_param, $at:pat_param| $read:expr;)*) => {
         &[$(($name, $about, $unit, |$now, $at| $read)),*]
@@ -111,7 +112,7 @@ pub(crate) fn outputs(table: &mut Table, plant: &Plant) {
     ENERGY.iter().for_each(|of| add(of.0, of.1, *of, 0));
 }
 
-/// Adds some outputs of each wheel or joint, by number and with its name.
+/// Adds outputs of each wheel or joint, by number and with its name.
 fn add_each<'a>(
     add: &mut impl FnMut(&str, &str, Output, usize),
     kind: &str,

@@ -14,13 +14,15 @@ use zip::{CompressionMethod, ZipWriter};
 use crate::instance::Instance;
 use crate::{MARK, MODEL, SCENARIO, description};
 
-/// The largest file of a robot, and the largest library, that are packed.
+/// The largest file of a robot, and the largest library, that are packed, in bytes; chosen.
 const MOST_BYTES: u64 = 512 << 20;
 
-/// The FMU of a scenario, some of whose keys may be changed: the bytes of its archive. `library` is the shared library of `ilon-c`.
+/// The FMU of a scenario with changed keys: the bytes of its archive. `library` is the shared
+/// library of `ilon-c`.
 ///
 /// # Errors
-/// Where the scenario or its robot makes no sense, the library is not one of this version, or the robot's files cannot be taken along.
+/// If the scenario or its robot is invalid, the library has another version, or the robot's files
+/// cannot be packed.
 pub fn package(
     path: &Path,
     settings: &[Setting],
@@ -63,7 +65,8 @@ fn read_library(path: &Path) -> Result<Vec<u8>, Error> {
     ))
 }
 
-/// The files that an instance reads, by their paths within the resources: the scenario as it is run, and all that was opened for its robot.
+/// The files that an instance reads, by their paths within the resources: the resolved scenario,
+/// and every file that was opened for its robot.
 fn resources(
     path: &Path,
     scenario: &Scenario,
@@ -79,7 +82,7 @@ fn resources(
         .unwrap_or_default();
     let packages = others().flat_map(|path| path.ancestors().skip(1));
     let packages = packages.filter(|folder| folder.starts_with(&root));
-    // By these `package://` is found.
+    // Needed to resolve `package://`.
     let packages = packages.map(|folder| folder.join("package.xml"));
     let packages = packages.filter(|path| files.is_file(path));
     let mut resources = BTreeMap::new();
@@ -94,7 +97,7 @@ fn resources(
     Ok(resources)
 }
 
-/// A path by the true place of its folder.
+/// A path with its folder resolved.
 fn real(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     match (absolute.parent(), absolute.file_name()) {
@@ -112,7 +115,7 @@ fn shared(a: &Path, b: &Path) -> PathBuf {
     pairs.take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
 }
 
-/// An instance of the packed files alone: so it is known before anybody unpacks them that nothing is missing.
+/// Builds an instance from the packed files alone, so that a missing file is found at export.
 fn check(resources: &BTreeMap<PathBuf, Vec<u8>>, robot: &Robot) -> Result<Instance, Error> {
     let held = resources
         .iter()
@@ -136,7 +139,7 @@ fn check(resources: &BTreeMap<PathBuf, Vec<u8>>, robot: &Robot) -> Result<Instan
     }
 }
 
-/// How FMI 3.0 calls this machine, and how its shared libraries end.
+/// The name of this platform in FMI 3.0, and the extension of its shared libraries.
 pub fn platform() -> (String, &'static str) {
     let system = match std::env::consts::OS {
         "macos" => "darwin",
@@ -152,7 +155,7 @@ fn zipped(
     binary: &[u8],
 ) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    // No date: the same input makes the same bytes.
+    // Without a date: the same input gives the same bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(zip::DateTime::default());

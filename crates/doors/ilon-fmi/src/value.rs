@@ -1,4 +1,4 @@
-//! What a variable holds.
+//! Values of variables.
 
 /// A value of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! One variable, and the table that it is in.
+//! A variable, and the table of variables.
 
 use ilon_sim::Plant;
 use ilon_sim::simulate::Measurements;
@@ -6,48 +6,48 @@ use ilon_sim::world::BodyState;
 
 use crate::value::Value;
 
-/// What a variable is for.
+/// The causality of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
     /// Time.
     Independent,
     /// Set between steps.
     Input,
-    /// Set once, before a simulation begins.
+    /// Set once, before the simulation begins.
     Parameter,
     /// Read.
     Output,
 }
 
-/// One variable. Its reference is its place in the table.
+/// A variable. Its value reference is its index in the table.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Its structured name.
     pub name: String,
-    /// What it is, for a person.
+    /// Its description.
     pub about: String,
-    /// What it is for.
+    /// Its causality.
     pub causality: Causality,
-    /// The name of its unit, where it has one.
+    /// The name of its unit, if any.
     pub unit: Option<&'static str>,
-    /// What it is before anybody sets it; of an output what it is at the start.
+    /// Its start value; for an output the value at the start of the simulation.
     pub start: Value,
     pub(crate) slot: Slot,
 }
 
-/// Where a variable's value is.
+/// Where a variable's value is stored.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Slot {
     Time,
-    /// A place among what is set: inputs, and whether torques are commanded.
+    /// An index into the inputs, which include whether torques are commanded.
     Set(usize),
-    /// A place among the keys.
+    /// An index into the keys.
     Key(usize),
-    /// Read from the plant; the number is the function's own.
+    /// Read from the plant; the number is passed to the function.
     Read(fn(&Now<'_>, usize) -> f64, usize),
 }
 
-/// What outputs are read from.
+/// What outputs are computed from.
 #[derive(Clone, Copy)]
 pub(crate) struct Now<'a> {
     pub plant: &'a Plant,

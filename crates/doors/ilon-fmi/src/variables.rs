@@ -1,4 +1,4 @@
-//! What can be set and read of a robot, with units, and under which references.
+//! The variables of a robot, with units and value references.
 
 use ilon_sim::Plant;
 
@@ -7,7 +7,7 @@ use crate::outputs::outputs;
 use crate::value::Value;
 use crate::variable::{AXES, Causality, Slot, Table, Variable};
 
-/// Places among what is set. Those of wheels come last, one block for each of [`PER_WHEEL`].
+/// Indices into the inputs. Those of wheels come last, one block for each of [`PER_WHEEL`].
 pub(crate) mod set {
     pub const TORQUES: usize = 0;
     pub const FORCE: usize = 1;
@@ -17,11 +17,11 @@ pub(crate) mod set {
     pub const PAYLOAD_PLACE: usize = 11;
     pub const FRICTION: usize = 14;
     pub const WHEELS: usize = 15;
-    /// What is set of each wheel: its rate, its torque, its grip.
+    /// Inputs per wheel: rate, torque, grip.
     pub const PER_WHEEL: usize = 3;
 }
 
-/// All variables of a plant, in the order of their references.
+/// All variables of a plant, in the order of their value references.
 pub fn variables(plant: &Plant, keys: &[Key]) -> Vec<Variable> {
     let mut table = Table(Vec::new());
     let time = Value::Real(0.0);
@@ -89,7 +89,7 @@ fn inputs(table: &mut Table, plant: &Plant) {
     }
 }
 
-/// An input along each axis, whose name stands for `{}` in what is said of it.
+/// An input along each axis; its name replaces `{}` in the description.
 fn of_axes(
     table: &mut Table,
     name: &str,

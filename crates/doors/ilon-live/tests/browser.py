@@ -1,4 +1,6 @@
-"""Drives ilon live by the keys and the gamepad of a real browser, over its DevTools protocol: browser.py PORT CHROMIUM"""
+"""Drives ilon live by the keys and the gamepad of a real browser, over its DevTools protocol:
+browser.py PORT CHROMIUM
+"""
 
 import asyncio
 import itertools
@@ -13,7 +15,7 @@ import tempfile
 import websockets
 
 PORT, CHROMIUM = sys.argv[1], sys.argv[2]
-# A gamepad that the test holds: browsers without one give an empty list.
+# A gamepad controlled by the test: browsers without one return an empty list.
 PAD = "window.pad = null; navigator.getGamepads = () => [window.pad];"
 
 
@@ -41,7 +43,7 @@ class Page:
         await self.ask("Input.dispatchKeyEvent", type=kind, key=key, code=f"Key{key.upper()}", text=key if kind == "keyDown" else "")
 
     async def twists(self):
-        """The twist asked for and the real one, as the page shows them: m/s, m/s, deg/s."""
+        """The commanded and the real twist, as shown on the page: m/s, m/s, deg/s."""
         text = await self.value("[...document.querySelectorAll('#figures div')].map((tile) => tile.textContent).join('|')")
         number = r"(-?[\d.]+)"
         found = {}
@@ -61,7 +63,7 @@ class Page:
 
 
 async def main():
-    # Its helpers may write into the profile for a moment longer than it lives.
+    # Its helper processes may write into the profile for a moment after its end.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = subprocess.Popen(
             [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", f"--user-data-dir={profile}", "--remote-debugging-port=0", "about:blank"],
@@ -100,20 +102,20 @@ async def drive(page):
     top = float(await page.value("document.getElementById('top').value"))
     stands = lambda twists: all(abs(part) < 0.02 for part in twists["Asked"])
 
-    # Each key its own way, and two at once; let go, the robot stops.
+    # Each key moves in its direction, and two at once; once released, the robot stops.
     await page.until(stands, "it stands at first")
     for keys, sign in (("w", (1, 0, 0)), ("s", (-1, 0, 0)), ("a", (0, 1, 0)), ("d", (0, -1, 0)), ("q", (0, 0, 1)), ("e", (0, 0, -1)), ("wa", (1, 1, 0))):
         for key in keys:
             await page.key("keyDown", key)
         goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))
         await page.until(goes, f"key {keys}")
-        # The robot follows; its rates are slower than what is asked for, on the way there.
+        # The robot follows; on the way its rates are below the command.
         follows = lambda twists: all(s == 0 or part * s > 0.3 * top for part, s in zip(twists["Real"], sign))
         await page.until(follows, f"the robot at key {keys}")
         for key in keys:
             await page.key("keyUp", key)
         await page.until(stands, f"after key {keys}")
-    # The space bar, and a page that loses the focus, stop it whatever is held.
+    # The space bar, and a page that loses the focus, stop it even with keys held.
     for stop in ("dispatchEvent(new Event('blur'))", "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: ' ', bubbles: true}))"):
         await page.key("keyDown", "w")
         await page.until(lambda twists: twists["Asked"][0] > 0.9 * top, "key w")
@@ -121,7 +123,7 @@ async def drive(page):
         await page.until(stands, stop)
         await page.key("keyUp", "w")
 
-    # The sticks in the picture, by a finger each, and both at once.
+    # The joysticks in the picture, by a finger each, and both at once.
     await page.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
     middles = {}
     await page.value("document.querySelector('.stage').scrollIntoView()")
@@ -141,7 +143,7 @@ async def drive(page):
     wheels = await page.value("document.querySelector('#wheels').innerText")
     assert wheels.count("mm/s") == 4, wheels
 
-    # The sticks of a gamepad: left ahead and aside, right turns. What is near the middle is the middle.
+    # The sticks of a gamepad: left ahead and sideways, right turns, with a dead zone at the centre.
     for axes, sign in (([0, -1, 0], (1, 0, 0)), ([1, 0, 0], (0, -1, 0)), ([0, 0, -1], (0, 0, 1)), ([0.05, -0.05, 0.05], (0, 0, 0))):
         await page.value(f"window.pad = {{axes: {axes}, buttons: []}}")
         goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))

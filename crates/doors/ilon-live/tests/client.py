@@ -1,4 +1,6 @@
-"""Drives ilon live over its socket by `websockets`, which shares nothing with ilon: client.py PORT FRAME_FLOATS"""
+"""Drives ilon live over its socket with `websockets`, which shares no code with ilon: client.py
+PORT FRAME_FLOATS
+"""
 
 import asyncio
 import json
@@ -21,7 +23,7 @@ def frame(data):
 
 
 async def frames(socket, seconds):
-    """Frames and texts that come in a while."""
+    """The frames and texts received within a time."""
     found, texts = [], []
     end = asyncio.get_running_loop().time() + seconds
     while (left := end - asyncio.get_running_loop().time()) > 0:
@@ -59,7 +61,7 @@ async def refused(**arguments):
 
 async def main():
     loop = asyncio.get_running_loop()
-    # Who is let in.
+    # Which clients are admitted.
     status, page = await loop.run_in_executor(None, get)
     assert status == 200 and "ilonScene" in page and "http://" not in page.split("</style>")[1].split("<script")[0]
     assert (await loop.run_in_executor(None, lambda: get(Host=f"evil.example:{PORT}")))[0] == 403
@@ -70,13 +72,13 @@ async def main():
     assert await refused(origin=OWN) is None
 
     async with websockets.connect(URL, origin=OWN) as socket:
-        # It stands, and then drives as it is told, and stops when nothing more is said.
+        # It stands, then follows its commands, and stops without further ones.
         await say(socket, mode="hand", reset=True)
         for _ in range(10):
             await say(socket, twist=[0.3, 0.0, 0.0])
             await asyncio.sleep(0.1)
         driven, texts = await frames(socket, 0.3)
-        # A second at 0.3 m/s and some tenths, less what it takes to get there.
+        # A second at 0.3 m/s and some tenths, less the start.
         assert len(driven) > 10 and 0.15 < driven[-1][1] < 0.5, f"{len(driven)} frames, x = {driven[-1][1]}"
         times = [values[0] for values in driven]
         assert all(b > a for a, b in zip(times, times[1:])), "time does not grow"
@@ -87,7 +89,7 @@ async def main():
         stood, _ = await frames(socket, 0.5)
         assert abs(stood[-1][1] - stood[0][1]) < 2e-3, "it goes on without a command"
 
-        # What is out of range or no message is said, and changes nothing.
+        # Values out of range and invalid messages are reported, and change nothing.
         for text in ("", "{", "[1, 2]", '{"twist": [NaN, 0, 0]}', '{"twist": [1e999, 0, 0]}', '{"other": 1}', "\x00" * 1000):
             await socket.send(text)
         await asyncio.sleep(0.3)
@@ -98,7 +100,7 @@ async def main():
         notes = " ".join(text["note"] for text in texts if "note" in text)
         assert "not understood" in notes and "out of range" in notes, notes
 
-        # Back to the start, and time that stands.
+        # Back to the start, and paused.
         await say(socket, reset=True)
         await asyncio.sleep(0.5)
         await frames(socket, 0.1)
@@ -111,7 +113,8 @@ async def main():
         assert len({values[0] for values in standing}) == 1, "time goes on"
         await say(socket, paused=False)
 
-        # Frames that are none, messages that are too long, bytes in place of text: that client goes, and nobody else.
+        # Invalid frames, messages that are too long, bytes in place of text: only that client is
+        # disconnected.
         for junk in (b"\xff" * 64, b"\x81\xfe\xff\xff" + b"x" * 100, b"\x88\x80"):
             reader, writer = await asyncio.open_connection("127.0.0.1", PORT)
             writer.write(
@@ -135,7 +138,7 @@ async def main():
             await writer.drain()
             writer.close()
 
-        # Fifty look on, five of them read nothing, five send all they can.
+        # Fifty viewers, of which five read nothing and five send all they can.
         others = [await websockets.connect(URL, max_queue=1) for _ in range(50)]
         for sleeper in others[:5]:
             sleeper.transport.pause_reading()
@@ -147,7 +150,7 @@ async def main():
                     sent += 1
             await asyncio.sleep(0)
         seen, _ = await frames(socket, 2.0)
-        # A second of frames at the least: the machine has more to do than this.
+        # At least one second of frames: the machine has other load.
         assert len(seen) > 30, f"{len(seen)} frames while {sent} commands came"
         went = seen[-1][0] - seen[0][0]
         assert went > 1.0, f"{went} s of simulation in two seconds"

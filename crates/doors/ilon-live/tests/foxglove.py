@@ -1,4 +1,6 @@
-"""Looks on and drives as Foxglove does, by `websockets` and by decoders that share nothing with ilon: foxglove.py URL"""
+"""Views and drives as Foxglove does, with `websockets` and decoders that share no code with ilon:
+foxglove.py URL
+"""
 
 import asyncio
 import json
@@ -18,7 +20,7 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 class Viewer:
-    """One client: what the server has said, by its kind."""
+    """One client, with the server's messages by kind."""
 
     async def __aenter__(self):
         self.socket = await websockets.connect(URL, subprotocols=[PROTOCOL], max_size=None)
@@ -124,7 +126,7 @@ def place(odometry):
 
 
 def resident_mb():
-    """Memory of the process that serves, which has started this one."""
+    """Memory of the serving process, which has started this one."""
     with open(f"/proc/{os.getppid()}/status") as status:
         line = next(line for line in status if line.startswith("VmRSS"))
     return int(line.split()[1]) / 1024
@@ -146,14 +148,14 @@ async def looks_on():
         assert wanted <= set(viewer.channels), wanted - set(viewer.channels)
         assert "/cmd_vel" not in viewer.channels
         await viewer.subscribe(*viewer.channels)
-        # A robot that is driven by hand follows no reference.
+        # A robot driven by hand follows no reference.
         every = set(viewer.channels) - {"/reference"}
         for topic in every:
             await viewer.until(lambda: topic in viewer.messages, topic)
         assert "/reference" not in viewer.messages
         for topic in every:
             assert viewer.decoded(topic) is not None
-        # What is said once came although nobody listened then.
+        # A latched message arrives though nobody listened when it was sent.
         assert len(viewer.messages["/robot_description"]) == 1 == len(viewer.messages["/tf_static"])
         assert xml.fromstring(viewer.decoded("/robot_description").data).tag == "robot"
         log_time, _ = viewer.messages["/odom"][-1]
@@ -182,7 +184,7 @@ async def drives():
             assert after[1] - before[1] > 0.2 and abs(after[0] - before[0]) < 0.05, (kind, encoding, before, after)
         await viewer.has_said("no command for 0.5 s")
 
-        # What makes no sense: refused or limited, and said, and the robot stands.
+        # Invalid commands are refused or limited, with a message, and the robot stands.
         await viewer.publish(2, twist_cdr("geometry_msgs/msg/Twist", float("nan")))
         await viewer.has_said("vx is no number")
         await viewer.publish(2, twist_cdr("geometry_msgs/msg/Twist", 0.0, 0.0, float("inf")))
@@ -212,7 +214,7 @@ async def changes():
         assert values["mode"] == "hand" and values["payload_kg"] == 0 and values["friction"] > 0.1
         await viewer.say(op="subscribeParameterUpdates", parameterNames=list(values))
 
-        # A load presses on the wheels.
+        # A load increases the wheels' forces.
         force = (await viewer.last("/wheels/front_left/force")).wrench.force.z
         assert await viewer.set(payload_kg=20) == {"payload_kg": 20}
         await asyncio.sleep(0.5)
@@ -220,7 +222,7 @@ async def changes():
         assert loaded - force > 20 * 9.81 / 4 / 2, (force, loaded)
         await viewer.set(payload_kg=0)
 
-        # On ice the robot hardly gets away.
+        # On ice the robot hardly moves.
         assert await viewer.set(friction=0.01) == {"friction": 0.01}
         await viewer.advertise(1, "/cmd_vel", "geometry_msgs/Twist", "json")
 
@@ -238,7 +240,7 @@ async def changes():
         floor = await way()
         assert ice < 0.5 * floor and floor > 0.15, (ice, floor)
 
-        # Time that stands, and goes on; what is changed by one is shown to another.
+        # Pause and resume; changes by one client are shown to another.
         async with Viewer() as other:
             await other.say(op="subscribeParameterUpdates", parameterNames=["paused"])
             assert await viewer.set(paused=True) == {"paused": True}
@@ -250,7 +252,7 @@ async def changes():
         await viewer.set(paused=False)
         await viewer.last("/ground_truth/odom")
 
-        # Limits, words and names.
+        # Limits, texts and names.
         assert await viewer.set(friction=-5) == {"friction": values["friction"]}
         await viewer.has_said("a parameter is not set: friction is from 0 to 2, not -5")
         await viewer.set(friction=values["friction"])
@@ -271,7 +273,7 @@ async def changes():
 
 async def controls_time():
     async with Viewer() as viewer:
-        # The timeline is the scenario's, and who comes is told how it stands.
+        # The timeline is the scenario's, and a new client receives its state.
         assert "playbackControl" in viewer.info["capabilities"], viewer.info
         ends = viewer.info["dataEndTime"]
         assert viewer.info["dataStartTime"] == {"sec": 0, "nsec": 0} and 1 < ends["sec"] < 1000, viewer.info
@@ -285,7 +287,7 @@ async def controls_time():
             await asyncio.sleep(0.1)
         away = place(await viewer.last("/ground_truth/odom"))
 
-        # Paused, time stands; who looks on beside hears of it without having asked.
+        # Paused, time stands; other viewers are notified without a request.
         async with Viewer() as other:
             state, stands_ns, speed, did_seek = await viewer.control_time("pause", pause=True)
             assert (state, speed, did_seek) == ("paused", 1.0, False), state
@@ -293,7 +295,8 @@ async def controls_time():
         await asyncio.sleep(0.3)
         assert abs(viewer.times[-1] - stands_ns) < 60e6, (viewer.times[-1], stands_ns)
 
-        # Half as fast: a second takes two. The bounds leave room for a machine that is late, which only makes it slower.
+        # At half speed a second takes two. The bounds allow for a slow machine, which only makes it
+        # slower.
         assert (await viewer.control_time("slow", speed=0.5))[0::2] == ("playing", 0.5)
         await asyncio.sleep(0.2)
         first, began = viewer.times[-1], asyncio.get_running_loop().time()
@@ -301,7 +304,7 @@ async def controls_time():
         went_s, took_s = (viewer.times[-1] - first) * 1e-9, asyncio.get_running_loop().time() - began
         assert 0.05 < went_s < 0.5 * took_s + 0.1, (went_s, took_s)
 
-        # Back to the start, while time stands: the robot is there, and so is time.
+        # Back to the start while paused: the robot and the time are there.
         await viewer.control_time("stand", pause=True)
         before = len(viewer.times)
         assert await viewer.control_time("back", pause=True, seek_ns=0) == ("paused", 0, 1.0, True)
@@ -316,7 +319,7 @@ async def controls_time():
         at_start = place(viewer.decoded("/ground_truth/odom"))
         assert away[0] - at_start[0] > 0.15, (away, at_start)
 
-        # What a simulation cannot do is said, and does not stop it.
+        # Impossible requests are reported, and do not stop the simulation.
         await asyncio.sleep(1.0)
         state = await viewer.control_time("middle", seek_ns=600_000_000)
         assert state[1] == 0 and state[3], state
@@ -329,7 +332,7 @@ async def controls_time():
         await viewer.has_said("speed 1000000000 is out of range")
         assert (await viewer.control_time("none", speed=float("nan")))[2] == state[2]
         await viewer.control_time("as before")
-        # Half a request, and one of a command that there is not.
+        # Half a request, and one with an unknown command.
         await viewer.socket.send(struct.pack("<BB", 3, 0))
         await viewer.socket.send(struct.pack("<BBfBQI", 3, 9, 1.0, 0, 0, 1) + b"x")
         await viewer.last("/ground_truth/odom")
@@ -341,7 +344,8 @@ async def does_no_harm():
         await viewer.subscribe("/odom")
         await viewer.last("/odom")
         before_mb = resident_mb()
-        # No frames, no JSON, wrong numbers: that client is told, or goes, and nobody else.
+        # Invalid frames, invalid JSON, wrong numbers: only that client gets an error or is
+        # disconnected.
         for junk in ("", "{", "[]", '{"op": "fly"}', '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99999}]}',
                      '{"op": "advertise", "channels": [{"id": -1}]}', '{"op": "setParameters"}', b"", b"\x01", b"\x01\xff\xff\xff\xff", b"\xff" * 100):
             async with Viewer() as other:
@@ -353,7 +357,7 @@ async def does_no_harm():
             writer.write(junk)
             await writer.drain()
             writer.close()
-        # Fifty look on at everything; five of them read nothing, five send all they can.
+        # Fifty view everything; five of them read nothing, five send all they can.
         others = [await Viewer().__aenter__() for _ in range(50)]
         for other in others:
             await other.subscribe(*other.channels)
@@ -374,7 +378,7 @@ async def does_no_harm():
         went = last.sec - first.sec + 1e-9 * (last.nanosec - first.nanosec)
         assert went > 1.0, f"{went} s of simulation in five seconds"
         grown_mb = resident_mb() - before_mb
-        # 50 backlogs of 512 messages of a kilobyte or so, and markers of 20 kB at 30 Hz among them.
+        # 50 backlogs of 512 messages of about a kilobyte, and markers of 20 kB at 30 Hz among them.
         assert grown_mb < 300, f"{grown_mb} MB more"
         for other in others:
             other.task.cancel()

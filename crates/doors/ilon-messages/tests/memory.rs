@@ -1,5 +1,5 @@
-//! Decoding takes memory in proportion to the bytes it is given, whatever lengths they claim. Alone
-//! in its file, because it counts what the whole process allocates.
+//! Decoding allocates memory in proportion to the input bytes, whatever lengths they claim. A test
+//! program of its own, as it counts the allocations of the whole process.
 
 #[path = "suite/common/mod.rs"]
 mod common;
@@ -19,12 +19,12 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Bytes of memory for each byte of a message. A status takes 104 bytes in memory and at least 17
-/// in a message, a string or a pair of them 6 times as many. At most two such lists of nested
-/// sequences are made room for before one fails, and then strings are copied.
+/// Allocated bytes per byte of a message. A status takes 104 bytes in memory and at least 17 in a
+/// message, a string or a pair of strings six times as many. At most two such lists of nested
+/// sequences are allocated before one fails, and then strings are copied.
 const FACTOR: usize = 14;
 
-/// Decodes, and counts the bytes allocated meanwhile.
+/// Decodes, and returns the bytes allocated meanwhile.
 type Decoder = fn(&[u8]) -> usize;
 
 fn allocated<M: Message>(bytes: &[u8]) -> usize {
@@ -62,8 +62,7 @@ fn memory_follows_from_the_bytes_given() {
             .collect();
         assert!(!samples.is_empty());
         for sample in samples {
-            // Any four bytes may be a length: as many as there can be, or just as many as might
-            // fit.
+            // Any four bytes may be a length: as large as possible, or just as large as might fit.
             let longer = [sample.little.as_slice(), &[0; 4000]].concat();
             for at in (4..sample.little.len() - 3).step_by(4) {
                 for length in [u32::MAX, u32::MAX / 8, 4000, 1000, 500, 230, 50] {
@@ -81,6 +80,6 @@ fn memory_follows_from_the_bytes_given() {
         }
     }
     println!("at most {most:.1} bytes of memory for each byte of a message");
-    // That the test reaches what it is to bound.
+    // Checks that the test allocates at all.
     assert!(most > 1.0, "at most {most} bytes of memory for each byte");
 }

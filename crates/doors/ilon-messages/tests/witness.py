@@ -57,7 +57,7 @@ NUMBERS = {
 }
 
 
-# Values are what JSON knows. ilon holds the 36 numbers of a covariance as 6 rows, and 9 as 3.
+# Values are JSON values. ilon holds the 36 numbers of a covariance as 6 rows, and 9 as 3.
 
 
 def fields_of(store, name):
@@ -118,7 +118,7 @@ def from_rosbags(store, name, message):
 
 
 def exact(value):
-    """As text in which no two different values, such as 0.0 and -0.0, are alike."""
+    """As text in which different values, such as 0.0 and -0.0, differ."""
     return json.dumps(value, sort_keys=True, ensure_ascii=False)
 
 
@@ -163,7 +163,8 @@ def check_rosbags(said):
         for name, spoken in said["types"].items():
             where = f"{distribution.name} {name}"
             assert store.hash_rihs01(name) == spoken["hash"], f"{where}: the hash differs"
-            # The text that ilon puts into bags, understood by rosbags, has the fields of this distribution, and so the hash.
+            # The definition that ilon puts into bags, parsed by rosbags, has the fields of this
+            # distribution, and so the hash.
             understood = Typestore()
             understood.register(get_types_from_msg(spoken["definition"], name))
             assert understood.fielddefs[name][1] == fields_of(store, name), f"{where}: the definition differs"
@@ -217,7 +218,8 @@ def load(name):
 
 
 def share_of(package):
-    """The folder of a package's descriptions, in a ROS installation or beside the wheels of PyPI."""
+    """The folder of a package's descriptions, in a ROS installation or beside the wheels of PyPI.
+    """
     try:
         from ament_index_python import get_package_share_directory
 
@@ -245,9 +247,10 @@ def check_rclpy(said):
             message = deserialize_message(bytes.fromhex(spoken[order]), cls)
             assert exact(from_rclpy(message)) == exact(value), f"{where}: another value is read ({order})"
         ours, theirs = bytes.fromhex(spoken["little"]), serialize_message(to_rclpy(cls, value))
-        # rclpy reserves for alignment behind an empty sequence, which then does not come, and leaves the bytes over.
+        # rclpy reserves alignment after an empty sequence, does not use it, and leaves extra bytes
+        # at the end.
         assert len(ours) <= len(theirs) <= len(ours) + 8 * exact(value).count("[]"), f"{where}: other bytes are written"
-        # It leaves unset what fills the gaps before aligned values: there, what it reads must not depend on the bytes.
+        # It leaves padding before aligned values unset: its reading must not depend on these bytes.
         gaps = [at for at in range(len(ours)) if ours[at] != theirs[at]]
         assert not any(ours[at] for at in gaps), f"{where}: other bytes are written at {gaps}"
         assert exact(from_rclpy(deserialize_message(theirs, cls))) == exact(value), f"{where}: {gaps} are not gaps"
@@ -287,7 +290,7 @@ def check_bags(path):
 
 
 def check_folder(folder, written, all_qos):
-    """The bag as rosbags finds it by its metadata.yaml."""
+    """Checks the bag as rosbags finds it by its metadata.yaml."""
     with Reader(folder) as reader:
         assert reader.message_count == len(written)
         if written:
@@ -309,7 +312,7 @@ def check_folder(folder, written, all_qos):
 
 
 def check_file(path, written):
-    """The file alone, by its own index and its own definitions."""
+    """Checks the file alone, by its own index and its own definitions."""
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == "ros2"
@@ -325,7 +328,7 @@ def check_file(path, written):
 
 
 def check_killed(path, written):
-    """What a killed writer left, read from its start until it ends."""
+    """Checks the file of a killed writer, read from its start until it ends."""
     with open(path, "rb") as file:
         found = []
         try:
@@ -339,7 +342,7 @@ def check_killed(path, written):
 
 
 def by_time(written):
-    """In the order of their times; those of one time as they were written."""
+    """In order of time; with equal times in the order of writing."""
     return sorted(written, key=lambda message: message[1])
 
 

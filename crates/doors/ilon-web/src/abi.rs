@@ -1,20 +1,22 @@
-//! How a request and its reply pass the border to JavaScript: as bytes in linear memory, in two rooms that the door owns.
+//! The interface to JavaScript: requests and replies are bytes in linear memory, in two buffers
+//! that the module owns.
 //!
 //! ```js
-//! const at = exports.ilon_room(bytes.length);                      // room for what goes in
+//! const at = exports.ilon_room(bytes.length);                      // buffer for the input
 //! new Uint8Array(exports.memory.buffer, at, bytes.length).set(bytes);
-//! const length = exports.ilon_ask();                               // the reply's
+//! const length = exports.ilon_ask();                               // length of the reply
 //! const reply = new Uint8Array(exports.memory.buffer, exports.ilon_reply(), length).slice();
 //! ```
 //!
-//! A panic ends the instance: WebAssembly cannot unwind. What it said before is kept in [`ilon_last_words`].
+//! A panic ends the instance, as WebAssembly cannot unwind. Its message is kept in
+//! [`ilon_last_words`].
 
 use std::cell::RefCell;
 use std::sync::Mutex;
 
 use crate::door::Door;
 
-/// What passes the border.
+/// The buffers.
 #[derive(Default)]
 struct Border {
     door: Door,
@@ -26,10 +28,10 @@ thread_local! {
     static BORDER: RefCell<Border> = RefCell::default();
 }
 
-/// What a panic said. Apart from the rest, which may be in use while it is said.
+/// The message of a panic. Outside `Border`, which may be locked during a panic.
 static LAST_WORDS: Mutex<String> = Mutex::new(String::new());
 
-/// Listens for panics. Called once, before anything else.
+/// Installs the panic hook. Call it once, before anything else.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_begin() {
@@ -40,7 +42,7 @@ pub extern "C" fn ilon_begin() {
     }));
 }
 
-/// Makes room for `length` bytes that go in, and gives its address.
+/// Makes room for `length` bytes of input and returns its address.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_room(length: usize) -> *mut u8 {
@@ -50,7 +52,8 @@ pub extern "C" fn ilon_room(length: usize) -> *mut u8 {
     })
 }
 
-/// Takes what went in as a file: the first `path_length` bytes are its path, in UTF-8, and all others what it holds.
+/// Takes the input as a file: the first `path_length` bytes are its path, in UTF-8, and the rest is
+/// its content.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_put(path_length: usize) {
@@ -62,7 +65,8 @@ pub extern "C" fn ilon_put(path_length: usize) {
     });
 }
 
-/// Answers the request that went in, JSON as [`Request`](crate::door::Request); gives the length of the reply.
+/// Answers the request in the input, JSON as [`Request`](crate::door::Request); returns the length
+/// of the reply.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_ask() -> usize {
@@ -73,15 +77,15 @@ pub extern "C" fn ilon_ask() -> usize {
     })
 }
 
-/// Where the reply lies.
+/// The address of the reply.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_reply() -> *const u8 {
     BORDER.with_borrow(|border| border.outward.as_ptr())
 }
 
-/// Where the words of the last panic lie. Beside this and their length nothing may be called after
-/// a panic.
+/// The address of the last panic's message. After a panic only this function and the one for its
+/// length may be called.
 #[unsafe(no_mangle)]
 #[expect(unsafe_code, reason = "a name that JavaScript finds")]
 pub extern "C" fn ilon_last_words() -> *const u8 {

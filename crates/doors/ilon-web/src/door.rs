@@ -1,8 +1,10 @@
-//! What a page can ask, and what comes of it. Requests and replies are JSON; what is large or no text is asked for as bytes.
+//! The requests of a page and their replies. Both are JSON; binary or large data is returned as
+//! bytes.
 //!
-//! A page puts files, opens a scenario among them, advances it by control periods until it is done, and takes what the command would
-//! write. Or a person drives: what comes of it is a scenario that does the same again. One run is under way at a time, one is finished, and
-//! one is kept beside it to be compared.
+//! A page adds files, opens one of them as a scenario, advances it by control periods until it is
+//! done, and takes the files that the command would write. Alternatively the user drives, and the
+//! result is a scenario that repeats the drive. There is at most one active run, one finished run,
+//! and one that is kept for comparison.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,60 +29,62 @@ mod view;
 use drive::PersonsDrive;
 pub use fault::Fault;
 
-/// What can be asked.
+/// A request.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// Forgets all files.
+    /// Removes all files.
     Clear,
-    /// The JSON Schemas of a scenario and of a robot in short.
+    /// The JSON Schemas of a scenario and of a robot description.
     Schemas,
-    /// Puts the robot of a scenario into its world: gives its name, what it holds with every default, the robot, and the scene.
+    /// Opens a scenario: returns its name, its keys with all defaults, the robot, and the scene.
     Open {
         /// The path of the scenario among the files.
         scenario: PathBuf,
-        /// Keys that are otherwise than in the file, as `--set` takes them.
+        /// Changed keys, as for `--set`.
         settings: Vec<String>,
     },
-    /// Puts the robot of a scenario into its world as [`Request::Open`] does, for a person to drive.
+    /// Opens a scenario as [`Request::Open`] does, for the user to drive.
     Drive {
         /// The path of the scenario among the files.
         scenario: PathBuf,
-        /// Keys that are otherwise than in the file.
+        /// Changed keys, as for `--set`.
         settings: Vec<String>,
     },
-    /// Asks the robot that is driven for a twist in the body frame, in m/s, m/s and rad/s, until the next.
+    /// Commands a twist in the body frame, in m/s, m/s and rad/s, until the next command.
     Steer {
         /// Ahead, to the left, and the yaw rate.
         twist: [f64; 3],
     },
-    /// Ends a drive: gives `path` and `text` of a scenario that does the same again, and the `files` that it needs.
+    /// Ends a drive: returns `path` and `text` of a scenario that repeats it, and the `files` that
+    /// it needs.
     EndDrive,
-    /// Goes on by some control periods, or to the end.
+    /// Advances by control periods, or to the end.
     Advance {
-        /// How many.
+        /// The number of control periods.
         periods: u32,
     },
-    /// The robot now: the bytes of a frame, for the scene that [`Request::Open`] gave.
+    /// The robot's current state: the bytes of a frame, for the scene that [`Request::Open`]
+    /// returned.
     Frame,
-    /// Ends a run that is done: gives its figures.
+    /// Finishes a run that is done: returns its figures.
     Finish {
-        /// The command that gives the same, for the report.
+        /// The equivalent command line, for the report.
         command: String,
     },
-    /// What the command would have written: bytes.
+    /// A file that the command would have written: bytes.
     Take {
         /// Which file.
         what: Output,
     },
-    /// Keeps the finished run, in place of the one that was kept before, under a name.
+    /// Keeps the finished run for comparison, in place of an earlier one.
     Keep {
-        /// What it is called beside the other.
+        /// Its name in the comparison.
         name: String,
     },
-    /// Lays the kept run and the finished one over each other: the bytes of a page.
+    /// Compares the kept run with the finished one: the bytes of a page.
     Compare {
-        /// What the finished run is called beside the kept one.
+        /// The name of the finished run in the comparison.
         name: String,
     },
 }
@@ -95,11 +99,11 @@ pub enum Output {
     Summary,
     /// `trace.parquet`.
     Trace,
-    /// The scenario with every default spelled out, for a folder in which the files that it names lie beside it.
+    /// The scenario with all defaults, for a folder that also holds the files that it names.
     Scenario,
 }
 
-/// The state behind the border.
+/// The state of the simulator in a page.
 #[derive(Default)]
 pub struct Door {
     files: BTreeMap<PathBuf, Vec<u8>>,
@@ -108,29 +112,30 @@ pub struct Door {
     kept: Option<ComparedRun>,
 }
 
-/// A run under way.
+/// An active run.
 struct Running {
     simulation: Simulation,
     rolling: Rolling,
-    /// The rows that have turned the rollers.
+    /// The number of rows already used to turn the rollers.
     seen: usize,
-    /// Where a person drives.
+    /// The drive, if the user drives.
     drive: Option<PersonsDrive>,
 }
 
-/// A run that is over.
+/// A finished run.
 struct Finished {
     run: Run,
     command: String,
 }
 
 impl Door {
-    /// Adds a file, or replaces it.
+    /// Adds or replaces a file.
     pub fn put(&mut self, path: String, bytes: Vec<u8>) {
         self.files.insert(PathBuf::from(path), bytes);
     }
 
-    /// Answers a request. The reply is JSON, `{"ok": ...}` or `{"fault": ...}`; of what is bytes these follow behind a newline.
+    /// Answers a request. The reply is JSON, `{"ok": ...}` or `{"fault": ...}`; bytes follow after
+    /// a newline.
     pub fn ask(&mut self, request: &[u8]) -> Vec<u8> {
         let answered = serde_json::from_slice(request)
             .map_err(|error| Fault::of_page(format!("the page asks for nothing known: {error}")))
@@ -175,7 +180,7 @@ impl Door {
         settings: &[String],
         is_driven: bool,
     ) -> Result<Reply, Fault> {
-        // What it held is given back before anything new is made.
+        // Frees its memory before the new run is built.
         self.running = None;
         let settings: Vec<Setting> = settings
             .iter()
@@ -238,7 +243,7 @@ impl Door {
             simulation, drive, ..
         } = self.running.as_mut().ok_or_else(Fault::none_open)?;
         let control_dt_s = simulation.scenario().run.control_dt_s;
-        // Up to the beginning of a control period, whose step is not taken yet.
+        // Up to the start of a control period, whose step is not taken yet.
         let passed = (simulation.progress().time_s / control_dt_s).round();
         let until_s = (passed + f64::from(periods) - 1e-6) * control_dt_s;
         while !simulation.is_done() && simulation.progress().time_s < until_s {
@@ -317,7 +322,7 @@ impl Door {
     }
 }
 
-/// What a request is answered with.
+/// The reply to a request.
 enum Reply {
     Said(Value),
     Bytes(Vec<u8>),

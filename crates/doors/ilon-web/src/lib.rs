@@ -1,14 +1,15 @@
-//! ilon in the browser: a thin door through which a page simulates, and the page itself, the playground.
+//! ilon in the browser: an interface through which a page simulates, and the page itself, the
+//! playground.
 //!
-//! Compiled to WebAssembly the crate imports nothing. A worker hands in files and requests in JSON, and takes out replies and bytes
-//! ([`abi`]); all files lie in memory. What is computed, said and drawn is what the command computes, says and draws: the door calls the
-//! same functions, and adds nothing of its own.
+//! The compiled WebAssembly module has no imports. A worker passes files and JSON requests in, and
+//! takes replies and bytes out ([`abi`]); all files are in memory. Results, messages and drawings
+//! are those of the command, because the same functions make them.
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`door`] | what can be asked, and what comes of it |
-//! | [`abi`] | how a request and its reply pass the border to JavaScript |
-//! | [`playground`] | the static page, put together from the parts of the report |
+//! | [`door`] | requests and replies |
+//! | [`abi`] | how a request and its reply are passed from and to JavaScript |
+//! | [`playground`] | the static page, assembled from parts of the report |
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]

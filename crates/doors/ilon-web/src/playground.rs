@@ -1,11 +1,12 @@
-//! The playground: a folder of static files that any server hands out, and that opens from a disk too.
+//! The playground: a folder of static files that any web server can serve, and that also opens from
+//! disk.
 //!
 //! | file | is |
 //! |---|---|
-//! | `index.html` | the page with its style and scripts: those of the report, and what the playground adds |
-//! | `examples.js` | the shipped robots and scenarios, as text, and what the simulator says of the first before it is there itself |
+//! | `index.html` | the page with its style and scripts: those of the report, and additions of the playground |
+//! | `examples.js` | the shipped robots and scenarios as text, and the first replies of the simulator |
 //! | `ilon.wasm` | the simulator |
-//! | `ilon.wasm.js` | the same for a page that was opened from a disk, which may load scripts and nothing else |
+//! | `ilon.wasm.js` | the same for a page opened from disk, which may load only scripts |
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -31,14 +32,14 @@ const SCRIPT: [&str; 6] = [
 ];
 const WORKER: &str = include_str!("../web/worker.js");
 
-/// Endings of the files that are shipped as examples.
+/// Extensions of the files that are shipped as examples.
 const ENDINGS: [&str; 3] = ["toml", "urdf", "csv"];
 
-/// Writes the playground into a folder, which is made where it is not there; `assets` holds the shipped `robots` and `scenarios`, and
-/// `wasm` is the simulator's file.
+/// Writes the playground into a folder, which is created if missing. `assets` holds the shipped
+/// `robots` and `scenarios`, and `wasm` is the simulator's file.
 ///
 /// # Errors
-/// Where a file cannot be read or written.
+/// If a file cannot be read or written.
 pub fn write(folder: &Path, assets: &Path, wasm: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     let wasm = fs::read(wasm)?;
@@ -69,7 +70,8 @@ pub fn html() -> String {
         section("choose", "Choose", include_str!("../web/setup.html")),
         section("result", "Result", &result),
     ];
-    // A string of JSON is one of JavaScript. The examples come with a script of their own, which runs once the page is read.
+    // A JSON string is also a JavaScript string. The examples are a separate script, which runs
+    // once the page is parsed.
     let worker = json_in_script(&serde_json::Value::from(WORKER).to_string());
     let script = format!(
         "addEventListener('DOMContentLoaded', () => {{\n'use strict';\nconst WORKER = {worker};\n{}}});\n",
@@ -94,8 +96,9 @@ pub fn html() -> String {
 /// The scenario that is shown first.
 const FIRST: &str = "/scenarios/mecanum4_lateral.toml";
 
-/// The shipped files as a script that sets `ilonExamples`: a text for each path, and `ilonFirst`: what the door says of schemas and of the
-/// first scenario, so that a page is of use while the simulator still comes.
+/// The shipped files as a script. It sets `ilonExamples`, a text for each path, and `ilonFirst`,
+/// the replies for schemas and the first scenario, so that a page is usable before the simulator
+/// has loaded.
 fn examples(assets: &Path) -> io::Result<String> {
     let mut files = BTreeMap::new();
     for folder in ["robots", "scenarios"] {

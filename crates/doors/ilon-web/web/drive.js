@@ -1,4 +1,5 @@
-// A drive: the page's part of it. What was driven becomes a scenario that a log drives, which is run as any other.
+// Driving in the page. A drive becomes a scenario that plays back its log, which is run as any
+// other.
 
 const HANDS = 'Drive by W A S D, Q and E, by the sticks or a gamepad.';
 
@@ -45,7 +46,7 @@ async function drive() {
   await run();
 }
 
-// The log that drives a scenario, of those that the page has; null where it has none.
+// The log that drives a scenario, among the page's files; null if there is none.
 function logOf(path) {
   const file = opened && opened.values.playback && opened.values.playback.file;
   const log = file && path.replace(/[^/]*$/, file);

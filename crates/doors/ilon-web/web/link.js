@@ -1,6 +1,6 @@
-// A run in a link: all that it needs, compressed behind the `#`, which browsers send to nobody.
+// A run in a link: all its data, compressed behind the `#`, which browsers send to no server.
 
-// The longest link that programs pass on whole.
+// The longest link that other programs pass on unchanged; chosen.
 const LONGEST_LINK = 60000;
 
 const bytesThrough = async (bytes, stream) => new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
@@ -13,17 +13,19 @@ function toBase64(bytes) {
 
 const fromBase64 = (text) => Uint8Array.from(atob(text.replace(/-/g, '+').replace(/_/g, '/')), (c) => c.charCodeAt(0));
 
-// The link of what is to be run; null where it would be too long.
+// The link of a run; null if it would be too long.
 async function linkOf(what) {
   const packed = await bytesThrough(new TextEncoder().encode(JSON.stringify(what)), new CompressionStream('deflate-raw'));
   const link = `${location.href.split('#')[0]}#run=${toBase64(packed)}`;
   return link.length > LONGEST_LINK ? null : link;
 }
 
-// The most that a link may unfold to, in characters: a small one can be made to hold gigabytes.
+// Largest decompressed size of a link, in characters; chosen: a small one can be made to hold
+// gigabytes.
 const MOST_UNFOLDED = 4e6;
 
-// A link that a person can write: `#scenario=mecanum4_lateral&set=world.floor.friction=0.2`, with `&drive` to be driven.
+// A link that can be typed: `#scenario=mecanum4_lateral&set=world.floor.friction=0.2`, with
+// `&drive` to drive.
 function fromWords() {
   const words = new URLSearchParams(location.hash.slice(1));
   const name = words.get('scenario');
@@ -34,7 +36,7 @@ function fromWords() {
   return { path, text: examples[path], settings: Object.fromEntries(pairs), drive: words.has('drive') };
 }
 
-// What a link asks for; null where it asks for nothing.
+// The content of a link; null if it has none.
 async function fromLink() {
   const packed = /[#&]run=([\w-]+)/.exec(location.hash);
   if (!packed) return fromWords();

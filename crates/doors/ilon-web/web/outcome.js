@@ -1,4 +1,4 @@
-// What came of a run: its page, its hash, what can be taken away and compared.
+// The results of a run: its page, its hash, downloads and comparison.
 
 function showOutcome(tookS) {
   const { ended, command, report } = last;
@@ -15,7 +15,7 @@ function showOutcome(tookS) {
   say(`${ended.summary.duration_s} s simulated in ${tookS.toFixed(1)} s.${failed}`);
 }
 
-// A page that the command would have written, in its frame, as high as it is.
+// Shows a page of the command in its frame, at its full height.
 function showPage(bytes, title) {
   const frame = find('report');
   if (shownUrl) URL.revokeObjectURL(shownUrl);
@@ -31,7 +31,7 @@ function showPage(bytes, title) {
 let fitting = null;
 function fit(frame) {
   const inner = frame.contentDocument;
-  // From a disk the frame is a stranger to the page: it scrolls by itself.
+  // From disk the frame has another origin: it scrolls by itself.
   if (!inner || !inner.body) { frame.style.height = '85vh'; return; }
   const style = inner.createElement('style');
   style.textContent = '.brand, .skip { display: none !important; } header, main, footer { padding-left: 0; padding-right: 0; } header { padding-top: 0; } nav { position: static; } html { overflow-x: hidden; }';
@@ -47,7 +47,7 @@ function fit(frame) {
   theme();
 }
 
-// The page's theme is that of what it shows.
+// The page's theme is that of the shown report.
 function theme() {
   const inner = find('report').contentDocument;
   if (!inner || !inner.documentElement) return;

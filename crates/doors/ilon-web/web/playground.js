@@ -1,9 +1,9 @@
-// The page: what is chosen, what is changed, and what came of it.
+// The page: selection, changes, and results.
 
 const find = (id) => document.getElementById(id);
 const OWN = '/own/';
 const FIRST_SCENARIO = '/scenarios/mecanum4_lateral.toml';
-// What a robot of one's own does until its person says otherwise.
+// The initial scenario for a robot of the user.
 const OWN_SCENARIO = (file) => `# My robot, sideways: how far does it move, compared with its wheel speeds?
 
 [robot]
@@ -16,7 +16,7 @@ vy_m_s = 0.2
 duration_s = 5
 `;
 const ROBOT_ENDINGS = /\.(urdf|xacro|sdf|world|xml|mjcf|toml)$/i;
-// A page holds no more of one's own files.
+// Largest total size of the user's files, in bytes; chosen.
 const MOST_OF_FILES = 200e6;
 
 const examples = window.ilonExamples || {};
@@ -24,7 +24,7 @@ const bytesOf = (text) => new TextEncoder().encode(text);
 const simulator = new Simulator(Object.entries(examples).map(([path, text]) => [path, bytesOf(text)]));
 simulator.files = new Map(simulator.files);
 
-// What is to be run.
+// The selection.
 const chosen = { path: FIRST_SCENARIO, text: '', settings: {} };
 const own = { robots: [], paths: [] };
 let known = new Map();
@@ -53,7 +53,7 @@ function hideFault() { find('fault').hidden = true; }
 const option = (value, text) => Object.assign(document.createElement('option'), { value, textContent: text });
 const nameOf = (path) => path.split('/').pop().replace(/\.toml$/, '');
 
-// The first words of a scenario: the comment at its head.
+// The title of a scenario: the comment at its head.
 function headOf(text) {
   const lines = [];
   for (const line of text.split('\n')) {
@@ -94,7 +94,7 @@ function fillRobots() {
   select.value = set || '';
 }
 
-// The settings as `--set` takes them.
+// The settings in the form of `--set`.
 const settingsOf = () => Object.entries(chosen.settings).map(([key, value]) => `${key}=${value}`);
 
 const quoted = (word) => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
@@ -105,7 +105,7 @@ function commandOf() {
   return ['ilon run', quoted(file), ...settingsOf().map((setting) => `--set ${quoted(setting)}`)].join(' ');
 }
 
-// A key is set, or left as the file has it.
+// Sets a key, or resets it to the file's value.
 function set(key, value) {
   if (value === null) delete chosen.settings[key];
   else chosen.settings[key] = value;
@@ -128,7 +128,8 @@ function showSettings() {
   }));
 }
 
-// The value of a key now: what is set, or what the scenario or the description of its robot says.
+// The current value of a key: the setting, or otherwise that of the scenario or its robot's
+// description.
 function valueNow(key) {
   if (key in chosen.settings) return Number(chosen.settings[key]);
   if (!key.startsWith('robot.spec.')) return valueAt(opened.values, key);
@@ -155,7 +156,7 @@ function slider([key, words, low, high, needed]) {
   const unit = Object.assign(document.createElement('span'), { className: 'unit', textContent: unitOf(key) });
   const take = (text) => {
     row.classList.add('set');
-    // A number of TOML: where a real one is wanted, a whole one is taken too.
+    // A TOML number: an integer is accepted for a float.
     set(key, text);
   };
   range.addEventListener('input', () => { number.value = rounded(Number(range.value)); take(number.value); });
@@ -203,7 +204,7 @@ function showScene({ scene: data, rest }) {
   scene.push(Float32Array.from(rest, (x) => (x === null ? NaN : x)));
 }
 
-// What the scenario holds is read again, soon: more may be changed at once.
+// Reads the scenario again after a short delay, as several changes may follow.
 function look(now) {
   asked += 1;
   const mine = asked;
@@ -276,7 +277,7 @@ async function run() {
     const ended = await simulator.call('run', what, ({ opened: said, progress, frame }) => {
       if (said) { adopt(said); return; }
       find('progress').value = progress.t_s / progress.duration_s;
-      // A run that ends at once needs no picture of its own: the report has one.
+      // A run that ends at once needs no live picture: the report has one.
       if (performance.now() - begun > 400 && find('live').hidden) { find('live').hidden = false; find('report').hidden = true; showScene(opened); }
       if (scene && !find('live').hidden && frame.length) scene.push(frame.slice().buffer);
     });
@@ -293,7 +294,7 @@ async function run() {
   }
 }
 
-// Files of one's own: robots, scenarios, meshes.
+// The user's files: robots, scenarios, meshes.
 async function takeIn(files) {
   const size = files.reduce((sum, [, file]) => sum + file.size, 0);
   if (size > MOST_OF_FILES) { showFault(new Error(`These files hold ${Math.round(size / 1e6)} MB; the page takes up to ${MOST_OF_FILES / 1e6} MB.`)); return; }
@@ -307,7 +308,7 @@ async function takeIn(files) {
   const robots = read.filter((one) => ROBOT_ENDINGS.test(one[0]) && !scenarios.includes(one)).map(([path]) => path);
   own.robots = [...new Set([...own.robots, ...robots])];
   if (scenarios.length) { await choose(scenarios[0][0], text(scenarios[0][1])); return; }
-  // What includes the others lies highest, and is named like a robot rather than like a part of one.
+  // The main file is at the highest level, and named like a robot rather than like a part of one.
   const [robot] = robots.sort((a, b) => a.split('/').length - b.split('/').length || a.length - b.length);
   if (!robot) { showFault(new Error('Among these files is no robot and no scenario: a robot is a .urdf, .xacro, .sdf, .xml (MJCF) or .toml.')); return; }
   const path = `${OWN}drive.toml`;
@@ -315,7 +316,7 @@ async function takeIn(files) {
   await choose(path, OWN_SCENARIO(robot.slice(OWN.length)));
 }
 
-// The files of what is dropped, with those in its folders.
+// The dropped files, including those in dropped folders.
 async function dropped(items) {
   const found = [];
   async function enter(entry, above) {
@@ -396,7 +397,7 @@ function listen() {
   addEventListener('hashchange', () => openLink().catch(showFault));
 }
 
-// Takes over a scenario with the files that it needs.
+// Loads a scenario with the files that it needs.
 async function takeOver({ path, text, settings, files = [] }) {
   const given = [...files, ...(examples[path] === undefined ? [[path, text]] : [])];
   await simulator.put(given.map(([name, content]) => [name, bytesOf(content)]));
@@ -405,7 +406,7 @@ async function takeOver({ path, text, settings, files = [] }) {
   await choose(path, text, settings);
 }
 
-// Takes over what a link holds; whether there was something.
+// Loads the content of a link; returns whether there was any.
 async function openLink() {
   const what = await fromLink();
   if (!what) return false;
@@ -414,7 +415,7 @@ async function openLink() {
   return true;
 }
 
-// What a page knows of what can be asked for.
+// Stores the schemas.
 function know({ scenario, robot }) {
   known = new Map([...keysOf(scenario, scenario, ''), ...keysOf(robot, robot, 'robot.spec')]);
   kinds = faultsOf(scenario);
@@ -422,10 +423,11 @@ function know({ scenario, robot }) {
   fillFaults();
 }
 
-// The simulator is large and comes last: what it says of the first scenario came with the page, so that all can be chosen meanwhile.
+// The simulator is large and loads last: its first replies are part of the page, so that everything
+// can be selected meanwhile.
 async function begin() {
   listen();
-  // Where one thing stands above the other, the result comes before what could be changed.
+  // In a narrow window, where the parts are stacked, the result comes before the settings.
   find('changes').open = !matchMedia('(max-width: 960px)').matches;
   const { schemas, opened: first } = window.ilonFirst;
   know(schemas);

@@ -1,7 +1,7 @@
-// What can be changed, made from the schemas of a scenario and of a robot in short.
+// The settings, made from the schemas of a scenario and of a robot description.
 
-// What is offered first: a key, what it is called, the range of its slider, and the section without which it would change nothing. All
-// else is found by its key.
+// The settings shown first: a key, its name, the range of its slider, and the section without which
+// it would have no effect. All others are found by their keys.
 const FIRST = [
   ['world.floor.friction', 'Friction of the floor', 0, 1.2],
   ['world.floor.slope_deg', 'Slope of the floor', -20, 20],
@@ -19,26 +19,26 @@ const FIRST = [
   ['run.duration_s', 'Duration', 1, 60],
 ];
 
-// What a fault needs and a schema cannot know.
+// Required values of faults that a schema cannot express.
 const OF_FAULTS = {
   roller: 0, factor: 0.9, x_m: 0.2, y_m: 0, heading_deg: 20, share: 0.6, impulse_x_n_s: 0, impulse_y_n_s: 4, mass_kg: 5, friction: 0.1,
 };
 
-// A part of a schema with what it refers to in place.
+// A part of a schema with its references resolved.
 function part(root, schema) {
   if (!schema || !schema.$ref) return schema || {};
   const found = schema.$ref.slice(2).split('/').reduce((at, key) => at[key], root);
   return { ...found, ...Object.fromEntries(Object.entries(schema).filter(([key]) => key !== '$ref')) };
 }
 
-// Every way in which a schema can be met, with its own words or those of the whole.
+// All alternatives of a schema, with their own description or that of the whole.
 function ways(root, schema) {
   const whole = part(root, schema);
   const below = ['anyOf', 'oneOf', 'allOf'].flatMap((kind) => whole[kind] || []);
   return [whole, ...below.flatMap((one) => ways(root, one).map((way) => ({ ...way, description: whole.description || way.description })))];
 }
 
-// All keys that hold one value, by their dotted names: what they are about, of which type, within which bounds.
+// All keys of single values, by their dotted names: description, type, bounds.
 function keysOf(root, schema, prefix, found = new Map(), depth = 0) {
   for (const way of ways(root, schema)) {
     for (const [name, below] of Object.entries(way.properties || {})) {
@@ -71,7 +71,7 @@ const unitOf = (key) => (UNITS.find(([end]) => key.endsWith(end)) || ['', ''])[1
 // The value of a dotted key.
 const valueAt = (values, key) => key.split('.').reduce((at, name) => (at === null || at === undefined ? undefined : at[name]), values);
 
-// A range that holds the value, within what the schema allows, and a step that can be read.
+// A range that contains the value, within the schema's bounds, and a round step.
 function rangeOf(known, low, high, value) {
   const most = known.max ?? Infinity;
   let least = known.min ?? -Infinity;
@@ -82,7 +82,7 @@ function rangeOf(known, low, high, value) {
   return { min: Math.max(least, Math.min(low, Number.isFinite(value) ? value : low)), max: top, step };
 }
 
-// The kinds of faults, each with the fields that it must be given.
+// The kinds of faults, each with its required fields.
 function faultsOf(root) {
   const list = ways(root, root.properties.faults).find((way) => way.items);
   const kinds = list ? ways(root, list.items).filter((way) => way.properties) : [];
@@ -92,7 +92,7 @@ function faultsOf(root) {
   }));
 }
 
-// A fault as the value of `faults`, after those that the scenario has.
+// A fault as the value of `faults`, after the scenario's own.
 function faultAs(kind, wheel, fromS, before) {
   const text = (value) => (typeof value === 'string' ? `"${value}"` : String(value));
   const fields = kind.fields.flatMap((name) => {
@@ -104,7 +104,7 @@ function faultAs(kind, wheel, fromS, before) {
   return `[${[...before, `{ ${kind.name} = { ${fields.join(', ')} } }`].join(', ')}]`;
 }
 
-// A value of JSON as TOML on one line.
+// A JSON value as TOML on one line.
 function asToml(value) {
   if (Array.isArray(value)) return `[${value.map(asToml).join(', ')}]`;
   if (value !== null && typeof value === 'object') {

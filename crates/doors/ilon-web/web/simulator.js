@@ -1,10 +1,10 @@
-// The simulator in its worker: asked by promises, started again when it dies.
+// The simulator in its worker: calls return promises, and it is restarted after a crash.
 
-// The module is compiled once, whatever happens to its instances.
+// The module is compiled once for all instances.
 let compiled = null;
 let compiledYet = false;
 
-// A page from a disk may load scripts, but no other files.
+// A page from disk may load scripts, but no other files.
 function fromDisk() {
   return new Promise((done, refuse) => {
     const script = document.createElement('script');
@@ -35,7 +35,8 @@ class Simulator {
     this.worker = null;
   }
 
-  // Asks the worker; `tell` hears what it says meanwhile. Rejects with `fault` as the command words it, or `dead` where it broke down.
+  // Calls the worker; `tell` receives its progress. Rejects with `fault`, the command's message, or
+  // `dead` after a crash.
   async call(act, what = {}, tell = () => {}) {
     if (!this.worker) await this.start();
     return this.post(act, what, tell);
@@ -80,7 +81,7 @@ class Simulator {
     } else call.done(said);
   }
 
-  // Ends the worker, whatever it does; the next call starts another.
+  // Terminates the worker in any state; the next call starts another.
   end(why) {
     if (this.worker) this.worker.terminate();
     this.worker = null;
@@ -89,7 +90,7 @@ class Simulator {
     left.forEach(({ refuse }) => refuse(Object.assign(new Error(why), { dead: why })));
   }
 
-  // Ends a run: between two pictures, or with the worker where it does not listen.
+  // Ends a run: between two frames, or with the worker if it does not respond.
   stop() {
     const { worker, calls } = this;
     if (!worker) return;
@@ -98,7 +99,7 @@ class Simulator {
     setTimeout(() => { if (this.worker === worker && under.some((id) => this.waiting.has(id))) this.end('stopped'); }, 700);
   }
 
-  // Says what a robot that is driven shall do. No answer comes, and none is waited for.
+  // Commands a driven robot. There is no answer.
   steer(twist) {
     if (this.worker) this.worker.postMessage({ act: 'steer', twist });
   }

@@ -1,4 +1,5 @@
-// Simulates beside the page, so that the page stays alive. `WebAssembly.Module` and files come in; replies, frames and bytes go out.
+// Simulates in a worker, so that the page stays responsive. Input: `WebAssembly.Module` and files.
+// Output: replies, frames and bytes.
 'use strict';
 let exports = null;
 let stopped = false;
@@ -9,7 +10,7 @@ function put(bytes) {
   new Uint8Array(exports.memory.buffer, at, bytes.length).set(bytes);
 }
 
-// Asks the door; gives what it says, and the bytes that follow.
+// Sends a request; returns the reply, and the bytes after it.
 function ask(request) {
   put(text.to.encode(JSON.stringify(request)));
   const length = exports.ilon_ask();
@@ -20,7 +21,7 @@ function ask(request) {
   return { said: ok, bytes: end < 0 ? null : reply.subarray(end + 1) };
 }
 
-// What ended the instance: a panic's own words, or the engine's.
+// The reason why the instance ended: the message of a panic, or the engine's error.
 function lastWords(error) {
   try {
     const length = exports.ilon_last_words_length();
@@ -41,7 +42,7 @@ async function run({ scenario, settings, command }, tell) {
     const from = performance.now();
     const { said } = ask({ do: 'advance', periods });
     const took = performance.now() - from;
-    // As many as pass between two pictures.
+    // The number of periods between two frames.
     periods = Math.max(1, Math.min(2000, Math.round(periods * Math.min(4, 33 / Math.max(took, 0.5)))));
     tell({ progress: said, frame: ask({ do: 'frame' }).bytes });
     if (said.done) break;
@@ -53,16 +54,16 @@ async function run({ scenario, settings, command }, tell) {
   return { finished: said, bytes, memory: exports.memory.buffer.byteLength };
 }
 
-// What a person who drives asks for, and when that was said.
+// The user's last command, and its time.
 let steered = { twist: [0, 0, 0], at: 0 };
 const STAND = [0, 0, 0];
-// Who says nothing for as long stops the robot, in milliseconds; as a live run does.
+// Without a command for this time the robot stops, in milliseconds; as in a live run.
 const WATCHDOG_MS = 500;
-// What the simulation falls behind further is left out, so that it does not hurry afterwards.
+// A longer delay of the simulation is skipped, so that it does not hurry afterwards.
 const BEHIND_MS = 200;
 const PICTURE_MS = 15;
 
-// Simulates by the clock on the wall while a person drives; gives the scenario that does the same again.
+// Simulates in real time while the user drives; returns the scenario that repeats the drive.
 async function drive({ scenario, settings }, tell) {
   const opened = ask({ do: 'drive', scenario, settings }).said;
   tell({ opened });

@@ -1,7 +1,7 @@
 //! ilon simulates omnidirectional robots down to the rollers of their wheels.
 //!
-//! A [`Scenario`] names a robot, the motion asked of it and the world it stands in; [`run`] simulates it and gives back
-//! the trace and its summary:
+//! A [`Scenario`] names a robot, its commanded motion and its world; [`run`] simulates it and
+//! returns the trace and its summary:
 //!
 //! ```no_run
 //! let scenario = ilon::Scenario::load("assets/scenarios/volksbot_position_first.toml")?;
@@ -10,33 +10,33 @@
 //! # Ok::<(), ilon::Error>(())
 //! ```
 //!
-//! This crate is the command line, and a facade: what simulates is [`ilon_sim`], what draws is [`ilon_report`], and a
-//! program that wants but one of them depends on that alone.
+//! This crate is the command line, and a facade of the other crates: [`ilon_sim`] simulates and
+//! [`ilon_report`] draws. A program that needs only one of them can depend on it alone.
 //!
 //! | module | answers |
 //! |---|---|
-//! | [`scenario`] | what a person writes down about a run |
+//! | [`scenario`] | the input file of a run |
 //! | [`simulate`] | the loop: sensors, reference, guidance, wheel loops, motors, world, trace |
 //! | [`judge`] | whether a run met its `[expect]` |
-//! | [`inspect`] | a robot as it is understood |
+//! | [`inspect`] | a robot as ilon interprets it |
 //! | [`drawing`] | a robot as a picture from above |
 //! | [`mod@bench`] | how accurate and how fast the simulation is |
-//! | [`report`] | the run as one page to look at |
-//! | [`compare`] | several runs beside each other |
-//! | [`exported`] | a robot with its wheels as made for other simulators, and how true it is there |
-//! | [`planar`] | a robot as a planar base, fitted for planners and learners |
+//! | [`report`] | the run as one page |
+//! | [`compare`] | several runs side by side |
+//! | [`exported`] | a robot for other simulators, with the error of its motion there |
+//! | [`planar`] | a robot as a planar base for planners and learners, fitted to simulated drives |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
 //! | [`planners`] | a robot for PathPlanner, Choreo and Road Runner |
 //! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
 //! | [`cli`] | the `ilon` command |
 //!
-//! # A controller of one's own
+//! # A custom controller
 //! ```
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../..")).unwrap();
 //! use ilon::simulate::{Commanded, Controller, Moment, Simulation};
 //! use ilon::{Scenario, robot::Twist};
 //!
-//! /// A quarter turn to the left a second, while it drives ahead.
+//! /// Drives ahead and turns left by a quarter turn per second.
 //! struct Arc;
 //! impl Controller for Arc {
 //!     fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded {
@@ -69,7 +69,7 @@
 //! # Ok::<(), ilon::Error>(())
 //! ```
 //!
-//! # A ground of one's own
+//! # A custom ground
 //! ```
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../..")).unwrap();
 //! use ilon::simulate::{Plant, WheelCommand, load_robot, resolve};
@@ -131,7 +131,7 @@
 //! # Ok::<(), ilon::Error>(())
 //! ```
 //!
-//! # A trace that was written
+//! # Reading a trace
 //! ```
 //! # std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../../..")).unwrap();
 //! # let mut scenario = ilon::Scenario::load("assets/scenarios/mecanum4_lateral.toml")?;
@@ -150,7 +150,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-// What is printed goes through `cli::say`, which bears closed and full streams; the macros of std panic there.
+// Printing goes through `cli::console`, which tolerates closed and full streams; the macros of std
+// panic on them.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 pub mod bench;

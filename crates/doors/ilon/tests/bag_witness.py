@@ -20,7 +20,7 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-# In metres, and of the entries of rotations.
+# In metres, and for the entries of rotation matrices.
 WITHIN = 1e-6
 EACH_ROW = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -59,7 +59,7 @@ def pose(turned, place):
 
 
 def euler(roll, pitch, yaw):
-    """Rz(yaw) Ry(pitch) Rx(roll), as URDF has it."""
+    """Rz(yaw) Ry(pitch) Rx(roll), as in URDF."""
     (cr, sr), (cp, sp), (cy, sy) = [(np.cos(a), np.sin(a)) for a in (roll, pitch, yaw)]
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -151,7 +151,7 @@ def check(folder):
     between = {match[1]: name for name in trace if (match := re.fullmatch(r"joint_(.+)_position_(?:rad|m)", name))}
     assert sorted(states) == sorted([*names, *between]), states
 
-    # Which topics, of which types, how often, and when.
+    # The expected topics with types, rates and times.
     expected = EACH_ROW | OTHERS
     if "reference" in scenario:
         expected["/reference"] = "geometry_msgs/msg/PoseStamped"
@@ -177,7 +177,7 @@ def check(folder):
     if len(gaps):
         assert abs(np.mean(gaps) - max(1e9 / 30, np.mean(np.diff(times)))) < 0.2e9 / 30, np.mean(gaps)
 
-    # Where all links are, by the messages and by the URDF.
+    # The poses of all links, by the messages and by the URDF.
     urdf = Urdf(messages["/robot_description"][0][1].data)
     frames = {}
     for t in messages["/tf_static"][0][1].transforms:
@@ -214,7 +214,7 @@ def check(folder):
         for link in links:
             if urdf.above.get(link, ("",))[0] in angles:
                 near(in_frame(frames, link, urdf.root), urdf.in_root(link, angles), link)
-        # Rollers turn too, where they were looked at; at all times every link has its place.
+        # Rollers turn too, if they were sampled; at all times every link has its pose.
         for link in links:
             in_frame(frames, link, "map")
         shown = [t.child_frame_id for t in message.transforms[2 + wheels + len(between) :]]
@@ -245,7 +245,7 @@ def check(folder):
             columns = np.transpose([trace[f"{prefix}_{c}_{unit}"] for c in "xyz"])
             near([[getattr(getattr(m, field), c) for c in "xyz"] for _, m in messages["/imu"]], columns, f"/imu {field}")
     planar = lambda m: (m.linear.x, m.linear.y, m.angular.z)
-    # Odometry goes by what encoders say.
+    # Odometry uses the encoders' counts.
     faults = {kind for fault in scenario.get("faults", []) for kind in fault}
     exact = "encoder_scaled" not in faults and not scenario["sensors"]["encoders"]["rate_noise_rad_s"]
     for topic, prefix, of in (
@@ -261,7 +261,8 @@ def check(folder):
             assert min(np.diag(message.pose.covariance.reshape(6, 6))) > 0
             assert min(np.diag(message.twist.covariance.reshape(6, 6))) > 0
 
-    # A force that holds lies within its cone, one that slides on its edge; both stand where the wheel touches.
+    # A sticking force is within its cone, a sliding one at its edge; both are at the wheel's
+    # contact.
     by_time = dict(zip(times, range(rows)))
     for time, array in messages["/contacts"]:
         row = by_time[time]
@@ -270,7 +271,8 @@ def check(folder):
         assert len(set(keys)) == len(keys)
         for m in array.markers:
             assert m.header.frame_id == "map"
-            # The force is the mean of the row's period: one that left the floor at its end did bear.
+            # The force is the mean over the row's period: a roller that left the floor at its end
+            # did carry.
             touching = trace[f"wheel{m.id}_touching_share"][row] > 0
             assert m.action == (0 if touching else 2)
             if not touching or m.ns != "force":
@@ -301,7 +303,7 @@ def check_by_mcap(path, counts):
 
 
 def check_by_rerun(folder, types, counts, transforms):
-    """Rerun's own columns of what it understands, without a window: it has all transforms and joints, and the robot's shapes."""
+    """Rerun's own columns, without a window: all transforms and joints, and the robot's shapes."""
     rerun = Path(sys.executable).with_name("rerun")
     recording = folder / "bag.rrd"
     path = folder / "bag/bag_0.mcap"
@@ -320,14 +322,14 @@ def check_by_rerun(folder, types, counts, transforms):
         for what in ("position", "velocity", "effort"):
             expected = 0 if (topic, what) == ("/robot_joint_commands", "effort") and not rows[f"{topic}/{what}", "Scalars"] else counts[topic]
             assert rows[f"{topic}/{what}", "Scalars"] == expected, f"{topic} {what}"
-    # What it has no shapes for it keeps as tables.
+    # Types without a visualisation are kept as tables.
     for topic in ("/odom", "/ground_truth/odom", "/cmd_vel", "/contacts", "/diagnostics", "/clock"):
         assert rows[topic, types[topic].replace("/", ".")] == counts[topic], topic
     assert any("visual_geometries" in entity for entity, _ in rows), "nothing to see of the robot"
 
 
 def check_cut(folder):
-    """A killed run: all messages of whole chunks can be read from the file alone."""
+    """A killed run: all messages of complete chunks can be read from the file alone."""
     path = folder / "bag/bag_0.mcap.ilon-partial"
     assert not (folder / "bag/metadata.yaml").exists()
     read = Counter()

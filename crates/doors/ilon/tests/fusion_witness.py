@@ -21,14 +21,16 @@ from scipy.stats import chi2
 
 RUNS, SECONDS = 12, 16.0
 X, Y, YAW, VX, VY, VYAW, AX, AY = 0, 1, 5, 6, 7, 11, 12, 13
-# Of robot_localization, and of a model whose positions are the integral of its velocities: nothing of their own, velocities that change by 1 m/s
-# or 1 rad/s within a second.
+# The defaults of robot_localization, and a model whose positions are integrals of its velocities:
+# without position noise, with velocities that change by 1 m/s or 1 rad/s within a second.
 DEFAULT = [0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015]
 EXACT = [0.0] * 6 + [1.0] * 6 + [0.01, 0.01, 0.015]
 
 
 class Filter:
-    """Of `robot_localization`; a 16th state is the gyroscope's bias, which theirs lacks."""
+    """The filter of `robot_localization`; a 16th state is the gyroscope's bias, which the original
+    lacks.
+    """
 
     def __init__(self, process_noise, bias=0.0, bias_walk=0.0):
         self.x = np.zeros(16)
@@ -42,7 +44,7 @@ class Filter:
             return
         x, f = self.x, np.eye(16)
         c, s = np.cos(x[YAW]), np.sin(x[YAW])
-        # Of the velocity, and of the acceleration.
+        # Derivatives by the velocity and by the acceleration.
         for u, v, by in ((VX, VY, dt), (AX, AY, 0.5 * dt * dt)):
             f[X, u], f[X, v], f[Y, u], f[Y, v] = c * by, -s * by, s * by, c * by
             f[X, YAW] += (-s * x[u] - c * x[v]) * by
@@ -65,7 +67,7 @@ class Filter:
 
 
 def scenario(robot, folder, run, imu):
-    """A robot that goes round random points, turning, for a random way."""
+    """A robot on a random path around random points, turning."""
     rng = np.random.default_rng(run)
     times = np.arange(0.0, SECONDS + 1.0, 2.0)
     steps = rng.uniform(0.2, 0.6, times.size) * (times > 0.0)
@@ -124,7 +126,9 @@ def squared(error, covariance):
 
 
 def judged(rows, process_noise, bias=0.0, bias_walk=0.0, states_bias=False):
-    """NEES of the pose at the end and of the twist on the way, and that of odometry alone by its own covariance."""
+    """NEES of the pose at the end and of the twist on the way, and that of odometry alone by its
+    own covariance.
+    """
     filter_ = Filter(process_noise, bias if states_bias else 0.0, bias_walk if states_bias else 0.0)
     of_twist = []
     for (t, odom), (_, imu), (_, truth) in rows:
@@ -147,7 +151,7 @@ def judged(rows, process_noise, bias=0.0, bias_walk=0.0, states_bias=False):
 
 def main(ilon, robot):
     low, high = chi2.ppf([0.025, 0.975], 3 * RUNS) / RUNS
-    # One sample's noise of a cheap gyroscope, and 0.3 deg/s that are left after its bias was zeroed.
+    # Noise per sample of a cheap gyroscope, and 0.3 deg/s left after zeroing its bias.
     white = "gyroscope = { noise = 0.005 }\n"
     biased = "gyroscope = { noise = 0.005, bias = 0.005, bias_walk = 0.0005 }\n"
     bags = {}
@@ -164,7 +168,7 @@ def main(ilon, robot):
     def nees(what, imu, *how):
         pose, twist, odometry = np.mean([judged(rows, *how) for rows in bags[imu]], axis=0)
         print(f"{what}: pose {pose:.3f}, twist {twist:.2f}; odometry alone {odometry:.2f}")
-        # A twist's covariance is for what twists add up to: never too small for one of them.
+        # A twist's covariance is that of accumulated twists: never too small for a single one.
         assert twist < 3.0 and low < odometry < high
         return pose
 

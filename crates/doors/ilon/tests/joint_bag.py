@@ -1,4 +1,4 @@
-"""Writes a bag of an arm with `rosbags`, as a driver of it would: states whose positions are not known.
+"""Writes a bag of an arm with `rosbags`, as its driver would: states with unknown positions.
 
     joint_bag.py BAG rate|effort
 """

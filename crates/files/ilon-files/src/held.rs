@@ -1,11 +1,11 @@
-//! Files that lie in memory: where there is no file system, or none that a stranger's files may see.
+//! Files in memory, for systems without a file system and for untrusted files that must not see it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// Files by their paths, of which none holds `.` or `..`. The folders are those of the paths.
+/// Files by path; no path contains `.` or `..`. The folders are those of the paths.
 #[derive(Clone, PartialEq, Eq)]
 pub(super) struct FilesInMemory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>);
 
@@ -15,7 +15,7 @@ impl FilesInMemory {
         Self(Arc::new(files.into_iter().map(file).collect()))
     }
 
-    /// What a file holds; `None` where there is none.
+    /// The content of a file, if it exists.
     pub fn bytes(&self, path: &Path) -> Option<Arc<[u8]>> {
         self.0.get(&normal(path)).cloned()
     }
@@ -25,7 +25,7 @@ impl FilesInMemory {
         self.below(&normal(path)).next().is_some()
     }
 
-    /// The names in a folder, sorted, at most so many.
+    /// The names in a folder, sorted, at most `most` of them.
     pub fn names_in(&self, folder: &Path, most: usize) -> Vec<String> {
         let folder = normal(folder);
         let names = self.below(&folder).filter_map(|path| {
@@ -52,7 +52,7 @@ impl fmt::Debug for FilesInMemory {
     }
 }
 
-/// A path without `.` and `..`: in memory there are no links. The root is its own parent.
+/// A path without `.` and `..`: there are no links in memory. The root is its own parent.
 fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for part in path.components() {

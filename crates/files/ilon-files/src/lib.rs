@@ -1,8 +1,9 @@
-//! The one door through which files are read that somebody else named: which of them may be read, of which kind, and how
-//! large they may be. What TOML in them says is read by [`toml`].
+//! Reads files that input files name. It limits which files may be read, of which kind, and how
+//! large they may be. [`toml`] decodes TOML documents.
 //!
-//! A scenario names a robot, a robot names meshes, and either may come from a stranger. What a file claims is not believed:
-//! devices and pipes never end or block, and a file can grow between its size and its last byte.
+//! A scenario names a robot, a robot names meshes, and either may come from an untrusted source. A
+//! file's stated size and type are not trusted: devices and pipes may never end or may block, and a
+//! file can grow while it is read.
 
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
@@ -19,18 +20,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use held::FilesInMemory;
 
-/// Which files may be read: any, those below some folders alone, or those that lie in memory.
+/// Which files may be read: all, those below certain folders, or those in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileAccess {
-    /// Files in memory, in place of all files of the system.
+    /// Files in memory, in place of the file system.
     held: Option<FilesInMemory>,
-    /// The folders, without links; `None` where any file may be read.
+    /// The folders, with links resolved; `None` if any file may be read.
     roots: Option<Vec<PathBuf>>,
-    /// Where it is written down which files were opened, if it is.
+    /// Records which files are opened, if requested.
     opened: Option<Opened>,
 }
 
-/// Files that were opened, shared between copies of an access.
+/// Opened files, shared between copies of an access.
 #[derive(Clone, Default)]
 struct Opened(Arc<Mutex<BTreeSet<PathBuf>>>);
 
@@ -38,25 +39,25 @@ struct Opened(Arc<Mutex<BTreeSet<PathBuf>>>);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("{}", refused(.0))]
     Io(#[from] io::Error),
-    /// It is something else than a file: reading it may block, or never end.
+    /// It is not a regular file: reading it may block or never end.
     #[error("it is {0}, not a file")]
     NotAFile(&'static str),
-    /// It is larger than anything of its kind.
+    /// It exceeds the size limit.
     #[error("it is larger than {}, the most that is read", size(*.0))]
     TooLarge(u64),
-    /// It lies outside of the folders that may be read, or a link in its path leads out of them.
+    /// It lies outside the permitted folders, or a link in its path leads out of them.
     #[error("it lies outside of what may be read here, {}", listed(.0))]
     Outside(Vec<PathBuf>),
-    /// It is not text.
+    /// It is not UTF-8 text.
     #[error("it is not UTF-8 text, as which an editor can save it")]
     NotText,
 }
 
 impl ReadError {
-    /// Whether there is no such file.
+    /// Whether the file does not exist.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == io::ErrorKind::NotFound)
     }
@@ -68,10 +69,10 @@ impl FileAccess {
         Self::default()
     }
 
-    /// Only files below these folders may be read, wherever links seem to put them.
+    /// Only files below these folders may be read, with links resolved.
     ///
     /// # Errors
-    /// A folder that is not there; its path is in the message.
+    /// If a folder does not exist; the message names it.
     pub fn below<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> io::Result<Self> {
         let resolved = |folder: P| {
             let folder = folder.as_ref();
@@ -89,8 +90,8 @@ impl FileAccess {
         })
     }
 
-    /// Only these files may be read, each a path and its bytes. They lie in memory: the system's files are never looked at, so that it
-    /// need not have any.
+    /// Only these files may be read, each a path with its bytes. They are held in memory; the file
+    /// system is never accessed.
     pub fn of_memory(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         Self {
             held: Some(FilesInMemory::of(files)),
@@ -98,7 +99,7 @@ impl FileAccess {
         }
     }
 
-    /// The same, which with its copies writes down from now on which files are opened through it.
+    /// A copy that records, together with its own copies, which files are opened from now on.
     #[must_use]
     pub fn noting(&self) -> Self {
         Self {
@@ -107,7 +108,7 @@ impl FileAccess {
         }
     }
 
-    /// The files that were opened since [`Self::noting`], sorted; none where nothing is written down.
+    /// The files opened since [`Self::noting`], sorted; empty without recording.
     pub fn opened(&self) -> Vec<PathBuf> {
         let Some(Opened(paths)) = &self.opened else {
             return Vec::new();
@@ -116,7 +117,8 @@ impl FileAccess {
         paths.iter().cloned().collect()
     }
 
-    /// The folders below which alone files may be read, links followed; `None` where any file may be.
+    /// The folders below which files may be read, with links resolved; `None` if any file may be
+    /// read.
     pub fn folders(&self) -> Option<&[PathBuf]> {
         self.roots.as_deref()
     }
@@ -126,13 +128,13 @@ impl FileAccess {
         self.roots.is_some() || self.held.is_some()
     }
 
-    /// The bytes of a file of at most `most_bytes`.
+    /// Reads a file of at most `most_bytes`.
     ///
     /// # Errors
-    /// [`ReadError`]; a file that says that it is larger is refused before any of it is read.
+    /// [`ReadError`]; a file whose stated size is larger is refused before reading.
     pub fn read(&self, path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadError> {
         let mut bytes = Vec::new();
-        // However little it says that it holds: files of /proc say 0.
+        // The limit holds whatever size is stated: files in /proc state 0.
         self.reader(path, most_bytes)?
             .take(most_bytes.saturating_add(1))
             .read_to_end(&mut bytes)?;
@@ -142,7 +144,7 @@ impl FileAccess {
         Ok(bytes)
     }
 
-    /// The text of a file of at most `most_bytes`, without a byte order mark.
+    /// Reads a text file of at most `most_bytes`, without its byte order mark.
     ///
     /// # Errors
     /// [`ReadError`].
@@ -155,7 +157,7 @@ impl FileAccess {
         })
     }
 
-    /// Opens a file that says that it is no larger than `most_bytes`, for what reads it from its start to its end.
+    /// Opens a file whose stated size is at most `most_bytes`, for sequential reading.
     ///
     /// # Errors
     /// [`ReadError`].
@@ -178,16 +180,16 @@ impl FileAccess {
         Ok(reader)
     }
 
-    /// Opens a file of the system, for what reads it piece by piece in any order.
+    /// Opens a file of the file system for random access.
     ///
     /// # Errors
-    /// [`ReadError`]; of files in memory, which have no place in the system, always.
+    /// [`ReadError`]; always for files in memory, which are not in the file system.
     pub fn open(&self, path: &Path) -> Result<File, ReadError> {
         if self.held.is_some() {
             return Err(io::Error::from(io::ErrorKind::Unsupported).into());
         }
         let path = self.admitted(path)?;
-        // Before it is opened: opening a pipe waits for whoever writes to it.
+        // Checked before opening, as opening a pipe waits for a writer.
         let about = fs::metadata(&path)?;
         let kind = about.file_type();
         if !kind.is_file() {
@@ -201,7 +203,7 @@ impl FileAccess {
         Ok(file)
     }
 
-    /// Writes down that a file was opened.
+    /// Records that a file was opened.
     fn note(&self, path: PathBuf) {
         if let Some(Opened(paths)) = &self.opened {
             let mut paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
@@ -209,7 +211,7 @@ impl FileAccess {
         }
     }
 
-    /// Whether there is a file that may be read.
+    /// Whether a file exists and may be read.
     pub fn is_file(&self, path: &Path) -> bool {
         if let Some(held) = &self.held {
             return held.bytes(path).is_some();
@@ -217,7 +219,7 @@ impl FileAccess {
         self.admitted(path).is_ok_and(|path| path.is_file())
     }
 
-    /// Whether there is a folder that may be read.
+    /// Whether a folder exists and may be read.
     pub fn is_folder(&self, path: &Path) -> bool {
         if let Some(held) = &self.held {
             return held.is_folder(path);
@@ -225,7 +227,8 @@ impl FileAccess {
         self.admitted(path).is_ok_and(|path| path.is_dir())
     }
 
-    /// The names in a folder, sorted, at most so many; none of a folder that may not be read.
+    /// The names in a folder, sorted, at most `most` of them; empty for a folder that may not be
+    /// read.
     pub fn names_in(&self, folder: &Path, most: usize) -> Vec<String> {
         if let Some(held) = &self.held {
             return held.names_in(folder, most);
@@ -245,7 +248,8 @@ impl FileAccess {
         names
     }
 
-    /// The path itself where any file may be read; its true place, links followed, where only some may.
+    /// Returns the path itself if any file may be read, otherwise its place with links resolved if
+    /// that is permitted.
     fn admitted(&self, path: &Path) -> Result<PathBuf, ReadError> {
         let Some(roots) = &self.roots else {
             return Ok(path.to_owned());
@@ -255,14 +259,14 @@ impl FileAccess {
         match path.canonicalize() {
             Ok(place) if below(&place) => Ok(place),
             Ok(_) => Err(outside()),
-            // What there is outside is not for a file to find out.
+            // Whether a file exists outside is not revealed.
             Err(_) if !leads(path).is_some_and(|place| below(&place)) => Err(outside()),
             Err(error) => Err(error.into()),
         }
     }
 }
 
-/// What was opened is no part of what may be.
+/// Equality covers what may be read, not what was opened.
 impl PartialEq for Opened {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -277,7 +281,8 @@ impl fmt::Debug for Opened {
     }
 }
 
-/// Where a path leads of which the end is not there: the folder that is, links followed, and the rest, which may not climb.
+/// The place of a path whose end does not exist: its existing folder with links resolved, and the
+/// rest. A rest that contains `..` is not permitted.
 fn leads(path: &Path) -> Option<PathBuf> {
     let absolute = std::path::absolute(path).ok()?;
     absolute.ancestors().skip(1).find_map(|above| {
@@ -302,15 +307,15 @@ fn refused(error: &io::Error) -> String {
     }
 }
 
-/// Whether it lies where the kernel shows its own state. Its files say that they are regular ones, but reading some of them, such as
-/// `/proc/kmsg`, waits for ever, and what others hold is nobody's robot.
+/// Whether a file lies in a file system with kernel state. Its files claim to be regular, but
+/// reading some of them, such as `/proc/kmsg`, waits forever, and none of them is a robot.
 #[cfg(unix)]
 fn is_of_the_kernel(about: &fs::Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
     let device = |folder: &str| fs::metadata(folder).map(|about| about.dev());
     let root = device("/").ok();
     ["/proc", "/sys"].into_iter().any(|folder| {
-        // Where nothing is mounted there, it is a folder as any other.
+        // Without a mount it is an ordinary folder.
         device(folder).is_ok_and(|of_kernel| Some(of_kernel) != root && of_kernel == about.dev())
     })
 }
@@ -376,7 +381,7 @@ mod tests {
         noting.open(&first).unwrap();
         copy.open(&folder.path().join("none")).unwrap_err();
         assert_eq!(noting.opened(), [first, second]);
-        // From then on, and nothing of what others open.
+        // A new recording starts empty, separate from other recordings.
         assert!(noting.noting().opened().is_empty());
         assert!(FileAccess::anywhere().opened().is_empty());
     }
@@ -407,7 +412,7 @@ mod tests {
         };
         assert_eq!(told("/dev/zero"), "it is a device, not a file");
         assert_eq!(told("/proc"), "it is a folder, not a file");
-        // It says that it is a file, and reading it waits for what the kernel says next.
+        // It claims to be a regular file, and reading it waits for the next kernel message.
         assert_eq!(
             told("/proc/kmsg"),
             "it is a view into the kernel, not a file"
@@ -420,7 +425,7 @@ mod tests {
         let path = folder.path().join("pipe");
         let made = std::process::Command::new("mkfifo").arg(&path).status();
         assert!(made.unwrap().success());
-        // Opened, it would wait for a writer for ever.
+        // Opening it would wait for a writer forever.
         let refused = access.read(&path, 1 << 20).unwrap_err();
         assert_eq!(refused.to_string(), "it is a pipe, not a file");
     }
@@ -443,7 +448,7 @@ mod tests {
         let read = |name: &str| access.read_text(&at(name), 100);
         assert_eq!(read("in/a").unwrap(), "in/a");
         assert_eq!(read("in/deep/../deep/b").unwrap(), "in/deep/b");
-        // It is below once the link is followed.
+        // It is below the folder once the link is resolved.
         assert_eq!(read("out/back").unwrap(), "in/a");
         for outside in ["in/../out/secret", "in/link", "in/folder/secret", "inside"] {
             assert!(

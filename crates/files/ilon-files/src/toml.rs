@@ -1,7 +1,8 @@
-//! What TOML says, as a type of one's own, and back.
+//! Decodes TOML into Rust types, and encodes Rust types as TOML.
 //!
-//! Each type of many keys is compiled once for reading and once for writing. The reader and the writer that come with TOML hand values on in
-//! three and in eight forms, and a type is compiled for each of them: of a scenario that was half of its crate.
+//! Each type is compiled once for reading and once for writing. The deserializer and serializer of
+//! the `toml` crate instantiate a type three and eight times; for a scenario that was half of the
+//! code of its crate.
 
 use std::fmt;
 use std::ops::Range;
@@ -16,32 +17,33 @@ use serde::de::{
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
-/// Why a document is not what it is read for.
+/// Why a document does not fit the type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct DecodeError {
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// The keys that lead to the value that is wrong, or to the table in which a key is missing.
+    /// The keys that lead to the wrong value, or to the table in which a key is missing.
     pub path: Vec<String>,
-    /// Where that stands in the text, in bytes; `None` where text that is no TOML ends too soon.
+    /// Its place in the text, in bytes; `None` if invalid TOML ends too early.
     pub span: Option<Range<usize>>,
 }
 
-/// What a document says.
+/// Decodes a document.
 ///
 /// # Errors
-/// Where a value is of another type than `T` takes, or a key is missing or none of `T`, as `T` says; where it is a date.
+/// If a value has another type than `T` requires, a key is missing or unknown to `T`, or a value is
+/// a date.
 pub fn decode<'de, T: Deserialize<'de>>(document: Spanned<DeTable<'de>>) -> Result<T, DecodeError> {
     let span = document.span();
     let value = DeValue::Table(document.into_inner());
     T::deserialize(Node(Spanned::new(span, value)))
 }
 
-/// What a text says.
+/// Decodes a text.
 ///
 /// # Errors
-/// Where it is no TOML, and as [`decode`].
+/// If it is not valid TOML, and as [`decode`].
 pub fn decode_text<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, DecodeError> {
     let document = DeTable::parse(text).map_err(|error| DecodeError {
         message: error.message().to_owned(),
@@ -51,10 +53,10 @@ pub fn decode_text<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Decode
     decode(document)
 }
 
-/// The text that says a value.
+/// Encodes a value as text.
 ///
 /// # Errors
-/// Where TOML has no such value: nothing at all in a list, or a key that is no text.
+/// If TOML cannot represent it: a null in a list, or a key that is not text.
 pub fn encode(value: &dyn Serialize) -> Result<String, ::toml::ser::Error> {
     ::toml::to_string(value)
 }
@@ -109,7 +111,7 @@ impl Error for DecodeError {
     }
 }
 
-/// What was read, or why not and that it stands here, unless something in it does.
+/// Adds the place to an error that has none yet.
 fn at<T>(span: &Range<usize>, read: Result<T, DecodeError>) -> Result<T, DecodeError> {
     match read {
         Err(error) => Err(error.at(span)),
@@ -117,7 +119,7 @@ fn at<T>(span: &Range<usize>, read: Result<T, DecodeError>) -> Result<T, DecodeE
     }
 }
 
-/// What was read, or why not and that a key leads to it.
+/// Adds a key to the path of an error.
 fn below<T>(key: &str, read: Result<T, DecodeError>) -> Result<T, DecodeError> {
     match read {
         Err(error) => Err(error.below(key)),
@@ -226,7 +228,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
     }
 }
 
-/// The values of a list, one after the other.
+/// Deserializes the values of a list.
 struct Items<'de> {
     rest: std::iter::Enumerate<std::vec::IntoIter<Spanned<DeValue<'de>>>>,
 }
@@ -259,18 +261,18 @@ impl<'de> SeqAccess<'de> for Items<'de> {
     }
 }
 
-/// The keys of a table and their values, one after the other.
+/// Deserializes the keys and values of a table.
 struct Entries<'de> {
     rest: ::toml::map::IntoIter<Spanned<DeString<'de>>, Spanned<DeValue<'de>>>,
-    /// The value of the key that was read last.
+    /// The value of the last key.
     next: Option<(DeString<'de>, Spanned<DeValue<'de>>)>,
 }
 
-/// A key, to be read.
+/// Deserializer of a key.
 type Key<'de> = CowStrDeserializer<'de, DecodeError>;
 
 impl<'de> Entries<'de> {
-    /// The next key, whose value is kept, and where it stands.
+    /// The next key with its place; its value is kept.
     fn next_key(&mut self) -> Option<(Key<'de>, Range<usize>)> {
         let (key, value) = self.rest.next()?;
         let span = key.span();
@@ -311,7 +313,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
     }
 }
 
-/// One of several forms: its name, or a table of it alone.
+/// Deserializes an enum: its variant's name, or a table with the variant as its only key.
 struct Choice<'de> {
     name: DeString<'de>,
     value: Option<Spanned<DeValue<'de>>>,
@@ -357,7 +359,7 @@ impl<'de> EnumAccess<'de> for Choice<'de> {
     }
 }
 
-/// What the chosen form says.
+/// Deserializes the content of the variant.
 struct Form<'de> {
     name: DeString<'de>,
     value: Option<Spanned<DeValue<'de>>>,
@@ -394,7 +396,8 @@ impl<'de> VariantAccess<'de> for Form<'de> {
         }
     }
 
-    /// Keys that the form does not have are refused whatever its type says: a form of another name may have them.
+    /// Unknown keys are refused even if the type allows them, as they may belong to another
+    /// variant.
     fn struct_variant<V: Visitor<'de>>(
         self,
         fields: &'static [&'static str],
@@ -411,7 +414,7 @@ impl<'de> VariantAccess<'de> for Form<'de> {
     }
 }
 
-/// That a table has a key which is none of some.
+/// The error for a key that is not among the fields.
 fn unknown_key(value: &DeValue<'_>, fields: &'static [&'static str]) -> Option<DecodeError> {
     let mut keys = value.as_table()?.keys();
     let key = keys.find(|key| !fields.contains(&key.get_ref().as_ref()))?;
@@ -435,7 +438,7 @@ mod tests {
 
     use super::*;
 
-    /// All that a type can be made of.
+    /// A type with all kinds of content.
     #[derive(Debug, PartialEq, Deserialize, Serialize)]
     #[serde(deny_unknown_fields)]
     struct All {
@@ -486,7 +489,7 @@ mod tests {
         Points(f64, f64),
     }
 
-    /// What is read is what the reader that comes with TOML reads, and what is refused is what that refuses.
+    /// The result, or a refusal, is that of the `toml` crate.
     #[test_case("name = 'a'"; "a text")]
     #[test_case("name = \"a\\nb\""; "a text that is not as it stands")]
     #[test_case("name = 'a'\nmass_kg = 2\ncount = 0xff\non = true"; "numbers")]
@@ -526,7 +529,7 @@ mod tests {
         assert_eq!(read.ok(), reference.ok());
     }
 
-    /// A fault names the keys that lead to it, and its place is that of the value, as in the reader that comes with TOML.
+    /// An error has the keys that lead to the value, and the value's place, as in the `toml` crate.
     #[test_case("name = 'a'\nmass_kg = '2'", "mass_kg"; "a value")]
     #[test_case("name = 'a'\n[[list]]\nlength_m = 2\n[[list]]\nlength_m = 'x'", "list.1.length_m"; "a value in a list")]
     #[test_case("name = 'a'\n[more]\nb = {}", "more.b"; "the table in which a key is missing")]
@@ -540,7 +543,7 @@ mod tests {
         assert_eq!(fault.span, reference.span());
     }
 
-    /// A value of another type is told by what it is and what it is to be, not by what Rust calls them.
+    /// A type error names TOML types, not Rust types.
     #[test_case("name = 3", "expected a text, found the number 3"; "a number for a text")]
     #[test_case("name = 'a'\nmass_kg = '2'", "expected a number, found the text \"2\""; "a text for a number")]
     #[test_case("name = 'a'\ncount = 1.5", "expected a whole number, found the number 1.5"; "a fraction for a whole number")]
@@ -553,7 +556,7 @@ mod tests {
         assert_eq!(fault.message, message);
     }
 
-    /// What is written is what the writer of TOML writes, and reads as what it was.
+    /// The text is that of the `toml` crate, and decodes to the same value.
     #[test]
     fn writes_as_the_writer_of_toml_does() {
         let all = All {

@@ -20,7 +20,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 NAMESPACE = "http://www.ros.org/wiki/xacro"
 
-# xacro asks ROS for the folders of packages; here they stand beside the cases.
+# xacro asks ROS for the folders of packages; here they are beside the cases.
 packages = types.ModuleType("ament_index_python.packages")
 def get_package_share_directory(name):
     folder = HERE / "packages" / name
@@ -57,7 +57,7 @@ def normal(node, depth=0):
 
 
 def expanded(path, arguments):
-    """The normal form of what xacro makes of a file."""
+    """The normal form of xacro's output for a file."""
     with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
         text = xacro.process_file(str(path), mappings=dict(arguments)).toxml()
     lines = normal(dom.parseString(text).documentElement)
@@ -65,7 +65,7 @@ def expanded(path, arguments):
 
 
 def arguments_of(text):
-    """The arguments that a case's first comment says."""
+    """The arguments in a case's first comment."""
     said = re.match(r"<!-- arguments: (.*) -->", text)
     return [word.split(":=") for word in said.group(1).split()] if said else []
 

@@ -1,8 +1,8 @@
-//! What is drawn. All lengths are in metres, all angles in radians, in the frames of [`ilon_robot`]; the world's frame is that of the
-//! floor, whose z axis is the floor's normal.
+//! The static part of a scene. All lengths are in metres, all angles in radians, in the frames of
+//! [`ilon_robot`]. The world frame is that of the floor; its z axis is the floor's normal.
 //!
-//! A pose is `[x, y, z, qx, qy, qz, qw]`: a place and a unit quaternion. Numbers of shapes are f32: what is seen needs no more, and it
-//! halves the text.
+//! A pose is `[x, y, z, qx, qy, qz, qw]`: a position and a unit quaternion. Numbers of shapes are
+//! f32: drawing needs no more, and the text is half as long.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -13,19 +13,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::frames::Frames;
 
-/// All that a page needs.
+/// All data of a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Scene {
-    /// What there is.
+    /// The static part.
     #[serde(flatten)]
     pub description: Description,
-    /// What happens.
+    /// The motion.
     pub frames: Frames,
 }
 
 impl Scene {
-    /// A scene of its parts.
+    /// A scene of both parts.
     pub fn new(description: Description, frames: Frames) -> Self {
         Self {
             description,
@@ -34,37 +34,39 @@ impl Scene {
     }
 }
 
-/// What there is: the robot, the floor with what lies on it, and what comes from outside.
+/// The robot, the floor with everything on it, and external influences.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Description {
     /// The robot's shapes.
     pub robot: RobotShape,
-    /// The ground with its patches, boxes and ramps. Of its relief [`Description::relief`] is what is drawn.
+    /// The ground with its patches, boxes and ramps. Its relief is drawn from
+    /// [`Description::relief`].
     pub ground: Ground,
     /// A rough surface in place of the plane.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relief: Option<Relief>,
-    /// What goes wrong on purpose: pushes are drawn, and another friction everywhere.
+    /// Faults: pushes are drawn, and changes of the overall friction.
     #[serde(default)]
     pub faults: Vec<Fault>,
-    /// Free bodies, each in its own frame; where they are comes with the frames.
+    /// Free bodies, each in its own frame; their poses are in the frames of the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Shape>,
-    /// A path to be shown from the start, points in the world. The reference of a run comes with its frames.
+    /// A path shown from the start, as points in the world. The reference of a run is in its
+    /// frames.
     #[serde(default)]
     pub reference: Vec<[f32; 2]>,
-    /// Other ways that the robot would go, each shown as its ghost where it is chosen.
+    /// Alternative motions of the robot, each shown as a ghost when selected.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ways: Vec<OtherWay>,
 }
 
-/// A way that the robot would go otherwise.
+/// An alternative motion of the robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherWay {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Time in seconds, x and y in metres and heading in radians, in the order of time.
+    /// Time in seconds, x and y in metres and heading in radians, in order of time.
     pub poses: Vec<[f32; 4]>,
 }
 
@@ -76,7 +78,7 @@ pub struct RobotShape {
     pub name: String,
     /// Its mass in kg: forces are drawn in proportion to the load of a wheel at rest.
     pub mass_kg: f32,
-    /// How far it reaches from the body frame's origin in the plane.
+    /// Its largest extent from the body frame's origin in the plane.
     pub reach_m: f32,
     /// Height of the body frame's origin above the floor at rest.
     pub ride_height_m: f32,
@@ -84,56 +86,57 @@ pub struct RobotShape {
     pub nose: [f32; 3],
     /// The chassis, in the body frame.
     pub chassis: Vec<Shape>,
-    /// The bodies on joints of their own, parents before their children.
+    /// The bodies on joints, parents before their children.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyShape>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelShape>,
-    /// Outlines of rollers: points `[z, r]` along and across the axis, from one end to the other. Rollers share them.
+    /// Outlines of rollers, shared between them: points `[z, r]` along and across the axis, from
+    /// one end to the other.
     pub lathes: Vec<Vec<[f32; 2]>>,
     /// The meshes that shapes refer to.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<Mesh>,
-    /// How many meshes of the file's `<visual>` elements are not drawn.
+    /// Number of meshes in the file's `<visual>` elements that are not drawn.
     pub meshes_left_out: usize,
-    /// What of its looks is left out or simplified.
+    /// What of the file's visuals is left out or simplified.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remarks: Vec<String>,
 }
 
-/// A shape and where it sits.
+/// A shape with its pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shape {
-    /// Its pose in the frame of the body that carries it.
+    /// Its pose in the frame of its body.
     pub pose: [f32; 7],
-    /// What it is.
+    /// Its geometry.
     #[serde(flatten)]
     pub form: Geometry,
-    /// Its colour, red, green, blue, opacity, from 0 to 1; without one it takes that of the page.
+    /// Its colour: red, green, blue, opacity, from 0 to 1; the page's default if `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color: Option<[f32; 4]>,
 }
 
-/// What a shape is. All but meshes are centred on their own frame.
+/// A geometry. All except meshes are centred on their own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", content = "size", rename_all = "snake_case")]
 pub enum Geometry {
-    /// Half of its sides.
+    /// Half side lengths.
     Box([f32; 3]),
     /// Along z: radius and length.
     Cylinder([f32; 2]),
-    /// Its radius.
+    /// Radius.
     Sphere([f32; 1]),
     /// Triangles.
     Mesh(PlacedMesh),
 }
 
-/// A mesh of the robot, in some size.
+/// A mesh of the robot with a scale.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlacedMesh {
-    /// Which of [`RobotShape::meshes`].
+    /// Index in [`RobotShape::meshes`].
     pub index: usize,
-    /// How much its own coordinates are stretched.
+    /// Scale of its coordinates along each axis.
     pub scale: [f32; 3],
 }
 
@@ -143,14 +146,15 @@ pub struct PlacedMesh {
 pub struct BodyShape {
     /// The name of its joint.
     pub name: String,
-    /// Which body carries it, by its place among [`RobotShape::bodies`]; the chassis where there is none.
+    /// Index of its parent in [`RobotShape::bodies`]; `None` for the chassis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parent: Option<usize>,
-    /// Pose of the joint in the body frame while all joints stand at zero; it moves about its z axis, or along it.
+    /// Pose of the joint in the body frame with all joints at zero; it turns about its z axis, or
+    /// slides along it.
     pub body_from_joint: [f32; 7],
-    /// Whether it slides.
+    /// Whether the joint is prismatic.
     pub slides: bool,
-    /// The body, in the body frame while all joints stand at zero.
+    /// The body's shapes, in the body frame with all joints at zero.
     pub shapes: Vec<Shape>,
 }
 
@@ -160,9 +164,9 @@ pub struct BodyShape {
 pub struct WheelShape {
     /// The name of its joint.
     pub name: String,
-    /// Pose of the hub frame in the body frame at wheel angle zero, and while all joints stand at zero.
+    /// Pose of the hub frame in the body frame at wheel angle zero, with all joints at zero.
     pub body_from_hub: [f32; 7],
-    /// Which body carries it, by its place among [`RobotShape::bodies`]; the chassis where there is none.
+    /// Index of the body that carries it in [`RobotShape::bodies`]; `None` for the chassis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub carrier: Option<usize>,
     /// The wheel's radius.
@@ -181,7 +185,7 @@ pub struct WheelShape {
 pub struct RollerShape {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: [f32; 7],
-    /// Which of [`RobotShape::lathes`] is its outline.
+    /// Index of its outline in [`RobotShape::lathes`].
     pub lathe: usize,
 }
 
@@ -189,22 +193,23 @@ pub struct RollerShape {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Relief {
-    /// Distance between neighbouring heights.
+    /// Distance between neighbouring points.
     pub cell_m: f32,
-    /// How many heights there are along x.
+    /// Number of points along x.
     pub points: usize,
-    /// The middle of the grid; the world's origin where it is not given.
+    /// The middle of the grid; `None` for the world's origin.
     #[serde(default)]
     pub center_m: [f32; 2],
-    /// Metres for each step of `data`.
+    /// Metres per unit of `data`.
     pub scale: f32,
-    /// The heights, row by row from -y to +y, in each row from -x to +x: i16, little-endian, in base64.
+    /// The heights, row by row from -y to +y, in each row from -x to +x: i16, little-endian, in
+    /// base64.
     pub data: String,
 }
 
 impl Relief {
-    /// A surface about a middle, of heights in metres, row by row from -y to +y, in each row from -x to +x; `None` unless they are a grid of at
-    /// least 2 x 2 finite heights.
+    /// A surface about a centre, from heights in metres, row by row from -y to +y, in each row from
+    /// -x to +x. `None` unless they are a grid of at least 2 x 2 finite heights.
     pub fn new(cell_m: f64, center_m: [f64; 2], heights_m: &[Vec<f64>]) -> Option<Self> {
         let points = heights_m.first()?.len();
         let heights = || heights_m.iter().flatten().copied();
@@ -228,7 +233,7 @@ impl Relief {
     }
 }
 
-/// A pose as the page reads it.
+/// A pose in the page's format.
 pub(crate) fn pose(from: &Isometry3<f64>) -> [f32; 7] {
     let (t, q) = (from.translation.vector, from.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|x| x as f32)

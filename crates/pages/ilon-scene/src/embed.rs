@@ -1,11 +1,12 @@
-//! How the scene comes into a page: a style sheet, a classic script without modules (a page from a file may load nothing), and data.
+//! Embeds a scene in a page: a style sheet, a classic script (a page opened from disk may not load
+//! modules), and data.
 
 use crate::description::Scene;
 
-/// The style sheet: the scene's colours by theme, and its parts.
+/// The style sheet: the scene's colours by theme, and its elements.
 pub const STYLE: &str = include_str!("web/scene.css");
 
-/// The parts of the script, in the order in which they use each other.
+/// The parts of the script, in order of dependency.
 const PARTS: [&str; 7] = [
     include_str!("web/math.js"),
     include_str!("web/geometry.js"),
@@ -19,10 +20,10 @@ const PARTS: [&str; 7] = [
     ),
 ];
 
-/// The style sheet of what [`driving_script`] adds.
+/// The style sheet for [`driving_script`].
 pub const DRIVE_STYLE: &str = include_str!("web/drive.css");
 
-/// How a person drives, for beside the robot.
+/// Instructions for driving, as HTML to show beside the robot.
 pub const HOW_TO_DRIVE: &str = "<kbd>W</kbd> <kbd>S</kbd> ahead and back, <kbd>A</kbd> <kbd>D</kbd> to the sides (or the arrows), \
      <kbd>Q</kbd> <kbd>E</kbd> turn, <kbd>Space</kbd> stops; or the two sticks in the picture, or those of a gamepad: left drives, right turns. \
      Pale robot: position by wheel odometry.";
@@ -32,12 +33,13 @@ pub fn script() -> String {
     joined(&PARTS)
 }
 
-/// The script, and what drives beside it: it defines `ilonDrive(stage, tell, options)`, `ilonWheels(box, scene)` and `ilonFigures(box)` too.
+/// The script with controls for driving: it also defines `ilonDrive(stage, tell, options)`,
+/// `ilonWheels(box, scene)` and `ilonFigures(box)`.
 pub fn driving_script() -> String {
     joined(&[&PARTS[..], &[include_str!("web/drive.js")]].concat())
 }
 
-/// Parts as one script without comment lines and indentation.
+/// Joins parts into one script without comment lines and indentation.
 fn joined(parts: &[&str]) -> String {
     let lines = parts.iter().flat_map(|part| part.lines()).map(str::trim);
     let code = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
@@ -51,7 +53,7 @@ fn joined(parts: &[&str]) -> String {
 /// The data as JSON that can stand inside a `<script>` element.
 ///
 /// # Errors
-/// Never of a scene that this crate made; those of serde else.
+/// Never for a scene made by this crate; otherwise those of serde.
 pub fn data(scene: &Scene) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string(scene)?.replace('<', "\\u003c"))
 }
@@ -62,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_script_is_small_and_loads_nothing() {
-        // A fortieth of what a page may weigh, and what drives on top.
+        // A fortieth of the largest page; the driving controls come on top.
         assert!(script().len() < 50_000, "{} bytes", script().len());
         let script = driving_script();
         assert!(script.len() < 60_000, "{} bytes", script.len());

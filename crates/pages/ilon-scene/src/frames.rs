@@ -1,4 +1,4 @@
-//! What happens: one instant as [`Frame`], and many of them as [`Frames`], columns of few bytes.
+//! The motion of a scene: one instant as [`Frame`], and many as [`Frames`], in compact columns.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,12 +7,13 @@ use base64::prelude::BASE64_STANDARD;
 use ilon_robot::{Pose, Robot};
 use serde::{Deserialize, Serialize};
 
-/// One instant of a run. What it shows of the world is along the axes of the world, on the floor's plane.
+/// One instant of a run. Vectors and poses in the world are along the world's axes, on the floor's
+/// plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     /// Time in seconds.
     pub t_s: f64,
-    /// Where the body frame is.
+    /// Pose of the body frame.
     pub pose: Pose,
     /// Height of its origin above the floor's plane, in metres.
     pub height_m: f64,
@@ -20,15 +21,17 @@ pub struct Frame {
     pub roll_rad: f64,
     /// Its pitch, in radians.
     pub pitch_rad: f64,
-    /// Where it would be by the ideal kinematics: dead reckoning by Indiveri 2009, eq. (7), from the real wheel angles.
+    /// Its pose by ideal kinematics: dead reckoning by Indiveri 2009, eq. (7), from the real wheel
+    /// angles.
     pub ghost: Option<Pose>,
-    /// Where the reference wants the body frame.
+    /// The reference pose of the body frame.
     pub wanted: Option<Pose>,
     /// The wheels, in the robot's order.
     pub wheels: Vec<WheelFrame>,
-    /// Free bodies, in the order of [`crate::Description::bodies`]: the place of the middle in metres, and roll, pitch and heading in radians.
+    /// Free bodies, in the order of [`crate::Description::bodies`]: the position of the centre in
+    /// metres, and roll, pitch and heading in radians.
     pub bodies: Vec<[f64; 6]>,
-    /// Where each joint between bodies stands, in rad or m.
+    /// The position of each joint between bodies, in rad or m.
     pub joints: Vec<f64>,
 }
 
@@ -37,53 +40,54 @@ pub struct Frame {
 pub struct WheelFrame {
     /// The wheel's angle in radians.
     pub angle_rad: f64,
-    /// Where it touches the ground, if it does.
+    /// Its contact with the ground, if any.
     pub contact: Option<Contact>,
-    /// The roller that touches, by its index.
+    /// Index of the roller in contact.
     pub roller: usize,
-    /// The angles of its rollers about their axes, in radians; as many as it has.
+    /// The angles of all its rollers about their axes, in radians.
     pub roller_angles_rad: Vec<f64>,
 }
 
-/// A contact with the ground, along the body's axes, turned level.
+/// A contact with the ground, along the body's axes projected to the horizontal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
-    /// Its place from the body frame's origin, in metres.
+    /// Its position from the body frame's origin, in metres.
     pub place_m: [f64; 2],
     /// Normal force on the wheel, in N.
     pub normal_force_n: f64,
     /// Tangential force of the ground on the wheel, in N.
     pub force_n: [f64; 2],
-    /// Velocity of the roller's point over the ground, in m/s.
+    /// Velocity of the roller's contact point over the ground, in m/s.
     pub slip_m_s: [f64; 2],
     /// Friction coefficient.
     pub friction: f64,
 }
 
-/// How a column's values go over from frame to frame.
+/// Interpolation of a column's values between frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {
-    /// Along a line.
+    /// Linear.
     Line,
     /// Along the circle, the shorter way round.
     Angle,
-    /// At once.
+    /// None: the value changes at the next frame.
     Step,
 }
 
-/// One quantity over time: one value for all, or one a frame.
+/// One quantity over time: one value for all frames, or one per frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Column {
     /// Its name: `x`, `w0_angle`, `w0_r3`.
     pub name: String,
-    /// How it goes over from frame to frame.
+    /// Its interpolation between frames.
     pub kind: Interpolation,
-    /// The value at every frame, where `data` is empty; without it, there is none.
+    /// The value at every frame, if `data` is empty; `None` for no value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f32>,
-    /// The unit of a step of `data`, where that is i16; there -32768 stands for no value. Without it `data` is f32.
+    /// The unit of one step of `data`, if that is i16, where -32768 stands for no value. If `None`,
+    /// `data` is f32.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f32>,
     /// The values, little-endian, in base64.
@@ -91,27 +95,27 @@ pub struct Column {
     pub data: String,
 }
 
-/// Many frames of one robot, one column a quantity.
+/// Many frames of one robot, one column per quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Frames {
-    /// How many there are.
+    /// The number of frames.
     pub count: usize,
-    /// The columns, the time first.
+    /// The columns, time first.
     pub columns: Vec<Column>,
 }
 
-/// How a column is stored.
+/// Storage of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Store {
-    /// As f32: places that may be far away.
+    /// As f32: positions that may be far away.
     Exact,
-    /// As i16: 1/32767 of the largest.
+    /// As i16: 1/32767 of the largest value.
     Small,
 }
 
 impl Frame {
-    /// A robot that stands at the world's origin as it stands on a level floor, its joints where a run begins.
+    /// A robot at rest at the world's origin on a level floor, its joints at their start positions.
     pub fn at_rest(robot: &Robot) -> Self {
         let joints = robot.start_positions();
         let posed = robot.posed(&joints);
@@ -133,7 +137,8 @@ impl Frame {
         }
     }
 
-    /// Its values in the order of [`Frames::columns`], for a robot with as many wheels and rollers; not a number where there is none.
+    /// Its values in the order of [`Frames::columns`], for a robot with as many wheels and rollers;
+    /// NaN for no value.
     pub fn values(&self) -> Vec<f32> {
         let pose =
             |pose: Option<Pose>| pose.map_or([f64::NAN; 3], |p| [p.x_m, p.y_m, p.heading_rad]);
@@ -175,29 +180,30 @@ impl Frame {
         values.into_iter().map(|x| x as f32).collect()
     }
 
-    /// [`Frame::values`] as f32, little-endian: a message that the page's `push` takes.
+    /// [`Frame::values`] as f32, little-endian: a message for the page's `push`.
     pub fn bytes(&self) -> Vec<u8> {
         self.values().iter().flat_map(|x| x.to_le_bytes()).collect()
     }
 }
 
 impl Frames {
-    /// A robot that stands still.
+    /// A robot at rest.
     pub fn at_rest(robot: &Robot) -> Self {
         Self::of(robot, [Frame::at_rest(robot)])
     }
 
-    /// No frame yet: they come one by one, as [`Frame::bytes`].
+    /// No frames yet: they arrive one by one, as [`Frame::bytes`].
     pub fn live(robot: &Robot) -> Self {
         Self::of(robot, [])
     }
 
-    /// Frames of a robot without free bodies, later ones after earlier ones. A frame of another number of wheels, rollers or joints is left out.
+    /// Frames of a robot without free bodies, in order of time. A frame with another number of
+    /// wheels, rollers or joints is left out.
     pub fn of(robot: &Robot, frames: impl IntoIterator<Item = Frame>) -> Self {
         Self::beside(robot, 0, frames)
     }
 
-    /// As [`Frames::of`], beside so many free bodies; a frame of another number of those is left out as well.
+    /// As [`Frames::of`], with free bodies; a frame with another number of them is also left out.
     pub fn beside(robot: &Robot, bodies: usize, frames: impl IntoIterator<Item = Frame>) -> Self {
         let rollers: Vec<usize> = robot.wheels.iter().map(|w| w.rollers.len()).collect();
         let names = names(&rollers, bodies, robot.joints.len());
@@ -219,13 +225,14 @@ impl Frames {
         }
     }
 
-    /// How many bytes the values take in the page, in base64.
+    /// The size of the values in the page, in bytes of base64.
     pub fn data_bytes(&self) -> usize {
         self.columns.iter().map(|column| column.data.len()).sum()
     }
 }
 
-/// All columns of a robot whose wheels have so many rollers, beside so many free bodies, and with so many joints between its own.
+/// All columns of a robot with these numbers of rollers per wheel, of free bodies, and of joints
+/// between its bodies.
 fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Interpolation, Store)> {
     use Interpolation::{Angle, Line, Step};
     use Store::{Exact, Small};
@@ -246,7 +253,8 @@ fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Interp
     ];
     let of_wheel = [
         ("angle", Angle),
-        // Where nothing touches, all is zero: a line would draw a contact under the robot's middle.
+        // Without contact the values are zero: interpolation would draw a contact under the robot's
+        // centre.
         ("contact_x", Step),
         ("contact_y", Step),
         ("normal", Step),
@@ -306,7 +314,7 @@ fn column(name: String, kind: Interpolation, store: Store, values: &[f32]) -> Co
     };
     let finite = values.iter().filter(|v| v.is_finite());
     let largest = finite.map(|v| wrapped(*v).abs()).fold(0.0, f64::max);
-    // Whole numbers stay whole.
+    // Integers stay integers.
     let scale = match kind {
         Interpolation::Angle => PI / f64::from(i16::MAX),
         Interpolation::Step if values.iter().all(|v| v.fract() == 0.0 && v.abs() < 32767.0) => 1.0,

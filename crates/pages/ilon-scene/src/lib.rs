@@ -1,10 +1,12 @@
 //! The robot and its run **in three dimensions**: data and script for a page that needs no network.
 //!
-//! A [`Description`] says what there is: the robot with each roller as its exact barrel, the ground and the faults of a trace's header.
-//! [`Frames`] say what happens: the robot's pose, the ghost of the ideal kinematics, wheel and roller angles, and the contacts, over
-//! time. The two make a [`Scene`], which [`embed::data`] writes into a page beside [`embed::script`] and [`embed::STYLE`]. There
-//! `ilonScene(canvas, data)` draws it with WebGL 2. A page that shows a robot while it drives begins with [`Frames::live`], and gives
-//! each [`Frame`] as [`Frame::bytes`] to `push`.
+//! A [`Description`] is the static part: the robot with the exact barrel of each roller, and the
+//! ground and faults from a trace's header. [`Frames`] are the motion: the robot's pose, the ghost
+//! of the ideal kinematics, wheel and roller angles, and the contacts, over time. The two make a
+//! [`Scene`], which [`embed::data`] writes into a page beside [`embed::script`] and
+//! [`embed::STYLE`]. There `ilonScene(canvas, data)` draws it with WebGL 2. A page that shows a
+//! driving robot begins with [`Frames::live`], and passes each [`Frame`] as [`Frame::bytes`] to
+//! `push`.
 //!
 //! ```js
 //! const scene = ilonScene(canvas, data, { selected: 0 });
@@ -17,17 +19,17 @@
 //! socket.onmessage = (message) => scene.push(message.data);
 //! ```
 //!
-//! The canvas fills its parent, which must be positioned (`position: relative`): the words of the close-up are laid over it. Colours are
-//! the style sheet's `--scene-...`, with a dark set under `:root[data-theme="dark"]`. Forces are drawn in proportion to the load of a
-//! wheel at rest.
+//! The canvas fills its parent, which must be positioned (`position: relative`), as the text of the
+//! close-up is laid over it. Colours are the style sheet's `--scene-...`, with a dark set under
+//! `:root[data-theme="dark"]`. Forces are drawn in proportion to the load of a wheel at rest.
 //!
 //! | module | answers |
 //! |---|---|
 //! | [`description`] | what is drawn: robot, ground, faults |
 //! | [`outline`] | the exact outline of a roller |
-//! | [`frames`] | one instant, and many of them in few bytes |
+//! | [`frames`] | one instant, and many in compact form |
 //! | [`run`] | the frames of a recorded run |
-//! | [`embed`] | how it, and what drives it by hand, come into a page |
+//! | [`embed`] | how the scene and its driving controls are embedded in a page |
 //!
 //! ```
 //! use ilon_formats::{LoadRobot, link_tree};

@@ -1,18 +1,21 @@
-//! The outline of a roller: points `[z, r]` along and across its axis, from one end to the other, closed by flat ends.
+//! The outline of a roller: points `[z, r]` along and across its axis, from one end to the other,
+//! closed by flat ends.
 
 use ilon_robot::{Barrel, Profile, SolidOfRevolution};
 
-/// Intervals of a barrel's outline: no chord is off the arc by more than a hundredth of the roller's radius.
+/// Intervals of a barrel's outline; chosen so that no chord deviates from the arc by more than a
+/// hundredth of the roller's radius.
 const PLACES: usize = 10;
-/// Steps of the arc over a rounded edge.
+/// Steps of the arc over a rounded edge; chosen.
 const EDGE_STEPS: u32 = 4;
-/// Directions in which the hull of a modelled roller is looked for.
+/// Directions in which the hull of a modelled roller is sampled; chosen.
 const DIRECTIONS: usize = 64;
 
-/// The exact barrel: the envelope of its spheres, as far as they touch the ground.
+/// The exact barrel: the envelope of its spheres, over the part that touches the ground.
 ///
-/// The sphere at t with radius s(t) touches the envelope where the direction's component along the axis is w = -s'(t) =
-/// k^2 t / hypot(a, k t), with k = sin delta: at z = t + s w, r = s sqrt(1 - w^2) (see [`ilon_robot::barrel_profile`]).
+/// The sphere at t with radius s(t) touches the envelope where the direction's component along the
+/// axis is w = -s'(t) = k^2 t / hypot(a, k t), with k = sin delta: at z = t + s w, r = s sqrt(1 -
+/// w^2) (see [`ilon_robot::barrel_profile`]).
 pub fn of_barrel(barrel: &Barrel) -> Vec<[f32; 2]> {
     let k = barrel.sin_delta;
     let surface = (0..=PLACES).map(|i| {
@@ -24,7 +27,7 @@ pub fn of_barrel(barrel: &Barrel) -> Vec<[f32; 2]> {
     closed(surface.collect())
 }
 
-/// A roller as its file models it: the convex hull of its parts, which is what flat ground meets.
+/// A roller as its file models it: the convex hull of its parts, which is what touches flat ground.
 pub fn of_profile(profile: &Profile) -> Vec<[f32; 2]> {
     let mut surface: Vec<[f64; 2]> = Vec::new();
     for i in 0..=DIRECTIONS {
@@ -43,10 +46,10 @@ pub fn of_profile(profile: &Profile) -> Vec<[f32; 2]> {
     closed(surface)
 }
 
-/// A roller with a profile by numbers: its points, and arcs over the edges that are rounded.
+/// A roller with a profile given by numbers: its points, and arcs over rounded edges.
 pub fn of_turned(turned: &SolidOfRevolution) -> Vec<[f32; 2]> {
     let corners = turned.corners();
-    // The outward direction of the line or face before the corner, as an angle from the axis.
+    // The outward normal of the line or face before the corner, as an angle from the axis.
     let before_rad = |i: usize| match i {
         0 => std::f64::consts::PI,
         i if i == corners.len() => 0.0,
@@ -72,7 +75,7 @@ pub fn of_turned(turned: &SolidOfRevolution) -> Vec<[f32; 2]> {
     closed(surface.collect())
 }
 
-/// With a point on the axis at both ends.
+/// Adds a point on the axis at both ends.
 fn closed(surface: Vec<[f64; 2]>) -> Vec<[f32; 2]> {
     let ends = surface.first().copied().zip(surface.last().copied());
     let Some(([first, _], [last, _])) = ends else {
@@ -101,7 +104,8 @@ mod tests {
             let points = [[-0.02, 0.006], [-0.006, 0.01], [0.006, 0.01], [0.02, 0.007]];
             let turned = SolidOfRevolution::new(&points, edge_radius_m).unwrap();
             let outline = of_turned(&turned);
-            // From the axis at one end to the axis at the other, every other point on the surface, to f32's rounding.
+            // From the axis at one end to the axis at the other, with every other point on the
+            // surface, to f32 rounding.
             let (first, last) = (outline[0], outline[outline.len() - 1]);
             assert_eq!(
                 ([first[0], last[0]], [first[1], last[1]]),
@@ -116,9 +120,10 @@ mod tests {
 
     #[test]
     fn every_point_of_the_outline_reaches_the_wheels_circle() {
-        // A wheel of 50 mm with nine rollers at 45 deg. In the roller's frame, axis z, the hub axis lies at the distance a along
-        // -x, and is (0, -cos delta', sin') of it: with k = sin(angle between the axes). A point at (z, r) reaches furthest from
-        // the hub axis where it lies at the angle phi about the roller's axis; that reach is the wheel's radius.
+        // A wheel of 50 mm with nine rollers at 45 deg. In the roller's frame, axis z, the hub axis
+        // lies at the distance a along -x and has the direction (0, -cos delta', sin delta'), with
+        // k = sin(angle between the axes). A point at (z, r) is furthest from the hub axis at the
+        // angle phi about the roller's axis; that distance is the wheel's radius.
         let barrel = Barrel::handing_over(0.05, 0.012, PI / 4.0, 9);
         let (k, c) = (barrel.sin_delta, (1.0 - barrel.sin_delta.powi(2)).sqrt());
         for [z, r] in of_barrel(&barrel).into_iter().filter(|p| p[1] > 0.0) {
@@ -137,7 +142,7 @@ mod tests {
 
     #[test]
     fn no_chord_of_the_outline_is_off_the_arc_by_more_than_a_hundredth_of_the_radius() {
-        // The longest and most curved of common rollers: six on a wheel.
+        // The longest and most curved of common rollers: six per wheel.
         let barrel = Barrel::handing_over(0.05, 0.015, PI / 4.0, 6);
         let outline = of_barrel(&barrel);
         let inner = &outline[1..outline.len() - 1];

@@ -1,4 +1,4 @@
-//! The robot's shapes, from its model and from what its file shows.
+//! The robot's shapes, from its model and from the visuals of its file.
 
 use ilon_robot::{
     Collision, JointKind, LinkTree, Mesh, Robot, Roller, RollerForm, VisualMeshes, Wheel,
@@ -13,9 +13,10 @@ use crate::outline;
 use crate::visuals::{self, Visuals};
 
 impl Description {
-    /// A robot on a level floor. The chassis is drawn by what the links of the file that it was read from show
-    /// (`Loaded::links` of ilon-formats), where they are given and show boxes, cylinders, spheres or meshes that `looks` has
-    /// (`Loaded::visual_meshes`); else by its collision shapes, and without any by a plate between its wheels.
+    /// A robot on a level floor. The chassis is drawn from the visuals of the file's links
+    /// (`Loaded::links` of ilon-formats), if they are given and contain boxes, cylinders, spheres
+    /// or meshes that `looks` has (`Loaded::visual_meshes`). Otherwise it is drawn by its collision
+    /// shapes, and without any by a plate between its wheels.
     pub fn of_robot(robot: &Robot, links: Option<&LinkTree>, looks: &VisualMeshes) -> Self {
         let visuals = links.map(|links| visuals::of_links(links, robot, looks));
         Self {
@@ -78,23 +79,23 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotS
     }
 }
 
-/// How far its wheels reach from the middle of a robot, in metres.
+/// The largest distance of a wheel from the robot's centre, in metres.
 fn span_of_wheels_m(robot: &Robot) -> f64 {
     let reach_m = |wheel: &Wheel| wheel.position_m().xy().norm() + wheel.radius_m;
     robot.wheels.iter().map(reach_m).fold(0.0, f64::max)
 }
 
-/// What a robot's shapes share, and what was left out of them.
+/// Data shared by a robot's shapes, and what was left out.
 struct SharedShapes<'a> {
     looks: &'a VisualMeshes,
     remarks: Vec<String>,
     left_out: usize,
-    /// Each outline once.
+    /// The distinct outlines.
     lathes: Vec<Vec<[f32; 2]>>,
 }
 
 impl SharedShapes<'_> {
-    /// Whether a shape is kept. A mesh is not, where there is a reason not to draw it.
+    /// Whether a shape is kept: all except a mesh with a reason `why` not to draw it.
     fn keeps(&mut self, shape: &Shape, why: Option<String>) -> bool {
         let Some((Geometry::Mesh(placed), why)) = Some(shape.form).zip(why) else {
             return true;
@@ -108,7 +109,7 @@ impl SharedShapes<'_> {
         false
     }
 
-    /// The place of an outline among all.
+    /// The index of an outline among all.
     fn lathe(&mut self, outline: Vec<[f32; 2]>) -> usize {
         let known = self.lathes.iter().position(|lathe| *lathe == outline);
         known.unwrap_or_else(|| {
@@ -118,7 +119,7 @@ impl SharedShapes<'_> {
     }
 }
 
-/// The chassis as its file shows it, or else by its collision shapes, or by a plate.
+/// The chassis from its file's visuals, otherwise from its collision shapes, otherwise a plate.
 fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut SharedShapes<'_>) -> Vec<Shape> {
     let span_m = span_of_wheels_m(robot);
     let mut shown = visuals.chassis.clone();
@@ -138,7 +139,7 @@ fn chassis_shapes(robot: &Robot, visuals: &Visuals, drawn: &mut SharedShapes<'_>
     shown
 }
 
-/// A wheel with its rollers by their exact outlines, and its hub as its file shows it.
+/// A wheel with the exact outlines of its rollers, and its hub from its file's visuals.
 fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut SharedShapes<'_>) -> WheelShape {
     let rollers = wheel.rollers.iter().map(|roller| {
         let outline = match &roller.form {
@@ -169,7 +170,7 @@ fn wheel_shape(wheel: &Wheel, mut shown: Vec<Shape>, drawn: &mut SharedShapes<'_
     }
 }
 
-/// The bodies on joints, as their file shows them, or else by their collision shapes.
+/// The bodies on joints from their file's visuals, otherwise from their collision shapes.
 fn bodies(robot: &Robot, visuals: &Visuals) -> Vec<BodyShape> {
     let body = |(index, joint): (usize, &ilon_robot::BodyJoint)| {
         let mut shapes = visuals.bodies.get(index).cloned().unwrap_or_default();
@@ -188,10 +189,10 @@ fn bodies(robot: &Robot, visuals: &Visuals) -> Vec<BodyShape> {
     robot.joints.iter().enumerate().map(body).collect()
 }
 
-/// A mesh that reaches further than so many times the robot's wheels is in other units than metres.
+/// A mesh that extends beyond this many times the wheels' distance is not in metres; chosen.
 const MOST_SPANS: f64 = 20.0;
 
-/// The meshes that some shapes use, to which these refer from now on.
+/// The meshes that the shapes use; the shapes are changed to refer to this list.
 fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &VisualMeshes) -> Vec<Mesh> {
     let mut used: Vec<usize> = Vec::new();
     for shape in shapes {
@@ -208,7 +209,8 @@ fn meshes<'a>(shapes: impl Iterator<Item = &'a mut Shape>, looks: &VisualMeshes)
     of_looks.cloned().collect()
 }
 
-/// Whether a mesh on a hub reaches out to where the rollers touch: then it is the picture of a whole wheel.
+/// Whether a mesh on a hub extends to where the rollers touch the ground: it then shows the whole
+/// wheel.
 fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &VisualMeshes) -> bool {
     let Geometry::Mesh(PlacedMesh { index, scale }) = shape.form else {
         return false;
@@ -222,7 +224,8 @@ fn shows_rollers(wheel: &Wheel, shape: &Shape, looks: &VisualMeshes) -> bool {
     })
 }
 
-/// The hub as its file shows it; a drum inside its rollers where it shows nothing, or something as large as the wheel.
+/// The hub from its file's visuals. A drum inside the rollers if there are none, or if they are as
+/// large as the wheel.
 fn hub(wheel: &Wheel, shown: &[Shape], looks: &VisualMeshes) -> Vec<Shape> {
     let inside_m = |roller: &Roller| roller.ring_radius_m() - 0.8 * roller.radius_m;
     let room_m = wheel
@@ -232,7 +235,7 @@ fn hub(wheel: &Wheel, shown: &[Shape], looks: &VisualMeshes) -> Vec<Shape> {
         .fold(f64::INFINITY, f64::min);
     let room_m = room_m.clamp(0.1 * wheel.radius_m, wheel.radius_m);
     let fits = |shape: &Shape| {
-        // A mesh was looked at by its own vertices.
+        // A mesh was checked by its own vertices.
         matches!(shape.form, Geometry::Mesh(_))
             || corners(shape, looks)
                 .iter()
@@ -253,12 +256,12 @@ fn hub(wheel: &Wheel, shown: &[Shape], looks: &VisualMeshes) -> Vec<Shape> {
     }]
 }
 
-/// A shape of the model as shapes that are drawn.
+/// A collision shape as drawn shapes.
 fn shapes_of_collision(collision: &Collision) -> Vec<Shape> {
     visuals::of_solid(&collision.shape, &collision.body_from_shape, None)
 }
 
-/// A plate between the wheels, for a robot whose file shows nothing.
+/// A plate between the wheels, for a robot without visuals and collision shapes.
 fn plate(robot: &Robot) -> Shape {
     let places = || robot.wheels.iter().map(Wheel::position_m);
     let first = places().next().unwrap_or_default();
@@ -277,7 +280,7 @@ fn plate(robot: &Robot) -> Shape {
     }
 }
 
-/// The corners of the box around a shape along its own axes, in the frame of the body that carries it.
+/// The corners of the box around a shape along its own axes, in the frame of its body.
 fn corners(shape: &Shape, looks: &VisualMeshes) -> Vec<Vector3<f64>> {
     let [low, high] = match shape.form {
         Geometry::Box(half) => around(half),
@@ -301,7 +304,7 @@ fn corners(shape: &Shape, looks: &VisualMeshes) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// A pose as the page reads it, as a transform.
+/// A pose in the page's format, as a transform.
 fn isometry(pose: &[f32; 7]) -> Isometry3<f64> {
     let [x, y, z, i, j, k, w] = pose.map(f64::from);
     let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));

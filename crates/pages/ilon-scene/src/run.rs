@@ -11,15 +11,16 @@ use crate::frames::{Contact, Frame, Frames, WheelFrame};
 /// How many frames of a run are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thinning {
-    /// Frames for each second, as far as there are rows.
+    /// Frames per second, as far as there are rows.
     pub rate_hz: f64,
-    /// The most frames of a run, beside its last.
+    /// The largest number of frames, besides the last row's.
     pub most: usize,
 }
 
 impl Default for Thinning {
-    /// As many as a screen shows, for fifty seconds; of longer runs fewer, so that a page stays small. Where a roller turns by more
-    /// than half a turn from frame to frame, it seems to turn the other way.
+    /// The rate of a screen, for up to fifty seconds. Longer runs have fewer frames per second, so
+    /// that a page stays small. A roller that turns by more than half a turn between frames seems
+    /// to turn backwards.
     fn default() -> Self {
         Self {
             rate_hz: 60.0,
@@ -29,7 +30,7 @@ impl Default for Thinning {
 }
 
 impl Thinning {
-    /// Every how many rows there is a frame.
+    /// The number of rows per frame.
     fn stride(&self, rows: usize, period_s: f64) -> usize {
         let by_rate = (1.0 / (self.rate_hz * period_s)).round();
         let by_rate = if by_rate.is_finite() {
@@ -42,7 +43,8 @@ impl Thinning {
 }
 
 impl Description {
-    /// What there is in a run of this robot, whose file has these links. `relief_m` are the heights of the ground's relief, row by row, in metres.
+    /// The static part of a run of this robot, whose file has these links. `relief_m` holds the
+    /// heights of the ground's relief, row by row, in metres.
     pub fn of_run(
         header: &Header,
         robot: &Robot,
@@ -65,7 +67,7 @@ impl Description {
     }
 }
 
-/// The ways without each cause that moved the robot, as its ghost may go.
+/// The motions without each cause of deviation in turn, for ghosts.
 fn ways(header: &Header) -> Vec<OtherWay> {
     let moved = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::Without(cause) if !twin.poses.is_empty() => Some(OtherWay {
@@ -81,7 +83,7 @@ fn ways(header: &Header) -> Vec<OtherWay> {
     moved.collect()
 }
 
-/// The free bodies of a run, each in its own frame: what [`crate::Description::bodies`] shows.
+/// The free bodies of a run, each in its own frame, for [`crate::Description::bodies`].
 pub fn shapes_of_bodies(header: &Header) -> Vec<Shape> {
     let form = |shape: BodyShape| match shape {
         BodyShape::Box { size_m } => Geometry::Box(size_m.map(|side| 0.5 * side as f32)),
@@ -100,11 +102,12 @@ pub fn shapes_of_bodies(header: &Header) -> Vec<Shape> {
 
 /// The frames of a run of this robot.
 ///
-/// The rollers turn by the columns `wheel0_roller0_angle_rad` where the run has them. Where it has not, the roller that touches
-/// turns by its recorded spin, and the others stay as they were: so much less than they do, for nothing but their bearings stops them.
+/// The rollers turn by the columns `wheel0_roller0_angle_rad` if the run has them. Otherwise the
+/// roller in contact turns by its recorded spin, and the others stand still; in reality they keep
+/// turning, as only their bearings slow them down.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn frames_of_run<R: Rows>(
     rows: &R,
     robot: &Robot,
@@ -147,17 +150,17 @@ pub fn frames_of_run<R: Rows>(
     Ok(Frames::beside(robot, bodies, frames))
 }
 
-/// The rollers of a robot, as far as its rows have turned them: makes frames of rows as they come.
+/// The roller angles after the rows so far: makes frames from rows as they arrive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rolling {
     /// The angle of each wheel's rollers about their axes, in radians.
     angles_rad: Vec<Vec<f64>>,
-    /// How many joints there are between the robot's bodies.
+    /// The number of joints between the robot's bodies.
     joints: usize,
 }
 
 impl Rolling {
-    /// No roller has turned yet.
+    /// All rollers at angle zero.
     pub fn of(robot: &Robot) -> Self {
         let of_wheel = |wheel: &ilon_robot::Wheel| vec![0.0; wheel.rollers.len()];
         Self {
@@ -166,7 +169,7 @@ impl Rolling {
         }
     }
 
-    /// A row as a frame.
+    /// The frame of a row.
     pub fn frame(&self, header: &Header, record: &Record, wheels: &[WheelSample]) -> Frame {
         let position = |joint| {
             let sample = record.joints.get(joint);
@@ -178,7 +181,7 @@ impl Rolling {
         }
     }
 
-    /// Turns the rollers that touch by their spin until the next row.
+    /// Turns the rollers in contact by their spin until the next row.
     pub fn pass(&mut self, header: &Header, record: &Record, wheels: &[WheelSample]) {
         let span_s = header.row_end_s(record.t_s) - record.t_s;
         for (angles_rad, wheel) in self.angles_rad.iter_mut().zip(wheels) {
@@ -190,10 +193,10 @@ impl Rolling {
     }
 }
 
-/// A row as a frame but for its joints, its rollers turned by these angles.
+/// The frame of a row, without its joints, with these roller angles.
 fn frame(header: &Header, record: &Record, wheels: &[WheelSample], angles: &[Vec<f64>]) -> Frame {
     let truth = &record.truth;
-    // The reference is that of a point of the body, the path that is drawn beside it is the body's own.
+    // The reference is for a point of the body, whereas the drawn path is that of the body frame.
     let body_of = |wanted: Pose| {
         let point = header.reference_point_at(wanted);
         Pose {

@@ -1,5 +1,5 @@
-//! What a robot's file shows of it, sorted by the bodies that carry it. The model of the robot has none of it, for nothing touches the
-//! world there.
+//! The visuals of a robot's file, sorted by body. The robot's model does not contain them, as they
+//! have no contact.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,20 +8,20 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::description::{Geometry, PlacedMesh, Shape, pose};
 
-/// What is shown of the bodies of a robot.
+/// The visuals of a robot's bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Visuals {
     /// In the body frame.
     pub(crate) chassis: Vec<Shape>,
-    /// Of the body on each joint, in the body frame while all joints stand at zero.
+    /// Of the body on each joint, in the body frame with all joints at zero.
     pub(crate) bodies: Vec<Vec<Shape>>,
     /// Of each wheel, in its hub frame.
     pub(crate) hubs: Vec<Vec<Shape>>,
-    /// How many meshes of chassis and hubs are left out.
+    /// The number of meshes of chassis and hubs that are left out.
     pub(crate) meshes: usize,
 }
 
-/// What a link is a part of.
+/// The part of the robot that a link belongs to.
 #[derive(Clone, Copy)]
 enum Of {
     Chassis,
@@ -32,7 +32,7 @@ enum Of {
     Roller,
 }
 
-/// Sorts what the links of a robot's file show by its bodies.
+/// Sorts the visuals of a file's links by body.
 pub(crate) fn of_links(tree: &LinkTree, robot: &Robot, looks: &VisualMeshes) -> Visuals {
     let mut visuals = Visuals {
         bodies: vec![Vec::new(); robot.joints.len()],
@@ -84,7 +84,7 @@ pub(crate) fn of_links(tree: &LinkTree, robot: &Robot, looks: &VisualMeshes) -> 
     visuals
 }
 
-/// A visual as shapes that are drawn, in the frame in which it is placed so; `None` of a mesh that could not be read.
+/// A visual as drawn shapes, in the frame of its pose; `None` for a mesh that could not be read.
 fn shapes(visual: &Visual, at: &Isometry3<f64>, looks: &VisualMeshes) -> Option<Vec<Shape>> {
     let color = visual.color.map(|rgba| rgba.map(|x| x as f32));
     let mut shapes = match &visual.shape {
@@ -103,7 +103,7 @@ fn shapes(visual: &Visual, at: &Isometry3<f64>, looks: &VisualMeshes) -> Option<
     Some(shapes)
 }
 
-/// A solid that is placed so, as shapes that are drawn: a hull as the box around it.
+/// A placed solid as drawn shapes: a hull as the box around it.
 pub(crate) fn of_solid(
     solid: &CollisionShape,
     at: &Isometry3<f64>,

@@ -1,4 +1,5 @@
-// Runs in the page of a test, beside the scene, and writes what it finds as JSON for the test to judge.
+// Runs in the page of a test, beside the scene, and writes its results as JSON for the test to
+// judge.
 (async function () {
   'use strict';
   const found = {};
@@ -6,7 +7,7 @@
   const canvas = document.querySelector('canvas');
   const scene = ilonScene(canvas, data);
   const picture = () => new Promise((done) => setTimeout(done, 100));
-  // The pixels of a picture that is drawn here and now, row by row from below.
+  // The pixels of the current picture, row by row from below.
   const pixels = () => {
     scene.draw();
     const gl = canvas.getContext('webgl2');
@@ -21,7 +22,8 @@
     }
     return count / (a.length / 4);
   };
-  // The part of a rectangle, given by parts of the canvas, in which no channel is near the floor's.
+  // The share of a rectangle, given in parts of the canvas, in which no channel is near the
+  // floor's.
   const covered = (bytes, left, low, right, high) => {
     const floor = [227, 231, 235];
     let [count, all] = [0, 0];
@@ -55,10 +57,10 @@
     scene.seek(NaN);
     found.touching = scene.state.wheels.filter((wheel) => wheel.touching).length;
     found.load_n = scene.state.wheels.reduce((sum, wheel) => sum + wheel.normal, 0);
-    // Where a wheel touches, its roller's surface reaches the ground: the drawn wheel stands on the floor.
+    // At a contact, the drawn roller's surface reaches the ground.
     found.highest_contact_m = Math.max(...scene.state.wheels.map((wheel) => Math.abs(wheel.at[2])));
 
-    // One picture for each change, and none without.
+    // One frame for each change, and none without.
     let drawn = 0;
     scene.on('draw', () => drawn++);
     await picture();
@@ -69,7 +71,7 @@
     await picture();
     found.drawn_for_ten_seeks = drawn;
 
-    // A wheel is picked where it is drawn, by its key, and by its index.
+    // A wheel is picked at its place in the picture, by its key, and by its index.
     const picked = [];
     const selected = [];
     scene.on('pick', ({ wheel }) => picked.push(wheel)).on('select', (wheel) => selected.push(wheel));
@@ -96,7 +98,7 @@
     found.selected_nonsense = scene.options.selected;
     scene.select(null);
 
-    // Turned, moved, nearer: another picture each; Home: the first one again.
+    // Rotated, moved, zoomed: each gives another picture; Home gives the first one again.
     scene.seek(scene.start);
     scene.view('follow');
     await new Promise((done) => setTimeout(done, 400));
@@ -134,7 +136,7 @@
     canvas.parentElement.style.width = width;
     scene.draw();
 
-    // A context that is lost comes back with the same picture.
+    // A restored context shows the same picture.
     const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
     lose.loseContext();
     await new Promise((done) => setTimeout(done, 50));
@@ -145,7 +147,7 @@
     scene.seek(scene.start);
     found.restored = different(home, pixels());
 
-    // Fed while it runs: no more is kept than is asked for, and what does not fit is refused.
+    // Frames pushed while it runs: no more are kept than requested, and invalid ones are refused.
     const stage = document.createElement('div');
     stage.style.cssText = 'position:relative;width:300px;height:200px';
     stage.append(document.createElement('canvas'));
@@ -177,7 +179,7 @@
     live.dispose();
     found.left_after_dispose = stage.querySelectorAll('.ilon-scene-note').length;
 
-    // Without WebGL 2 there is a sentence, and every call is still one.
+    // Without WebGL 2 a sentence is shown, and every call still works.
     const poor = document.createElement('canvas');
     poor.getContext = () => null;
     stage.replaceChildren(poor);

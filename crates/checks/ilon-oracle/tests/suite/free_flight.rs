@@ -1,4 +1,4 @@
-//! What a body in free flight keeps: the equations of motion without contacts.
+//! Conserved quantities of a robot in free flight: the equations of motion without contacts.
 
 use crate::support;
 
@@ -6,7 +6,7 @@ use ilon_oracle::{Engine, Generalised};
 use nalgebra::{Translation3, Vector3};
 use support::{engine, robot, run, without_bearings};
 
-/// High up, tumbling, wheels and rollers spinning.
+/// High up, tumbling, with wheels and rollers spinning.
 fn tumbling(step_s: f64) -> Engine {
     let robot = without_bearings(robot("mecanum4"));
     let mut engine = engine(&robot, 1e3, 0.5, step_s);
@@ -24,7 +24,7 @@ fn tumbling(step_s: f64) -> Engine {
     engine
 }
 
-/// Momentum and spin in the world frame, and energy.
+/// Linear and angular momentum in the world frame, and energy.
 fn kept(engine: &Engine) -> (Vector3<f64>, Vector3<f64>, f64) {
     let turn = engine.world_from_body().rotation;
     let motion = engine.motion();
@@ -36,7 +36,8 @@ fn kept(engine: &Engine) -> (Vector3<f64>, Vector3<f64>, f64) {
     )
 }
 
-/// What changed over a second that should not, relative: momentum less its gain by gravity, spin, energy.
+/// Relative changes over a second in momentum (less the impulse of gravity), angular momentum and
+/// energy.
 fn changes(step_s: f64) -> [f64; 3] {
     let mut engine = tumbling(step_s);
     let before = kept(&engine);
@@ -59,10 +60,11 @@ fn tumbling_with_spinning_wheels_and_rollers_keeps_momentum_spin_and_energy() {
         .zip(coarse.into_iter().zip(fine))
     {
         println!("{name}: {coarse:.2e} at 0.4 ms, {fine:.2e} at 0.1 ms");
-        // The scheme is of second order: (omega h)^2 with omega up to 40 rad/s is 1.6e-5 at 0.1 ms. A fault in any term of the
-        // equations of motion would leave parts of one.
+        // The scheme is of second order: (omega h)^2 with omega up to 40 rad/s is 1.6e-5 at 0.1 ms.
+        // An error in any term of the equations of motion would leave a change of order 1.
         assert!(fine < 1.6e-5, "{name} changes by {fine:e}");
-        // Sixteen times less at a quarter of the step; fifteen for the next order, unless rounding is all that is left.
+        // Sixteen times less at a quarter of the step; fifteen allows for the next order, unless
+        // only rounding is left.
         assert!(
             fine < 1e-12 || coarse > 12.0 * fine,
             "{name}: {coarse:e}, {fine:e}"
@@ -83,15 +85,17 @@ fn a_robot_that_is_thrown_falls_on_a_parabola() {
     let expected = from + velocity * t + Vector3::z() * (-0.5 * 9.81 * t * t);
     let off_m = (center(&engine) - expected).norm();
     println!("off the parabola by {off_m:.2e} m");
-    // Second order, as above: 1.6e-5 of a way of 2 m.
+    // Second order, as above: 1.6e-5 of a path of 2 m.
     assert!(off_m < 3.2e-5);
 }
 
 #[test]
 fn bearings_stop_spinning_wheels_with_their_damping_constants() {
-    // A wheel that spins on a free chassis, its rollers seized: the torque c q' slows the wheel and turns the chassis the other
-    // way. All four wheels spin alike, so that the robot only pitches. With J the inertia of one wheel about its axis and J_r
-    // that of the robot with its wheels held, the rate against the chassis falls as exp(-r t), r = c (1 / J + 4 / (J_r - 4 J)).
+    // A wheel that spins on a free chassis, its rollers locked: the torque c q' slows the wheel and
+    // turns the chassis in the opposite direction. All four wheels spin equally, so that the robot
+    // only pitches. With J the inertia of one wheel about its axis and J_r that of the robot with
+    // its wheels locked, the rate relative to the chassis falls as exp(-r t), r = c
+    // (1 / J + 4 / (J_r - 4 J)).
     let robot = robot("mecanum4");
     let mut engine = engine(&robot, 1e3, 0.5, 1e-4);
     let mut pose = engine.world_from_body();
@@ -125,7 +129,8 @@ fn bearings_stop_spinning_wheels_with_their_damping_constants() {
     let expected = 20.0 * (-r * engine.time_s()).exp();
     for rate in &engine.speeds().wheels {
         println!("{rate} rad/s, {expected} expected");
-        // A damper that sees the old rate makes (1 - r h)^(t / h) of the exponential: r^2 h t / 2 less, 2.4e-4 at r = 4 / s.
+        // A damper at the old rate gives (1 - r h)^(t / h) instead of the exponential: r^2 h t / 2
+        // less, 2.4e-4 at r = 4 / s.
         assert!((rate / expected - 1.0).abs() < 3e-4);
     }
     // The torque is internal.
@@ -134,7 +139,7 @@ fn bearings_stop_spinning_wheels_with_their_damping_constants() {
 
 #[test]
 fn a_spinning_rollers_bearing_brakes_it_with_its_damping_constant() {
-    // The hub is so much heavier than the roller that it hardly answers: exp(-c t / I).
+    // The hub is so much heavier than the roller that its reaction is negligible: exp(-c t / I).
     let robot = robot("mecanum4");
     let mut engine = engine(&robot, 1e3, 0.5, 1e-4);
     let mut pose = engine.world_from_body();
@@ -150,13 +155,14 @@ fn a_spinning_rollers_bearing_brakes_it_with_its_damping_constant() {
     let expected = 100.0 * (-r * engine.time_s()).exp();
     let rate = engine.speeds().rollers[0];
     println!("{rate} rad/s, {expected} expected");
-    // The robot's own inertia is 0.1 kg m^2 against 6.5e-7: it answers by 1e-5; the step leaves r^2 h t / 2 = 6e-5.
+    // The robot's own inertia is 0.1 kg m^2 against 6.5e-7, a relative reaction of 1e-5; the step
+    // adds r^2 h t / 2 = 6e-5.
     assert!((rate / expected - 1.0).abs() < 1e-4);
 }
 
 #[test]
 fn dry_friction_stops_a_wheel_at_an_even_rate_and_holds_it() {
-    // f / J a second on a heavy chassis, J measured as above; then it stands.
+    // The rate falls by f / J on a heavy chassis, J measured as above; then the wheel stands.
     let mut robot = without_bearings(robot("mecanum4"));
     for wheel in &mut robot.wheels {
         wheel.joint.friction_n_m = 0.01;
@@ -169,7 +175,7 @@ fn dry_friction_stops_a_wheel_at_an_even_rate_and_holds_it() {
     for roller in 0..speeds.rollers.len() {
         engine.seize_roller(roller, true);
     }
-    // Front and rear turn against each other, so that the chassis stands still.
+    // Front and rear turn in opposite directions, so that the chassis stands still.
     speeds.wheels = vec![10.0, 10.0, -10.0, -10.0];
     let kinetic_j = {
         engine.set_speeds(speeds);
@@ -180,9 +186,9 @@ fn dry_friction_stops_a_wheel_at_an_even_rate_and_holds_it() {
     run(&mut engine, 0.5 * stop_s);
     let half = engine.speeds().wheels[0];
     println!("{half} rad/s half way of {stop_s} s");
-    // Steps of 10 us of 0.25 s.
+    // Steps of 10 us in 0.25 s.
     assert!((half - 5.0).abs() < 1e-3);
     run(&mut engine, 0.6 * stop_s);
-    // What is left falls by half a step below the rate at which friction is whole.
+    // The remaining rate, below that at which friction has its full value, halves in each step.
     assert!(engine.speeds().wheels.iter().all(|rate| rate.abs() < 1e-9));
 }

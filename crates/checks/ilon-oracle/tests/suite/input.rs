@@ -1,4 +1,4 @@
-//! What the engine refuses, and what it bears.
+//! What the engine refuses, and what it tolerates.
 
 use crate::support;
 
@@ -56,7 +56,7 @@ fn a_step_that_the_springs_outrun_is_refused_with_one_that_works() {
     else {
         panic!("a step of 0.1 ms is taken");
     };
-    // And that one is stable: the robot comes to rest, and its wheels carry its weight.
+    // And that step is stable: the robot comes to rest, and its wheels carry its weight.
     let mut engine = Engine::new(&robot, settings(longest_s)).expect("the longest step is taken");
     lock(&mut engine);
     run(&mut engine, 0.5);
@@ -125,7 +125,8 @@ fn without_friction_wheels_spin_and_the_robot_stays() {
     follow(&mut engine, &[20.0, 20.0, 20.0, 20.0]);
     run(&mut engine, 0.3);
     assert!(engine.speeds().wheels.iter().all(|rate| *rate > 19.0));
-    // Bearings turn the chassis's springs, not the robot: the torque of the wheels pitches it by some um.
+    // Bearing torques of the wheels pitch the chassis on its springs by several um; they do not
+    // turn the robot.
     assert!(engine.world_from_body().translation.vector.xy().norm() < 1e-4);
     assert_eq!(engine.energy().slip_j, 0.0);
 }
@@ -164,7 +165,8 @@ fn every_shipped_robot_stands_on_any_wheel_angle_and_heading() {
 
 #[test]
 fn a_tilted_robot_lands_on_its_wheels_and_rests() {
-    // Dropped from 20 mm, tilted by 12 deg: lands on one wheel after the other, dissipates what it fell, and stands.
+    // Dropped from 20 mm, tilted by 12 deg: it lands on one wheel after the other, dissipates the
+    // energy of the fall, and stands.
     let robot = robot("mecanum4");
     let mut engine = engine(&robot, 2e6, 0.6, 1e-5);
     lock(&mut engine);

@@ -1,4 +1,5 @@
-//! Joints between bodies: what they keep in free flight, what springs, stops, friction and couplings do, against mechanics by hand.
+//! Joints between bodies: conservation in free flight, and springs, stops, friction and couplings
+//! against closed-form mechanics.
 
 use crate::support;
 
@@ -14,7 +15,8 @@ use support::{engine, lock, robot, run, without_bearings};
 
 const G: f64 = 9.81;
 
-/// mecanum4 with a slide on a slope of its chassis, an arm on that, and another on that one: two carry wheels, the last swings by itself.
+/// mecanum4 with a tilted slide on its chassis, an arm on that, and another arm on that one: two
+/// carry wheels, the last swings freely.
 fn on_a_chain() -> Robot {
     let mut robot = without_bearings(robot("mecanum4"));
     let at_m = |wheel: usize| robot.wheels[wheel].position_m();
@@ -41,7 +43,7 @@ fn on_a_chain() -> Robot {
     robot
 }
 
-/// High up, tumbling, all joints, wheels and rollers moving.
+/// High up, tumbling, with all joints, wheels and rollers moving.
 fn thrown(robot: &Robot, step_s: f64) -> Engine {
     let mut engine = engine(robot, 1e3, 0.5, step_s);
     let mut pose = engine.world_from_body();
@@ -61,7 +63,8 @@ fn thrown(robot: &Robot, step_s: f64) -> Engine {
     engine
 }
 
-/// What changed over half a second that should not, relative: momentum less its gain by gravity, spin, stored energy.
+/// Relative changes over half a second in momentum (less the impulse of gravity), angular momentum
+/// and stored energy.
 fn changes(robot: &Robot, step_s: f64) -> [f64; 3] {
     let kept = |engine: &Engine| {
         let turn = engine.world_from_body().rotation;
@@ -97,8 +100,8 @@ fn tumbling_on_joints_keeps_momentum_spin_and_energy() {
     }
 }
 
-/// Nothing is lost on the way between the joints' springs, dampers, friction, stops and couplings, the drives, the contacts and the bodies: what the
-/// balance leaves falls with the step.
+/// Energy is conserved between the joints' springs, dampers, friction, stops and couplings, the
+/// drives, the contacts and the bodies: the residual of the balance falls with the step.
 #[test]
 fn the_energy_of_all_that_acts_in_joints_closes() {
     let left = |step_s: f64| {
@@ -125,11 +128,11 @@ fn the_energy_of_all_that_acts_in_joints_closes() {
     let ((coarse, heat_j), (fine, _)) = (left(4e-5), left(1e-5));
     println!("{coarse:.2e} at 40 us, {fine:.2e} at 10 us; {heat_j} J became heat");
     assert!(heat_j > 0.05);
-    // Forces of dampers see old rates: first order. The landing on the stop takes 2 ms.
+    // Dampers use old rates: first order. The landing on the stop takes 2 ms.
     assert!(fine < 1e-3 && fine < 0.5 * coarse, "{coarse:e} {fine:e}");
 }
 
-/// A standing robot's height above where it started to stand, its wheels locked.
+/// A standing robot's height above its start, its wheels locked.
 fn settle(engine: &mut Engine, duration_s: f64) {
     lock(engine);
     run(engine, duration_s);
@@ -157,20 +160,21 @@ fn springs_sag_by_the_chassis_over_their_stiffness_and_wheels_bear_a_quarter_eac
     }
 }
 
-/// Arms whose middle lies 50 mm ahead of their wheels move the load of four carriers forward by as much, and each spring bears its wheel's load at
-/// the arm's length, but for what lies on the arm.
+/// Arms whose middle lies 50 mm ahead of their wheels move the load of four carriers forward by as
+/// much, and each spring bears its wheel's load at the arm's length, less the load on the arm
+/// itself.
 #[test]
 fn trailing_arms_move_their_own_weight_forward_and_springs_bear_the_loads() {
     let robot = on_arms(120.0);
     let mut engine = engine(&robot, 2e6, 0.6, 1e-5);
-    // Wheels that are free: held ones would brace themselves against each other as the arms swing.
+    // Wheels are free: locked ones would push against each other as the arms swing.
     run(&mut engine, 1.5);
     let loads_n = engine.wheel_loads_n();
     println!("{:?} {loads_n:?}", engine.joint_positions());
     let wheel = &robot.wheels[0];
     let wheel_kg = wheel.hub.mass_kg + wheel.rollers.iter().map(|r| r.mass_kg).sum::<f64>();
     let base_m = robot.wheels[0].position_m().x - robot.wheels[2].position_m().x;
-    // As the arms swing the wheels go ahead of the chassis.
+    // As the arms swing the wheels move ahead relative to the chassis.
     let ahead_m = ARM_M * (1.0 - engine.joint_positions()[0].cos());
     let moment = 0.5 * ARM_M * 4.0 * CARRIER_KG - ahead_m * robot.chassis.mass.mass_kg;
     let moved_n = moment * G / (2.0 * base_m);
@@ -186,12 +190,13 @@ fn trailing_arms_move_their_own_weight_forward_and_springs_bear_the_loads() {
         let lever_m = ARM_M * (turned + pitch).cos();
         let moment = ((load_n - wheel_kg * G) - 0.5 * CARRIER_KG * G) * lever_m;
         let held = STIFFNESS_N_M * ARM_M * ARM_M * turned;
-        // What is left of the swinging, and the wheels' bearings.
+        // Remaining oscillation, and the wheels' bearings.
         assert!((held / moment - 1.0).abs() < 1e-3, "{held} {moment}");
     }
 }
 
-/// A chassis of m on four springs k bounces at sqrt(4 k / m) and keeps its energy; its wheels stand still.
+/// A chassis of m on four springs k bounces at sqrt(4 k / m) and keeps its energy; its wheels stand
+/// still.
 #[test]
 fn a_sprung_chassis_bounces_at_its_frequency() {
     let robot = on_slides(0.0);
@@ -218,7 +223,7 @@ fn a_sprung_chassis_bounces_at_its_frequency() {
     let frequency_hz = 5.0 / (passes_s[10] - passes_s[0]);
     let expected_hz = (4.0 * STIFFNESS_N_M / mass_kg).sqrt() / TAU;
     println!("{frequency_hz} Hz, {expected_hz} expected");
-    // Below the springs lie the floor's, 5000 times as stiff.
+    // In series are the floor's springs, 5000 times as stiff.
     assert!((frequency_hz / expected_hz - 1.0).abs() < 3e-4);
     let energy = engine.energy();
     let swinging_j = 0.5 * 4.0 * STIFFNESS_N_M * amplitude_m * amplitude_m;
@@ -246,7 +251,8 @@ fn a_slide_without_a_spring_lies_on_its_stop() {
         engine.wheel_loads_n()
     );
     for position_m in engine.joint_positions() {
-        // The stop gives by what the chassis weighs over a stiffness that makes one wheel and its carrier swing as the robot on the floor.
+        // The stop gives way by the chassis's weight over a stiffness at which one wheel and its
+        // carrier oscillate as the robot does on the floor.
         assert!((0.004..0.0043).contains(position_m), "{position_m}");
     }
     for load_n in engine.wheel_loads_n() {
@@ -260,7 +266,8 @@ fn a_slide_without_a_spring_lies_on_its_stop() {
     assert!(left_j.abs() < 4e-3, "{left_j}");
 }
 
-/// On a chassis too heavy to answer, friction f stops a body of inertia J about its joint at f / J, and holds it.
+/// On a chassis too heavy to react, friction f slows a body of inertia J about its joint at f / J,
+/// and then holds it.
 #[test]
 fn dry_friction_stops_a_joint_at_an_even_rate_and_holds_it() {
     let friction = 0.02;
@@ -325,7 +332,7 @@ fn a_coupling_keeps_two_joints_together() {
         factor: -1.0,
         offset: 0.0,
     });
-    // A load ahead of the middle: without the bar the chassis would turn over between its rockers.
+    // A load ahead of the middle: without the bar the chassis would tip over between its rockers.
     robot.chassis.mass.center_of_mass_m.x = 0.03;
     let apart = |stiffness_n_m: f64, step_s: f64| {
         let mut engine = engine(&robot, stiffness_n_m, 0.6, step_s);
@@ -334,7 +341,7 @@ fn a_coupling_keeps_two_joints_together() {
     };
     let (soft, stiff) = (apart(2e6, 1e-5), apart(2e7, 3e-6));
     println!("{soft} {stiff}");
-    // The bar holds the chassis by a spring that is as stiff as the floor: 0.3 mrad, and a tenth of it.
+    // The bar holds the chassis with a spring as stiff as the floor: 0.3 mrad, and a tenth of it.
     assert!(soft.abs() < 1e-3, "{soft}");
     assert!((stiff / soft - 0.1).abs() < 3e-3, "{soft} {stiff}");
 }

@@ -1,4 +1,4 @@
-//! Rolling without slip: what kinematics and rigid bodies say on paper.
+//! Rolling without slip: closed-form kinematics and rigid-body mechanics.
 
 use crate::support;
 
@@ -8,8 +8,8 @@ use ilon_oracle::{ContactLaw, Engine, Generalised, Settings};
 use nalgebra::{UnitQuaternion, Vector3};
 use support::{engine, follow, moving, robot, run, without_bearings};
 
-/// Holds all rollers fast on their hubs. Straight ahead they do not roll; free ones would not follow what the hub gains in rate,
-/// and each would be brought to its rate as it lands.
+/// Locks all rollers to their hubs. Straight ahead they do not roll; free ones would not follow the
+/// hub's acceleration, and each would be spun up as it lands.
 fn seize_rollers(engine: &mut Engine) {
     for roller in 0..engine.speeds().rollers.len() {
         engine.seize_roller(roller, true);
@@ -25,7 +25,8 @@ fn the_robot_sinks_by_its_weight_over_the_springs() {
     pose.translation.vector.z = robot.ride_height_m();
     engine.set_world_from_body(pose);
     run(&mut engine, 0.5);
-    // m g / (4 k_n); the oscillation, at 270 rad/s and 0.7 of critical, dies away as exp(-190 t).
+    // m g / (4 k_n); the oscillation, at 270 rad/s with a damping ratio of 0.7, decays as exp(-190
+    // t).
     let sag_m = engine.mass_kg() * 9.81 / (4.0 * stiffness);
     let sunk_m = robot.ride_height_m() - engine.world_from_body().translation.z;
     println!("sunk by {sunk_m:e} m, {sag_m:e} expected");
@@ -36,8 +37,9 @@ fn the_robot_sinks_by_its_weight_over_the_springs() {
 
 #[test]
 fn a_robot_on_its_springs_bounces_with_their_frequency_and_damping() {
-    // m z.. = -4 (k z + c z.): zeta = 0.2 and omega_d = sqrt(1 - zeta^2) omega. Successive passes of the level in the same
-    // direction are 2 pi / omega_d apart, and heights fall by exp(-zeta omega) a second.
+    // m z.. = -4 (k z + c z.): zeta = 0.2 and omega_d = sqrt(1 - zeta^2) omega. Successive zero
+    // crossings in the same direction are 2 pi / omega_d apart, and amplitudes fall as exp(-zeta
+    // omega t).
     let robot = without_bearings(robot("mecanum4"));
     let (k, zeta) = (2e5, 0.2);
     let mass_kg = robot.mass_kg();
@@ -72,16 +74,16 @@ fn a_robot_on_its_springs_bounces_with_their_frequency_and_damping() {
     let period_s = passes[2] - passes[1];
     let falls_by = (tops[1] / tops[2]).ln() / period_s;
     println!("{period_s} s, {falls_by} / s");
-    // Damping by the old speed shifts both by omega h / 2 = 1.3e-3 at most.
+    // Damping at the old speed shifts both by omega h / 2 = 1.3e-3 at most.
     assert!((period_s * omega_d / (2.0 * PI) - 1.0).abs() < 2e-3);
     assert!((falls_by / (zeta * omega) - 1.0).abs() < 2e-3);
 }
 
-/// How far mecanum4 moves sideways over four roller pitches, of the ideal.
+/// mecanum4's sideways path over four roller pitches, relative to the ideal one.
 fn sideways_of_the_ideal(stiffness_n_m: f64, step_s: f64) -> f64 {
     let robot = robot("mecanum4");
     let mut engine = engine(&robot, stiffness_n_m, 0.6, step_s);
-    // Front left and rear right against the others; all turn alike but for their loads.
+    // Front left and rear right against the others; all turn equally except for their loads.
     follow(&mut engine, &[2.0, -2.0, -2.0, 2.0]);
     run(&mut engine, 0.3);
     let (from, pose) = (engine.wheel_angles_rad()[0], engine.world_from_body());
@@ -101,14 +103,15 @@ fn sideways_of_the_ideal(stiffness_n_m: f64, step_s: f64) -> f64 {
 
 #[test]
 fn sideways_rollers_at_45_degrees_fall_short_by_their_tilt() {
-    // The touching roller's axis is tilted out of the floor by up to 180 deg / n; sideways the mean of cos phi over a pitch
-    // counts, sin(pi/n) / (pi/n).
+    // The axis of the roller in contact is tilted out of the floor by up to 180 deg / n; sideways
+    // the mean of cos phi over a pitch counts, sin(pi/n) / (pi/n).
     let expected = (PI / 9.0).sin() / (PI / 9.0);
     let soft = sideways_of_the_ideal(2e6, 1e-5) - expected;
     let stiff = sideways_of_the_ideal(2e7, 5e-6) - expected;
     println!("off by {soft:.2e} at 2e6 N/m, {stiff:.2e} at 2e7 N/m");
-    // What two rollers take from each other while both touch vanishes with the springs' give. Measured: -3.4e-4, -2.1e-5
-    // and, at 2e8 N/m, -1.1e-6: faster than one over the stiffness. 4e-5 is an eighth of the error that is left at 2e6 N/m.
+    // The forces between two rollers of a wheel while both touch vanish with the springs'
+    // compliance. Measured: -3.4e-4, -2.1e-5 and, at 2e8 N/m, -1.1e-6: faster than one over the
+    // stiffness. 4e-5 is an eighth of the error that is left at 2e6 N/m.
     assert!(stiff.abs() < 4e-5 && stiff.abs() < 0.1 * soft.abs());
 }
 
@@ -132,8 +135,8 @@ fn ahead_a_robot_moves_by_its_wheels_outline() {
             .zip(angles)
             .map(|(q, p)| q - p)
             .collect();
-        // Each wheel along its own u = n x k by rho q: without sideways speed along the hub axes at gamma = 0, and by the sum
-        // over four equal wheels at gamma = +-45 deg.
+        // Each wheel along its own u = n x k by rho q: without sideways speed along the hub axes at
+        // gamma = 0, and by the sum over four equal wheels at gamma = +-45 deg.
         let ways = robot.wheels.iter().zip(&turned).map(|(wheel, q)| {
             let n = wheel.axis();
             Vector3::new(n.y, -n.x, 0.0) * (0.05 * q)
@@ -177,8 +180,8 @@ fn a_robot_rolls_down_a_slope_as_a_body_with_wheels() {
     let m = engine.mass_kg();
     let expected = 9.81 * slope.sin() * m / (m + 4.0 * j / 0.05_f64.powi(2));
     println!("{a} m/s^2, {expected} expected");
-    // Two rollers of a wheel press into the floor side by side at each hand-over, and the dampers take energy: 2.6e-3 of the
-    // acceleration at 2e6 N/m, a tenth of that at 2e7 N/m.
+    // Two rollers of a wheel press into the floor side by side at each hand-over, and the dampers
+    // dissipate: 2.6e-3 of the acceleration at 2e6 N/m, a tenth of that at 2e7 N/m.
     assert!((a / expected - 1.0).abs() < 5e-4);
 }
 

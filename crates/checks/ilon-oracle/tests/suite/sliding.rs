@@ -1,4 +1,4 @@
-//! Sliding: Coulomb's law with hand-made motions.
+//! Sliding: Coulomb's law against closed-form motions.
 
 use crate::support;
 
@@ -8,7 +8,7 @@ use support::{engine, lock, moving, robot, run, without_bearings};
 
 const FRICTION: f64 = 0.3;
 
-/// A robot that slides at 1 m/s in a direction, its wheels locked; and its rollers seized, or not.
+/// A robot that slides at 1 m/s in a direction with locked wheels and free or locked rollers.
 fn sliding(direction: f64, seized: bool) -> Engine {
     let robot = without_bearings(robot("mecanum4"));
     let mut engine = engine(&robot, 2e6, FRICTION, 1e-5);
@@ -33,15 +33,16 @@ fn a_block_slides_with_mu_g_in_any_direction() {
         let deceleration = (from - engine.speeds().linear) / 0.1;
         let expected = Vector3::new(direction.cos(), direction.sin(), 0.0) * FRICTION * 9.81;
         println!("{deceleration:?}, {expected:?} expected");
-        // The tilt of the chassis by its braking turns the floor's normal by the sag over the wheelbase, 5e-5.
+        // The tilt of the chassis by its deceleration turns the floor's normal by the sag over the
+        // wheelbase, 5e-5.
         assert!((deceleration - expected).norm() < 1e-3 * expected.norm());
     }
 }
 
 #[test]
 fn with_free_rollers_only_friction_along_their_axes_is_left() {
-    // Ahead, wheels locked, each roller spins up until it slides along its axis alone: mu N along the axis, cos 45 deg of it
-    // against the motion.
+    // Ahead with locked wheels, each roller spins up until it slides only along its axis: mu N
+    // along the axis, cos 45 deg of it against the motion.
     let mut engine = sliding(0.0, false);
     run(&mut engine, 0.1);
     let from = engine.speeds().linear;
@@ -63,7 +64,8 @@ fn what_slides_turns_its_kinetic_energy_into_heat_of_sliding() {
     assert!(after.kinetic_j < 1e-6);
     println!("{before:?}\n{after:?}");
     let heat = after.slip_j / before.kinetic_j;
-    // Springs swing at the start and at the end: mu N of 9 N bends a bristle by 7 um, of a way of 0.17 m.
+    // Springs oscillate at the start and at the end: mu N of 9 N deflects a bristle by 7 um, of a
+    // path of 0.17 m.
     assert!((heat - 1.0).abs() < 2e-3, "{heat}");
 }
 
@@ -124,7 +126,8 @@ fn the_end_of_a_run_that_slides_converges_to_first_order_of_the_step() {
         .map(|pair| (pair[0] - pair[1]).norm())
         .collect();
     println!("{ends:?}: {gaps:?}");
-    // Halves with the step, within what the moments of sticking leave; and is small: 0.1 mm of half a metre at 10 us.
+    // Halves with the step, within the uncertainty of the moments of sticking; and is small: 0.1 mm
+    // of half a metre at 10 us.
     assert!(gaps[1] < 0.8 * gaps[0] && gaps[2] < 0.8 * gaps[1]);
     assert!(gaps[1] < 1e-4);
 }

@@ -37,8 +37,8 @@ pub struct Task {
 }
 
 impl Task {
-    /// A twist of the body as tasks: its velocity and its yaw rate in the order of a priority; without one all of it
-    /// as the first, and nothing as the second.
+    /// A twist of the body as tasks: its velocity and its yaw rate in the order of a priority;
+    /// without a priority, the whole twist as the first task and nothing as the second.
     pub fn of_twist(twist_in_body: Twist, priority: Option<Priority>) -> [Self; 2] {
         let task = |name, vx_m_s, vy_m_s, omega_rad_s| Self {
             name,

@@ -1,4 +1,4 @@
-//! What comes over the robot from outside, when it does: pushes, payloads, seized rollers, floors that change.
+//! Disturbances from outside the robot over time: pushes, payloads, seized rollers, changed floors.
 
 use ilon_robot::Robot;
 use ilon_world::{Patch, Payload, Push, World};
@@ -16,19 +16,19 @@ use ilon_scenario::scenario::{Fault, Frame, Scenario, within};
 pub(crate) struct Disturbances {
     pushes: Vec<TimedPush>,
     payloads: Vec<(Payload, Fault)>,
-    /// What was put on from outside the scenario.
+    /// The payload added by the program.
     put_on: Option<Payload>,
-    /// What acts from outside the scenario until it is changed.
+    /// The wrench added by the program, which acts until it is changed.
     wrench: Option<Wrench>,
     seizures: Vec<Seizure>,
     patches: Vec<TimedPatch>,
     frictions: Vec<Fault>,
     tilts: Tilts,
-    /// Gravity as it is without tilts, once it has been looked at.
+    /// Gravity without tilts, once it is known.
     gravity_m_s2: Option<Vector3<f64>>,
-    /// Where down is from now on, until the world was told.
+    /// A new direction of gravity, until the world has received it.
     new_down: Option<Vector3<f64>>,
-    /// What holds now of payloads and friction, so that the world is told of changes alone.
+    /// The current payloads and friction, so that the world receives only changes.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
 }
@@ -50,7 +50,7 @@ struct TimedPush {
     lasts_s: f64,
 }
 
-/// A roller that seizes, and whether it has.
+/// A roller that seizes, and whether it has seized.
 #[derive(Clone)]
 struct Seizure {
     wheel: usize,
@@ -61,8 +61,8 @@ struct Seizure {
 
 impl Disturbances {
     /// # Errors
-    /// [`Error::Invalid`] for a roller that the robot does not have, a pair of materials that is not named, and where the world refuses a
-    /// payload.
+    /// [`Error::Invalid`] for a roller that the robot does not have, an undefined pair of
+    /// materials, and a payload that the world refuses.
     pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let patches = patches(scenario, robot)?;
         let center_m = robot.chassis.mass.center_of_mass_m;
@@ -131,7 +131,8 @@ impl Disturbances {
         Ok(this)
     }
 
-    /// Pushes the chassis from a time on with a constant force in the world frame, in N, at a place in the body frame, in metres.
+    /// Pushes the chassis from a time on with a constant force in the world frame, in N, at a point
+    /// in the body frame, in metres.
     pub fn push(
         &mut self,
         now_s: f64,
@@ -139,7 +140,7 @@ impl Disturbances {
         place_in_body_m: Vector3<f64>,
         lasts_s: f64,
     ) {
-        // What is over would be looked at in every step for ever.
+        // Finished pushes are removed, because they would cost time in every step.
         self.pushes
             .retain(|push| push.from_s + push.lasts_s > now_s);
         self.pushes.push(TimedPush {
@@ -151,22 +152,22 @@ impl Disturbances {
         });
     }
 
-    /// Puts a payload on, in place of the one put on before.
+    /// Sets the payload, which replaces the one set before.
     pub fn carry(&mut self, payload: Option<Payload>) {
         self.put_on = payload;
     }
 
-    /// Lets a wrench act from now on, in place of the one before.
+    /// Sets the wrench that acts from now on, which replaces the one before.
     pub fn hold(&mut self, wrench: Option<Wrench>) {
         self.wrench = wrench;
     }
 
-    /// Lets the ground lean so that gravity pulls along a unit vector in the world frame.
+    /// Tilts the ground: gravity acts along a unit vector in the world frame.
     pub fn lean(&mut self, down: Vector3<f64>) {
         self.new_down = Some(down);
     }
 
-    /// Does to the world what comes over it during the physics step of length `dt_s` that begins at `t_s`.
+    /// Applies the disturbances of the physics step of length `dt_s` that begins at `t_s`.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
         self.load(t_s, world);
         self.seize(t_s, world);
@@ -179,7 +180,7 @@ impl Disturbances {
             if let Some(down) = new_down {
                 *gravity = gravity.norm() * down;
             }
-            // As in the middle of the step, so that a step is of second order.
+            // Evaluated in the middle of the step, so that the step is of second order.
             let turned = self.tilts.turned(t_s + 0.5 * dt_s);
             world.lean(&(turned.inverse() * *gravity));
         }
@@ -236,7 +237,7 @@ impl Disturbances {
 }
 
 impl TimedPush {
-    /// The push's share of a step: its whole impulse arrives, whatever the step.
+    /// The push's share of a step: the whole impulse is applied, whatever the step.
     fn during(&self, t_s: f64, dt_s: f64, world: &World) -> Option<Push> {
         let overlap_s = (t_s + dt_s).min(self.from_s + self.lasts_s) - t_s.max(self.from_s);
         if overlap_s <= 0.0 {
@@ -259,6 +260,12 @@ impl TimedPush {
 
 fn roller_index(wheel: &str, roller: u32, robot: &Robot) -> Result<usize, Error> {
     let found = robot.wheels.iter().find(|known| known.name == wheel);
+    if found.is_some_and(|wheel| wheel.has_tyre()) {
+        return Err(Error::invalid(
+            format!("a roller of the wheel `{wheel}` is to seize, but that rolls on a tyre"),
+            "leave the fault out, or let the wheel's motor stop: `motor_lost`",
+        ));
+    }
     let count = found.map_or(0, |wheel| wheel.rollers.len());
     if (roller as usize) < count {
         return Ok(roller as usize);

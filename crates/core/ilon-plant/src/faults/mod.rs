@@ -1,4 +1,4 @@
-//! What goes wrong on purpose with the robot's own sensors and motors, while it does.
+//! Injected faults of the robot's own sensors and motors over time.
 
 pub mod disturbances;
 pub mod tilt;
@@ -11,10 +11,10 @@ use ilon_scenario::Error;
 use ilon_scenario::robot::wheel_index;
 use ilon_scenario::scenario::{Fault, Frame};
 
-/// What a message about a wheel begins with.
+/// The beginning of a message about a wheel.
 pub(crate) const A_FAULT: &str = "a fault is";
 
-/// The faults of a scenario as a trace keeps them.
+/// The faults of a scenario as stored in a trace.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a wheel that the robot does not have.
@@ -107,20 +107,20 @@ pub(crate) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
         .collect()
 }
 
-/// What is left of a motor that is lost.
+/// The state of a lost motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum LostMotor {
-    /// No current flows: the wheel turns freely.
+    /// No current: the wheel turns freely.
     Free,
-    /// Its winding is shorted: its back-EMF brakes the wheel.
+    /// Shorted winding: the back-EMF brakes the wheel.
     Shorted,
 }
 
-/// The faults of a run within the robot; what comes from outside is [`disturbances`].
+/// The injected faults within the robot; those from outside are in [`disturbances`].
 #[derive(Clone)]
 pub(crate) struct Faults {
     faults: Vec<Fault>,
-    /// For each fault the index of its wheel; 0 where it is about none.
+    /// The wheel index of each fault; 0 if it concerns no wheel.
     wheels: Vec<usize>,
     tilts: Tilts,
 }
@@ -140,18 +140,18 @@ impl Faults {
         })
     }
 
-    /// How the ground leans.
+    /// The tilts of the ground.
     pub fn tilts(&self) -> &Tilts {
         &self.tilts
     }
 
-    /// Whether the pose sensor sees nothing.
+    /// Whether the pose sensor is blind.
     pub fn pose_is_lost(&self, t_s: f64) -> bool {
         self.on(t_s)
             .any(|(fault, _)| matches!(fault, Fault::PoseLost { .. }))
     }
 
-    /// The pose that the sensor takes for the real one.
+    /// The pose that the sensor measures for a real pose.
     pub fn pose(&self, t_s: f64, mut pose: Pose) -> Pose {
         for (fault, _) in self.on(t_s) {
             if let Fault::PoseShifted {
@@ -181,7 +181,7 @@ impl Faults {
             .product()
     }
 
-    /// What is left of the motors' supply, from 0 to 1.
+    /// Remaining share of the supply voltage, from 0 to 1.
     pub fn supply_share(&self, t_s: f64) -> f64 {
         self.on(t_s)
             .map(|(fault, _)| match fault {
@@ -191,7 +191,7 @@ impl Faults {
             .product()
     }
 
-    /// How the motor of a wheel is lost, if it is; of two faults the short.
+    /// The state of a wheel's motor if it is lost; a short takes precedence.
     pub fn lost_motor(&self, t_s: f64, wheel: usize) -> Option<LostMotor> {
         let lost = self.on(t_s).filter_map(|(fault, of)| match fault {
             Fault::MotorLost { shorted, .. } if of == wheel => Some(if *shorted {

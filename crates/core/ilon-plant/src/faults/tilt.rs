@@ -1,4 +1,4 @@
-//! Ground that leans in time: how the floor is turned against gravity.
+//! Ground that tilts over time: the rotation of the floor against gravity.
 
 use std::f64::consts::TAU;
 
@@ -17,12 +17,12 @@ impl Tilts {
         Self(tilts.cloned().collect())
     }
 
-    /// Whether the ground ever leans.
+    /// Whether the ground ever tilts.
     pub fn is_any(&self) -> bool {
         !self.0.is_empty()
     }
 
-    /// How the floor is turned at a time in seconds, against how it lies without tilts.
+    /// The rotation of the floor at a time in seconds, relative to the floor without tilts.
     pub fn turned(&self, t_s: f64) -> UnitQuaternion<f64> {
         self.0
             .iter()
@@ -31,7 +31,7 @@ impl Tilts {
     }
 }
 
-/// How one tilt turns the floor: about the axis to the left of where it goes down.
+/// The rotation by one tilt: about the axis to the left of the direction that goes down.
 fn turned_by(fault: &Fault, t_s: f64) -> UnitQuaternion<f64> {
     let &Fault::Tilt {
         amplitude_deg,
@@ -58,7 +58,7 @@ fn turned_by(fault: &Fault, t_s: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(angle_rad * Vector3::new(-sin, cos, 0.0))
 }
 
-/// From 0 to 1 over a ramp, with no rate at either end.
+/// From 0 to 1 over a ramp, with zero rate at both ends.
 fn built_up(since_s: f64, ramp_s: f64) -> f64 {
     if since_s >= ramp_s {
         return 1.0;
@@ -80,7 +80,7 @@ mod tests {
         Tilts::new(&section.faults)
     }
 
-    /// Gravity in the floor's frame leans to where the ground goes down.
+    /// Gravity in the floor's frame leans towards the direction that goes down.
     #[test]
     fn the_ground_goes_down_where_it_is_said_to() {
         let leaning = tilts(

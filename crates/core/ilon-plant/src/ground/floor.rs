@@ -1,4 +1,4 @@
-//! The scenario's floor as the world's.
+//! Converts the scenario's floor for the world.
 
 use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRamp, GroundRelief};
@@ -16,13 +16,15 @@ use ilon_scenario::scenario::{
     self, FloorPatch, FloorRamp, FloorStairs, Rough, RoughnessClass, Scenario,
 };
 
-/// The most cells a rough floor may have along a side: 4 million triangles are as many as a machine can be asked for.
+/// The most cells of a rough floor per side: the resulting 4 million triangles still fit a usual
+/// machine. Chosen.
 const MOST_CELLS: f64 = 500.0;
 
-/// The floor of a scenario under a robot, with the patches that are there when it begins, and what [`uneven`] says in place of its plane.
+/// The floor of a scenario under a robot, with the patches present at the start, and with the
+/// result of [`uneven`] instead of its plane.
 ///
 /// # Errors
-/// Where a pair of materials is not named.
+/// If a pair of materials is undefined.
 pub(crate) fn floor(
     scenario: &Scenario,
     robot: &Robot,
@@ -32,7 +34,7 @@ pub(crate) fn floor(
     let slope_rad = section.slope_deg.to_radians();
     let boxes = upright(section).map(|solid| GroundBox {
         center_m: Vector3::new(solid.center_m[0], solid.center_m[1], 0.0),
-        // As deep in the ground as it is high above it.
+        // The box extends as deep into the ground as it is high.
         half_sides_m: Vector3::new(
             0.5 * solid.sides_m[0],
             0.5 * solid.sides_m[1],
@@ -68,12 +70,12 @@ pub(crate) fn floor(
 /// The patches of a scenario under a robot.
 ///
 /// # Errors
-/// Where a pair of materials is not named.
+/// If a pair of materials is undefined.
 pub(crate) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPatch>, Error> {
     ContactSurfaces::new(scenario, robot)?.patches()
 }
 
-/// What a patch sets beside its friction, in words.
+/// Describes what a patch sets besides its friction.
 fn changes(patch: &FloorPatch) -> Vec<String> {
     let number = |name: &str, value: Option<f64>| value.map(|value| format!("{name} {value}"));
     let changed = [
@@ -93,7 +95,7 @@ fn changes(patch: &FloorPatch) -> Vec<String> {
     changed.into_iter().flatten().collect()
 }
 
-/// The ground of a scenario under a robot as a trace keeps it, with what [`uneven`] says.
+/// The ground of a scenario under a robot as stored in a trace, with the result of [`uneven`].
 ///
 /// # Errors
 /// Those of [`floor`].
@@ -126,7 +128,7 @@ pub(crate) fn ground(
     })
 }
 
-/// The boxes of a floor that stand upright, those of stairs among them.
+/// The upright boxes of a floor, including those of stairs.
 fn upright(section: &scenario::Floor) -> impl Iterator<Item = ilon_trace::GroundBox> + '_ {
     let boxes = section.boxes.iter().map(|solid| ilon_trace::GroundBox {
         center_m: [solid.x_m, solid.y_m],
@@ -136,7 +138,7 @@ fn upright(section: &scenario::Floor) -> impl Iterator<Item = ilon_trace::Ground
     boxes.chain(section.stairs.iter().flat_map(steps))
 }
 
-/// A box for each step of stairs, which goes on beneath all higher ones.
+/// A box for each step of stairs, which extends under all higher ones.
 fn steps(stairs: &FloorStairs) -> impl Iterator<Item = ilon_trace::GroundBox> + '_ {
     let heading_rad = stairs.heading_deg.to_radians();
     let (sin, cos) = libm::sincos(heading_rad);
@@ -152,13 +154,13 @@ fn steps(stairs: &FloorStairs) -> impl Iterator<Item = ilon_trace::GroundBox> + 
     })
 }
 
-/// A box that leans, deep enough that all beneath the ramp is ground.
+/// A tilted box, deep enough to fill the ground under the ramp.
 fn ramp(ramp: &FloorRamp) -> GroundRamp {
     let heading_rad = ramp.heading_deg.to_radians();
     let (sin, cos) = libm::sincos(heading_rad);
     let up_m = libm::hypot(ramp.length_m, ramp.rise_m);
     let (rises, runs) = (ramp.rise_m / up_m, ramp.length_m / up_m);
-    // From the middle of its upper side down to its own middle, square to that side.
+    // From the middle of its upper side to its centre, perpendicular to that side.
     let down_m = ramp.rise_m;
     let along_m = 0.5 * ramp.length_m + rises * down_m;
     GroundRamp {
@@ -173,7 +175,8 @@ fn ramp(ramp: &FloorRamp) -> GroundRamp {
     }
 }
 
-/// The heights of uneven ground in metres, row by row: of a map, of a class of roughness about their mean, or above the lowest possible point.
+/// The heights of uneven ground in metres, row by row: of a map, of a roughness class about their
+/// mean, or above the lowest possible point.
 pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
     if let Some(map) = &relief.map {
         return height_map::heights_m(map, relief.points);
@@ -188,10 +191,11 @@ pub fn relief_heights_m(relief: &GroundRelief) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// What takes the place of the plane, if something does, and what a person should know of it. It reads the file of a height map: once is enough.
+/// The uneven ground that replaces the plane, if there is any, and warnings. It reads the file of a
+/// height map, so call it only once.
 ///
 /// # Errors
-/// Where a rough floor has too many cells, or fewer than one, or a height map cannot be read.
+/// If a rough floor has too many cells, or none, or a height map cannot be read.
 pub(crate) fn uneven(
     scenario: &Scenario,
     robot: &Robot,
@@ -218,7 +222,7 @@ fn relief(ground: &GroundRelief) -> Relief {
     }
 }
 
-/// What uneven ground is drawn from.
+/// The parameters of random uneven ground.
 fn drawn(rough: &Rough) -> Result<GroundRelief, Error> {
     if rough.height_m.is_some() == rough.iso_8608.is_some() {
         return Err(Error::invalid(
@@ -251,7 +255,8 @@ mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
 
-    /// A box of 20 x 40 cm that stands 1 cm high: half of its sides, and as deep in the ground as it is high.
+    /// A box of 20 x 40 cm with a height of 1 cm: half of its sides, and as deep in the ground as
+    /// it is high.
     #[test]
     fn a_box_stands_on_the_ground_as_high_as_it_says() {
         let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
@@ -275,7 +280,7 @@ mod tests {
         floor(&scenario, &robot, uneven.as_ref())
     }
 
-    /// The middle of the foot, and of the upper edge: the corners of the upper side of a box that leans.
+    /// The middle of the foot, and of the upper edge: corners of the upper side of a tilted box.
     #[test]
     fn a_ramp_leads_from_its_foot_to_its_height() {
         let keys = "[[world.floor.ramps]]\nx_m = 1\ny_m = 2\nheading_deg = 90\nlength_m = 0.8\nwidth_m = 0.5\nrise_m = 0.1\n";
@@ -293,7 +298,8 @@ mod tests {
         assert_eq!(ramp.half_sides_m.y, 0.25);
     }
 
-    /// Three steps of 0.3 m by 0.02 m: each box begins at its step's edge, ends with the stairs, and is as high as its step.
+    /// Three steps of 0.3 m by 0.02 m: each box begins at its step's edge, ends with the stairs,
+    /// and is as high as its step.
     #[test]
     fn stairs_are_a_box_for_each_step() {
         let keys = "[[world.floor.stairs]]\nx_m = 1\ny_m = 0\nsteps = 3\nrise_m = 0.02\nrun_m = 0.3\nwidth_m = 1\n";

@@ -1,4 +1,5 @@
-//! The floor that a scenario describes, as the world and as the trace have it: surfaces of pairs of materials, patches, boxes, ramps and heights.
+//! Converts the floor of a scenario for the world and the trace: surfaces of material pairs,
+//! patches, boxes, ramps and heights.
 
 pub mod floor;
 pub(crate) mod roughness;

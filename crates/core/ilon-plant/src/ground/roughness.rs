@@ -1,18 +1,22 @@
-//! Ground of a class of roughness: ISO 8608, "Mechanical vibration - Road surface profiles - Reporting of measured data".
+//! Ground of a roughness class: ISO 8608, "Mechanical vibration - Road surface profiles - Reporting
+//! of measured data".
 //!
-//! | symbol | is |
+//! | symbol | meaning |
 //! |---|---|
 //! | n | spatial frequency along a line, in cycles/m; n_0 = 0.1 |
-//! | nu | the same of a wave on the ground, whichever way it runs |
+//! | nu | the same of a wave on the ground, in any direction |
 //! | G_d(n) | one-sided spectral density of the heights along a line, in m^3: G_d(n_0) (n / n_0)^-2 |
 //! | S(nu) | two-sided spectral density of the heights on the ground, in m^4 |
 //!
-//! The standard speaks of one track. Ground that looks alike in all directions, and whose every line has G_d, is the field with
+//! The standard describes one track. Isotropic ground on which every line has the density G_d is
+//! the field with
 //!
-//!   S(nu) = G_d(n_0) n_0^2 / (4 nu^3),   for the integral of S over the waves across a line, of (n^2 + y^2)^(-3/2), is 2 / n^2,
+//!   S(nu) = G_d(n_0) n_0^2 / (4 nu^3),
 //!
-//! from waves as long as the square to waves of two cells. White noise, an even number of cells on a side that is a power of two, is given that
-//! density wave by wave. All is done in one order with `libm`, so that a seed gives the same ground on every machine.
+//! because the integral of S over the waves across a line, of (n^2 + y^2)^(-3/2), is 2 / n^2. Its
+//! waves are between the side of the square and two cells long. White noise on a grid with a power
+//! of two of cells per side gets that density wave by wave. All is computed in a fixed order with
+//! `libm`, so that a seed gives the same ground on every machine.
 
 use std::f64::consts::TAU;
 
@@ -25,7 +29,8 @@ use crate::noise::noise;
 /// n_0, in cycles/m.
 const REFERENCE_PER_M: f64 = 0.1;
 
-/// Heights in metres about a mean of 0, on a square of so many points a side, a cell apart; `density_m3` is G_d(n_0).
+/// Heights in metres about a mean of 0, on a square of `points` points per side, a cell apart;
+/// `density_m3` is G_d(n_0).
 pub(crate) fn heights_m(points: usize, cell_m: f64, density_m3: f64, seed: u64) -> Vec<Vec<f64>> {
     let n = points.next_power_of_two().max(2);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -34,7 +39,7 @@ pub(crate) fn heights_m(points: usize, cell_m: f64, density_m3: f64, seed: u64) 
         .collect();
     transform_both_ways(&mut field, -1.0);
     let side_m = n as f64 * cell_m;
-    // The waves of index i and n - i run against each other, and are as long.
+    // The waves of index i and n - i run in opposite directions, and have the same length.
     let per_m = |i: usize| i.min(n - i) as f64 / side_m;
     let (shortest_per_m, n_0) = (0.5 / cell_m, REFERENCE_PER_M);
     for (row, waves) in field.iter_mut().enumerate() {
@@ -45,7 +50,8 @@ pub(crate) fn heights_m(points: usize, cell_m: f64, density_m3: f64, seed: u64) 
             } else {
                 0.0
             };
-            // White noise of variance 1 has the density cell^2; the transform back divides by n^2.
+            // White noise of variance 1 has the density cell^2; the inverse transform divides by
+            // n^2.
             *wave *= density_m4.sqrt() / cell_m / (n * n) as f64;
         }
     }
@@ -55,7 +61,8 @@ pub(crate) fn heights_m(points: usize, cell_m: f64, density_m3: f64, seed: u64) 
     field.into_iter().map(of_row).collect()
 }
 
-/// The discrete Fourier transform of a square along its rows and columns, with exp(sign j 2 pi ...), and without a factor.
+/// The discrete Fourier transform of a square along its rows and columns, with exp(sign j 2 pi
+/// ...), and without a factor.
 fn transform_both_ways(field: &mut [Vec<Complex<f64>>], sign: f64) {
     for _ in 0..2 {
         field.iter_mut().for_each(|row| transform(row, sign));
@@ -118,9 +125,10 @@ mod tests {
         }
     }
 
-    /// Periodograms along both axes, over the class's line: of each wave number k the mean over all lines is a sum over the waves across with
-    /// weights (1 + (y / k)^2)^(-3/2), whose relative deviation is sqrt(3 pi / 32 / k). What lies beyond the shortest wave is missing:
-    /// 1 - Y / hypot(n, Y), up to 5 % at a third of it.
+    /// Periodograms along both axes, relative to the class's line: for each wave number k the mean
+    /// over all lines is a sum over the waves across with weights (1 + (y / k)^2)^(-3/2), whose
+    /// relative deviation is sqrt(3 pi / 32 / k). The part beyond the shortest wave is missing: 1 -
+    /// Y / hypot(n, Y), up to 5 % at a third of it.
     #[test]
     fn lines_along_both_axes_have_the_density_of_the_class() {
         let (points, cell_m) = (256, 0.02);
@@ -163,7 +171,8 @@ mod tests {
         }
     }
 
-    /// Root mean square of a field between its longest and shortest waves: integral of 2 pi nu S is pi G n_0^2 / 2 (1 / nu_1 - 1 / nu_2).
+    /// Root mean square of a field between its longest and shortest waves: integral of 2 pi nu S is
+    /// pi G n_0^2 / 2 (1 / nu_1 - 1 / nu_2).
     #[test]
     fn each_class_is_twice_as_high_as_the_one_before() {
         use RoughnessClass::{A, B, C, H};

@@ -1,4 +1,5 @@
-//! What floor and patches of a scenario are to the rollers of its robot: by keys of their own, or by pairs of materials.
+//! The contact properties of a scenario's floor and patches for the rollers of its robot, by keys
+//! of the floor or by pairs of materials.
 
 use ilon_robot::Robot;
 use ilon_world::{ContactSurface, FloorSurface, Nap, Patch, Stribeck};
@@ -8,18 +9,20 @@ use crate::ground::timed_patch::TimedPatch;
 use ilon_scenario::Error;
 use ilon_scenario::scenario::{self, FloorPatch, MaterialPair, Scenario, Sliding};
 
-/// What the ground is to each kind of rollers.
+/// The contact properties of the ground for each kind of rollers.
 pub(crate) struct ContactSurfaces<'s> {
     scenario: &'s Scenario,
-    /// The materials of the robot's rollers, that of the first wheel first; a single `None` where the ground is of no material.
+    /// The materials of the robot's rollers, the first wheel's first; a single `None` if the ground
+    /// has no material.
     rollers: Vec<Option<String>>,
-    /// What holds of the floor under each of them, along its nap.
+    /// The floor's properties for each of them, along its nap.
     floor: Vec<MaterialPair>,
 }
 
 impl<'s> ContactSurfaces<'s> {
     /// # Errors
-    /// [`Error::Invalid`] where the ground is of a material and rollers are of none, or a pair is not named.
+    /// [`Error::Invalid`] if the ground has a material and rollers have none, or a pair is
+    /// undefined.
     pub fn new(scenario: &'s Scenario, robot: &Robot) -> Result<Self, Error> {
         let section = &scenario.world.floor;
         let mut rollers: Vec<Option<String>> = Vec::new();
@@ -50,14 +53,14 @@ impl<'s> ContactSurfaces<'s> {
         })
     }
 
-    /// What the floor is to each kind of rollers; there is one at least.
+    /// The floor's properties for each kind of rollers; at least one.
     pub fn floor(&self) -> Vec<ContactSurface> {
         let nap_deg = self.scenario.world.floor.nap_deg.unwrap_or(0.0);
         let floor = self.floor.iter();
         floor.map(|under| footing(under, nap_deg)).collect()
     }
 
-    /// The materials of rollers to which the ground may be something else; none where all rollers are alike.
+    /// The materials of rollers for which the ground can differ; empty if all rollers are alike.
     pub fn materials(&self) -> Vec<String> {
         let materials: Vec<String> = self.rollers.iter().flatten().cloned().collect();
         if materials.len() > 1 {
@@ -67,7 +70,7 @@ impl<'s> ContactSurfaces<'s> {
         }
     }
 
-    /// What ground is to each of these materials.
+    /// The properties of some ground for each of these materials.
     pub fn each_of(&self, footings: &[ContactSurface]) -> Vec<ContactSurface> {
         if self.rollers.len() > 1 {
             footings.to_vec()
@@ -79,7 +82,7 @@ impl<'s> ContactSurfaces<'s> {
     /// All patches of the scenario.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a pair is not named.
+    /// [`Error::Invalid`] if a pair is undefined.
     pub fn patches(&self) -> Result<Vec<TimedPatch>, Error> {
         let patches = self.scenario.world.floor.patches.iter().enumerate();
         patches
@@ -120,7 +123,7 @@ impl<'s> ContactSurfaces<'s> {
     }
 }
 
-/// What a floor of no material says.
+/// The properties of a floor without material.
 fn of_floor(floor: &scenario::Floor) -> MaterialPair {
     MaterialPair {
         friction: floor.friction(),
@@ -133,7 +136,7 @@ fn of_floor(floor: &scenario::Floor) -> MaterialPair {
     }
 }
 
-/// What a patch of no material says, with what it leaves out as on the floor.
+/// The properties of a patch without material; missing ones are the floor's.
 fn on_patch(floor: &MaterialPair, patch: &FloorPatch) -> MaterialPair {
     MaterialPair {
         friction: patch.friction.unwrap_or(floor.friction),
@@ -146,7 +149,7 @@ fn on_patch(floor: &MaterialPair, patch: &FloorPatch) -> MaterialPair {
     }
 }
 
-/// What ground is to rollers, of which this holds along its nap.
+/// The properties of ground for rollers, given those along its nap.
 fn footing(along: &MaterialPair, nap_deg: f64) -> ContactSurface {
     let across = along.across.unwrap_or_default();
     let against = along.against.unwrap_or_default();
@@ -218,7 +221,7 @@ fn pair(scenario: &Scenario, rollers: &str, on: &str, key: &str) -> Result<Mater
     ))
 }
 
-/// Rollers of no material on ground of one.
+/// The error for rollers without material on ground with one.
 fn of_no_material(scenario: &Scenario, wheel: &str) -> Error {
     let rollers: Vec<String> = scenario
         .materials

@@ -1,10 +1,10 @@
-//! A patch of the floor that comes and goes.
+//! A patch of the floor with a time window.
 
 use ilon_world::Patch;
 
 use ilon_scenario::scenario;
 
-/// A patch, and when it is there.
+/// A patch and its time window.
 #[derive(Clone, Debug)]
 pub(crate) struct TimedPatch {
     pub patch: Patch,
@@ -13,7 +13,7 @@ pub(crate) struct TimedPatch {
 }
 
 impl TimedPatch {
-    /// The patches that are there at a time in seconds.
+    /// The patches present at a time in seconds.
     pub fn those_at(all: &[Self], t_s: f64) -> Vec<Patch> {
         let there = |timed: &&Self| scenario::within(t_s, timed.from_s, timed.until_s);
         let patches = all.iter().filter(there);

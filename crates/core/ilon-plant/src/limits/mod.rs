@@ -1,4 +1,4 @@
-//! How hard a scenario's robot may be driven: which accelerations neither grip nor motors forbid.
+//! The accelerations of a scenario's robot that grip and motors allow.
 
 mod sprints;
 
@@ -22,33 +22,39 @@ use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::Played;
 use ilon_scenario::scenario::{Fault, Scenario, WheelLaw};
 
-/// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and wheel loops.
+/// The accelerations that a robot's grip and motors allow under a scenario's floor, motors and
+/// wheel loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Coulomb's coefficient of friction that they are for.
+    /// Coulomb friction coefficient for these limits.
     pub friction: f64,
     /// Angle by which the floor falls, in degrees.
     pub slope_deg: f64,
-    /// The direction in which it falls, from where the robot looks, counter-clockwise, in degrees.
+    /// Direction in which it falls, relative to the robot's heading, counter-clockwise, in degrees.
     pub downhill_deg: f64,
-    /// How the wheels share what the body needs: `"equal_loops"` of wheel loops by themselves, or `"by_grip"`.
+    /// How the wheels share the force that the body needs: `"equal_loops"` for independent wheel
+    /// loops, or `"by_grip"`.
     pub sharing: &'static str,
     /// The limits, in each direction and at each speed.
     pub rows: Vec<LimitRow>,
-    /// The limits of motions without turning in all directions, at rest and at shares of the top speeds.
+    /// The limits of motions without rotation in all directions, at rest and at shares of the top
+    /// speeds.
     pub outlines: Vec<LimitOutline>,
-    /// A polytope of accelerations from rest, ahead and to the left in m/s^2 and turning in rad/s^2, all of which can be had; in JSON its
-    /// `corners`, its `half_spaces` [x, y, z], within which x a + y b + z c <= 1, and the share `missing_at_most` that no direction misses more
-    /// than. `None` where something along an axis cannot be had.
+    /// A polytope of feasible accelerations from rest, ahead and to the left in m/s^2 and rotation
+    /// in rad/s^2. In JSON: its `corners`, its `half_spaces` [x, y, z] with x a + y b + z c <= 1,
+    /// and `missing_at_most`, the largest share that it misses in any direction. `None` if no
+    /// acceleration along an axis is feasible.
     #[serde(serialize_with = "as_corners_and_half_spaces")]
     pub polytope: Option<AccelerationPolytope>,
-    /// A box of accelerations ahead and back, left and right, in m/s^2, and of turning, in rad/s^2, for planners that know no other shape:
-    /// nine tenths of the largest box in the proportions of the limits from rest, each way the lesser, of which every corner can be had.
+    /// A box of feasible accelerations ahead and back, left and right, in m/s^2, and of rotation,
+    /// in rad/s^2, for planners that accept only boxes: nine tenths of the largest box in the
+    /// proportions of the limits from rest, using the smaller limit of both senses. Every corner is
+    /// feasible.
     pub acceleration_box: [f64; 3],
-    /// What is wrong with how the robot stands: that it tips over, or slides, where it is.
+    /// Faults of the robot's stance: that it tips over, or slides, at rest.
     pub remarks: Vec<String>,
-    /// What of floor and rollers these limits leave out, though the scenario has it.
+    /// Properties of floor and rollers in the scenario that these limits ignore.
     pub left_out: Vec<&'static str>,
 }
 
@@ -56,17 +62,17 @@ pub struct Limits {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LimitOutline {
-    /// How fast the robot moves in each direction, over its top speed that way.
+    /// Speed in each direction over the top speed in that direction.
     pub share_of_top: f64,
-    /// The limits on speeding up, counter-clockwise from ahead, every 5 degrees.
+    /// The limits of speeding up, counter-clockwise from ahead, every 5 degrees.
     pub points: Vec<OutlinePoint>,
 }
 
-/// The limit on speeding up in one direction.
+/// The limit of speeding up in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct OutlinePoint {
-    /// From where the robot looks, counter-clockwise, in degrees.
+    /// Relative to the robot's heading, counter-clockwise, in degrees.
     pub direction_deg: f64,
     /// The limit.
     #[serde(flatten)]
@@ -79,34 +85,37 @@ pub struct OutlinePoint {
 pub struct LimitRow {
     /// The motion's name, such as `"ahead"` or `"turning left"`.
     pub motion: String,
-    /// Its direction from where the robot looks, counter-clockwise, in degrees; `None` of a turn on the spot.
+    /// Its direction relative to the robot's heading, counter-clockwise, in degrees; `None` for a
+    /// turn on the spot.
     pub direction_deg: Option<f64>,
-    /// How fast the robot moves that way, in m/s, or turns, in rad/s.
+    /// Speed of that motion, in m/s, or rad/s for a rotation.
     pub speed: f64,
-    /// The limit on speeding up.
+    /// The limit of speeding up.
     pub speeding_up: Limit,
-    /// The limit on slowing down; the same as speeding up the other way where the robot stands.
+    /// The limit of slowing down; at rest that of speeding up the other way.
     pub slowing_down: Limit,
 }
 
-/// One limit, and what makes it.
+/// One limit and its cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Limit {
-    /// The largest acceleration, in m/s^2, or rad/s^2 of a turn; zero where the motion itself takes more than there is.
+    /// The largest acceleration, in m/s^2, or rad/s^2 for a rotation; zero if the motion itself
+    /// exceeds the limits.
     pub largest: f64,
-    /// The wheel that slides first, or whose motor has no more torque; of a robot that tips over, one that leaves the ground.
+    /// The wheel that slides first, or whose motor is at its limit; for a robot that tips over, one
+    /// that leaves the ground.
     pub wheel: String,
     /// `"grip"`, `"motor"` or `"tipping"`.
     pub cause: &'static str,
-    /// What statics allow, in the same unit.
+    /// The limit by statics, in the same unit.
     pub by_statics: f64,
-    /// The share of it that the limit is: less than 1 where the simulated robot slides at more.
+    /// The limit over that by statics: less than 1 if the simulated robot slides at more.
     pub share_held: f64,
 }
 
 impl LimitRow {
-    /// A motion from rest of which only the share is of interest.
+    /// The limit from rest, of which only the share is needed.
     pub(crate) fn from_rest(share: f64) -> Self {
         let limit = Limit {
             largest: share,
@@ -125,7 +134,7 @@ impl LimitRow {
     }
 }
 
-/// The motions that are looked at: name, direction in eighths of a turn, and sense of turning.
+/// The evaluated motions: name, direction in eighths of a turn, and sense of rotation.
 pub(crate) const MOTIONS: [(&str, Option<i32>, f64); 10] = [
     ("ahead", Some(0), 0.0),
     ("ahead and left", Some(1), 0.0),
@@ -139,7 +148,8 @@ pub(crate) const MOTIONS: [(&str, Option<i32>, f64); 10] = [
     ("turning right", None, -1.0),
 ];
 
-/// The unit twist of a motion: along a direction in eighths of a turn, or where there is none turning.
+/// The unit twist of a motion: along a direction in eighths of a turn, or a rotation if there is
+/// none.
 pub(crate) fn direction(eighths: Option<i32>, turning: f64) -> Twist {
     match eighths {
         Some(eighths) => {
@@ -150,23 +160,26 @@ pub(crate) fn direction(eighths: Option<i32>, turning: f64) -> Twist {
     }
 }
 
-/// At which shares of its top speed a motion is looked at.
+/// The shares of the top speed at which a motion is evaluated. Chosen.
 const SHARES_OF_TOP: [f64; 3] = [0.0, 0.5, 0.9];
 
-/// Of the edge of what can be had, the share that a polytope may miss beyond the middles of its faces.
+/// The share of the feasible set's boundary that the polytope may miss beyond the middles of its
+/// faces. Chosen.
 const POLYTOPE_MISSES: f64 = 0.03;
 
-/// Between the directions of an outline, in degrees.
+/// Angle between the directions of an outline, in degrees. Chosen.
 const OUTLINE_STEP_DEG: usize = 5;
 
 impl Limits {
-    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start, motors, wheel loops, and the payloads that
-    /// are on from the beginning, and its joints where their servos start. The robot is as [`load_robot`](ilon_scenario::robot::load_robot) gives it.
+    /// The limits of a robot under a scenario: with its floor, gravity, slope under its start,
+    /// motors, wheel loops, payloads present from the start, and its joints at the start of their
+    /// servos. `robot` is a result of [`load_robot`](ilon_scenario::robot::load_robot).
     ///
     /// # Errors
-    /// Where the scenario, or the robot, makes no sense, or the floor has no friction.
+    /// If the scenario or the robot is invalid, or the floor has no friction.
     pub fn of(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        // Whatever a log says later, servos stand where the robot's file and the scenario send them.
+        // Servos are at the positions from the robot's file and the scenario, whatever a log
+        // commands later.
         let targets = JointTargets::new(scenario, &Played::default(), robot)?;
         let mut limiter = Limiter::new(scenario, (robot, &targets), 1.0)?;
         let kinematics = Kinematics::new(&targets.standing(robot))?;
@@ -231,7 +244,7 @@ fn as_corners_and_half_spaces<S: Serializer>(
     both.end()
 }
 
-/// Rates up to which wheels are driven, in rad/s: of motor, guidance and a DC motor's line.
+/// The largest wheel rates, in rad/s: the lowest limit of motor, guidance and a DC motor's line.
 pub fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
     let guided = scenario.guidance.wheel_rate_limit_rad_s;
     let no_load = scenario.motors.dc.map(|dc| dc.no_load_rate_rad_s);
@@ -245,7 +258,7 @@ pub fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
         .collect()
 }
 
-/// What the limits know nothing of.
+/// The properties that the limits ignore.
 fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
     let section = &scenario.world.floor;
     let any_surface =
@@ -276,21 +289,21 @@ fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
     there.map(|(_, what)| what).collect()
 }
 
-/// The limits of a scenario's robot, to be asked.
+/// The limits of a scenario's robot, for queries.
 pub struct Limiter {
     limits: AccelerationLimits,
     settings: LimitSettings,
     motors: Vec<Motor>,
-    /// With its payloads, its joints at zero.
+    /// With its payloads, and its joints at zero.
     robot: Robot,
-    /// Where its joints stand, in rad or m.
+    /// Joint positions, in rad or m.
     positions: Vec<f64>,
     friction: f64,
     sharing: PushSharing,
 }
 
 impl Limiter {
-    /// Of a scenario and a robot, for a share of grip and torques.
+    /// For a scenario, a robot, and a share of grip and torques.
     ///
     /// # Errors
     /// Like [`Limits::of`].
@@ -300,7 +313,16 @@ impl Limiter {
         share: f64,
     ) -> Result<Self, Error> {
         let robot = laden(scenario, robot);
-        // The limits are those of its plane.
+        if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
+            return Err(Error::invalid(
+                format!(
+                    "limits of acceleration are computed for robots on rollers, and `{}` rolls on a tyre",
+                    wheel.name
+                ),
+                "drive it in a scenario, and read the grip used",
+            ));
+        }
+        // The limits are those on its plane.
         let floor = floor(scenario, &robot, None)?;
         let pairs = floor.footings.iter().map(|footing| footing.friction);
         let friction = pairs.fold(floor.friction, f64::min);
@@ -335,7 +357,8 @@ impl Limiter {
         })
     }
 
-    /// The limits by direction, at each share of the top speeds; at rest alone where nothing limits these.
+    /// The limits by direction, at each share of the top speeds; only at rest if the speeds are
+    /// unlimited.
     fn outlines(&mut self, tops: &SpeedLimits) -> Result<Vec<LimitOutline>, Error> {
         let mut outlines = Vec::new();
         for share_of_top in SHARES_OF_TOP {
@@ -364,9 +387,9 @@ impl Limiter {
         Ok(outlines)
     }
 
-    /// Lets the joints stand elsewhere, in rad or m, where that is far enough from where they are to matter.
+    /// Moves the joints to other positions, in rad or m, if the change is large enough to matter.
     fn stand(&mut self, positions: Vec<f64>) -> Result<(), Error> {
-        /// In rad or m.
+        /// In rad or m. Chosen.
         const MATTERS: f64 = 5e-3;
         let pairs = positions.iter().zip(&self.positions);
         if pairs
@@ -385,8 +408,8 @@ impl Limiter {
         Ok(self.limits.along(direction, twist, &self.motors)?)
     }
 
-    /// The wheels that are short first where an acceleration takes more than there is: the one that is asked for most, and those that are asked
-    /// for nearly as much of their grip.
+    /// The wheels that reach their limit first if an acceleration exceeds it: the one with the
+    /// largest demand, and those with nearly the same demand on their grip.
     fn first_of(
         &mut self,
         used: &AccelerationUse,
@@ -403,8 +426,8 @@ impl Limiter {
         Ok(nearly_most_used(&shares))
     }
 
-    /// The share of grip and torques that an acceleration takes where the wheels share what they push by their grip, the floor falling towards an angle in rad
-    /// from the robot's heading.
+    /// The share of grip and torques that an acceleration needs if the wheels share forces by their
+    /// grip and the floor falls towards an angle in rad from the robot's heading.
     fn by_grip(&self, twist_rate: Twist, twist: Twist, downhill_rad: f64) -> Result<f64, Error> {
         let settings = LimitSettings {
             sharing: PushSharing::ByGrip,
@@ -464,7 +487,7 @@ impl Limiter {
 
     /// Whether the robot is about to tip over at an acceleration.
     fn tips(&self, twist_rate: Twist) -> bool {
-        /// Of the way from the outermost wheel to the origin.
+        /// Relative to the distance from the outermost wheel to the origin. Chosen.
         const ABOUT: f64 = 1e-4;
         let wheels = self.robot.wheels.iter();
         let arm_m = wheels
@@ -473,7 +496,7 @@ impl Limiter {
         self.limits.tipping_margin_m(twist_rate) < ABOUT * arm_m
     }
 
-    /// What is wrong with how the robot stands, in words.
+    /// Faults of the robot's stance, in words.
     fn how_it_stands(&mut self) -> Result<Vec<String>, Error> {
         let rest = Twist::default();
         let margin_m = self.limits.tipping_margin_m(rest);
@@ -507,7 +530,7 @@ impl Limiter {
         Ok(remarks)
     }
 
-    /// Wheels that bear nothing while the robot stands, in words.
+    /// Wheels without load at rest, in words.
     fn unloaded(&mut self) -> Result<Option<String>, Error> {
         let loads_n = self.limits.loads_n(Twist::default(), &self.motors)?;
         let whole_n: f64 = loads_n.iter().sum();
@@ -526,10 +549,11 @@ impl Limiter {
     }
 }
 
-/// The path of a scenario in the least time within a share of grip and torques, and one of wheel rates.
+/// The path of a scenario in the least time within a share of grip and torques, and a share of
+/// wheel rates.
 ///
 /// # Errors
-/// Like [`Limits::of`], and where there is no way along the path.
+/// Like [`Limits::of`], and if the path cannot be driven.
 pub(crate) fn fastest(
     scenario: &Scenario,
     (robot, targets): (&Robot, &JointTargets),
@@ -552,29 +576,30 @@ pub(crate) fn fastest(
     Ok(path.as_fast_as_possible(&mut under, scenario.run.duration_s)?)
 }
 
-/// Times at which a motion is looked at.
+/// Number of times at which a motion is evaluated. Chosen.
 const LOOKS: usize = 2000;
 
-/// A planned motion that takes more than grip or motors give, and for which share of the run.
+/// A planned motion that exceeds grip or motors, and for which share of the run.
 #[derive(Clone, Debug)]
 pub(crate) struct Beyond {
     pub announced: Announced,
-    /// At how many of the [`LOOKS`].
+    /// Number of the [`LOOKS`] at which it exceeds them.
     looks: u32,
-    /// What would help where it asks for most.
+    /// A remedy at the largest demand.
     remedy: &'static str,
-    /// The share of grip that it takes there where all wheels share it by their grip, as they do once one slides.
+    /// The share of grip needed there if all wheels share the force by their grip, as they do once
+    /// one slides.
     together: Option<f64>,
 }
 
-/// Where a planned motion takes more than grip or motors give: when first, how much at most, of which wheel, and of what. Steps of a speed, which
-/// would take any amount, are left to the wheel loops.
+/// Where a planned motion exceeds grip or motors: its first time, the largest demand, its wheel and
+/// its kind. Steps of a speed, which would need infinite forces, are left to the wheel loops.
 pub(crate) fn beyond(
     scenario: &Scenario,
     (robot, targets): (&Robot, &JointTargets),
     pilot: &Pilot,
 ) -> Option<Beyond> {
-    // What is wrong with a scenario is said elsewhere.
+    // Faults of the scenario are reported elsewhere.
     let mut limiter = Limiter::new(scenario, (robot, targets), 1.0).ok()?;
     let mut beyond: Option<Beyond> = None;
     let tops_rad_s = top_rates(scenario, robot);
@@ -632,7 +657,7 @@ pub(crate) fn beyond(
 
 /// The wheels that use nearly as much of their grip as the one that uses most.
 fn nearly_most_used(shares: &[f64]) -> Vec<usize> {
-    /// Of the most. What is not foreseen of loads and pushes is some percent.
+    /// Relative to the largest. Loads and forces are uncertain by some per cent. Chosen.
     const NEARLY: f64 = 0.95;
     let most = shares.iter().copied().fold(0.0, f64::max);
     let near = (0..shares.len()).filter(|wheel| shares[*wheel] >= NEARLY * most);
@@ -640,7 +665,7 @@ fn nearly_most_used(shares: &[f64]) -> Vec<usize> {
 }
 
 impl Beyond {
-    /// Takes in what the motion asks for at a time, and says whether it asks for most then.
+    /// Takes in the demand at a time, and returns whether it is the largest so far.
     fn take(&mut self, t_s: f64, used: &AccelerationUse) -> bool {
         self.looks += 1;
         let announced = &mut self.announced;
@@ -654,7 +679,7 @@ impl Beyond {
         is_most
     }
 
-    /// It in words.
+    /// A description of it.
     pub fn remark(&self, robot: &Robot) -> String {
         let Announced {
             from_s,
@@ -676,7 +701,7 @@ impl Beyond {
         };
         let then = match (of_grip, self.together) {
             (false, _) => "the robot falls behind".to_owned(),
-            // It and the others are short alike.
+            // This wheel and the others are short alike.
             (true, Some(together)) if together > 1.0 => format!(
                 "all wheels together need {:.0} % of theirs, and the robot slides",
                 100.0 * together
@@ -708,7 +733,7 @@ fn named(robot: &Robot, wheels: &[usize]) -> String {
     }
 }
 
-/// The robot with the payloads that are on it when the run begins.
+/// The robot with the payloads present at the start of the run.
 fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
     let mut robot = robot.clone();
     let empty_m = robot.chassis.mass.center_of_mass_m;

@@ -1,8 +1,9 @@
-//! The accelerations of [`Limits`], as far as the simulated robot holds them.
+//! The accelerations of [`Limits`] that the simulated robot can hold.
 //!
-//! Statics about the middles of the wheels leave out what moves: that rollers touch off these middles, that wheels strain one another, that targets of the
-//! wheel loops come in steps. So the plant sprints in each direction of the table, from rest to the top speed and back, as hard as the table says. Where
-//! it slides the table is lowered, and it sprints again.
+//! Statics about the middles of the wheels ignore some effects: rollers touch off these middles,
+//! wheels strain one another, targets of the wheel loops come in steps. So the plant sprints in
+//! each direction of the table, from rest to the top speed and back, with the accelerations of the
+//! table. If it slides, the table is lowered, and it sprints again.
 
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist};
@@ -22,25 +23,26 @@ const MAY_SLIDE: f64 = 0.005;
 /// Before the first sprint, in seconds: springs come to rest.
 const SETTLES_S: f64 = 0.2;
 
-/// In which an acceleration comes, in seconds.
+/// Rise time of an acceleration, in seconds. Chosen.
 const COMES_S: f64 = 0.1;
 
-/// How long a robot speeds up, or slows down, at most, in seconds; and one whose speed nothing limits.
+/// Longest time of speeding up or slowing down, in seconds, also without a speed limit. Chosen.
 const MOST_S: f64 = 1.0;
 const WITHOUT_END_S: f64 = 0.4;
 
 impl Limits {
-    /// Like [`Limits::of`], but lowered where the simulated robot loses more than 0.5 % of its motors' work to sliding: with its rollers, springs and joints, under
-    /// the scenario's wheel loops and targets once a control period. [`Limit::share_held`] says by how much.
+    /// Like [`Limits::of`], but lowered where the simulated robot loses more than 0.5 % of its
+    /// motors' work to sliding: with its rollers, springs and joints, under the scenario's wheel
+    /// loops, with targets once a control period. [`Limit::share_held`] is the remaining share.
     ///
-    /// Outlines are lowered as the directions of the table are on both sides of theirs, and polytope and box as much as the worst of the table at rest and of
-    /// the corners of the box.
+    /// Outlines are lowered like the neighbouring directions of the table; polytope and box by the
+    /// worst of the table at rest and of the corners of the box.
     ///
     /// # Errors
-    /// Like [`Limits::of`], and where the scenario cannot be simulated.
+    /// Like [`Limits::of`], and if the scenario cannot be simulated.
     pub fn held(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let mut limits = Self::of(scenario, robot)?;
-        // What cannot stand does not sprint.
+        // A robot that cannot stand does not sprint.
         if !limits.remarks.is_empty() {
             return Ok(limits);
         }
@@ -53,7 +55,7 @@ impl Limits {
         let least = at_rest
             .map(|row| row.speeding_up.share_held)
             .fold(1.0, f64::min);
-        // The box stays as far inside of the polytope.
+        // The box stays inside the polytope by the same ratio.
         let held = sprinter.box_held(limits.acceleration_box, least)?;
         limits.acceleration_box = limits.acceleration_box.map(|side| held * side);
         if let Some(polytope) = &mut limits.polytope {
@@ -63,16 +65,16 @@ impl Limits {
         Ok(limits)
     }
 
-    /// Lowers the outlines as the table is in the directions on both sides.
+    /// Lowers the outlines like the neighbouring directions of the table.
     fn lower_outlines(&mut self) {
-        /// Between directions of the table, in degrees.
+        /// Angle between directions of the table, in degrees.
         const APART_DEG: f64 = 45.0;
         let rows: Vec<(f64, f64)> = self
             .rows
             .iter()
             .filter_map(|row| Some((row.direction_deg?, row.speeding_up.share_held)))
             .collect();
-        // Each direction has a row a level.
+        // Each direction has one row per speed level.
         let levels = (rows.len() as f64 * APART_DEG / 360.0).max(1.0) as usize;
         for (level, outline) in self.outlines.iter_mut().enumerate() {
             let of_level = || rows.iter().skip(level).step_by(levels);
@@ -89,7 +91,7 @@ impl Limits {
 }
 
 impl Limit {
-    /// Lowers it to a share.
+    /// Lowers the limit to a share.
     fn lower(&mut self, share: f64) {
         self.share_held *= share;
         self.largest = self.share_held * self.by_statics;
@@ -129,7 +131,7 @@ struct Tried {
     slid: f64,
 }
 
-/// What slid, and what the motors gave and took, in J.
+/// Energy lost to sliding, and work that the motors gave and took, in J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slid {
     slip_j: f64,
@@ -137,11 +139,11 @@ struct Slid {
 }
 
 impl Slid {
-    /// All of it since a world began.
+    /// Totals since the start of a world.
     fn so_far(world: &World) -> Self {
         Self {
             slip_j: world.slip_energy_j(),
-            // What they gave, and what they took: that less what both come to.
+            // Given plus taken: the taken work is the positive work minus the net work.
             work_j: 2.0 * world.motor_positive_energy_j() - world.motor_energy_j(),
         }
     }
@@ -155,7 +157,7 @@ impl Slid {
 }
 
 impl LimitRow {
-    /// Its limit on speeding up, or on slowing down.
+    /// The limit of speeding up, or of slowing down.
     fn limit(&self, is_up: bool) -> &Limit {
         match is_up {
             true => &self.speeding_up,
@@ -171,14 +173,14 @@ impl LimitRow {
     }
 }
 
-/// A robot that moves along a direction, and how fast, in m/s or rad/s.
+/// A robot that moves along a direction, and its speed, in m/s or rad/s.
 #[derive(Clone)]
 struct Moving {
     plant: Plant,
     speed: f64,
 }
 
-/// A robot that stands, to be sent in all directions.
+/// A standing robot for sprints in all directions.
 struct Sprinter {
     standing: Plant,
     kinematics: Kinematics,
@@ -188,7 +190,8 @@ struct Sprinter {
 
 impl Sprinter {
     fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        /// The parts of steps in which rollers are about to slide, over those of a run. Shares move by 0.03 at most, and sprints take a quarter of the time.
+        /// Length of the split parts of steps relative to those of a run. It changes shares by at
+        /// most 0.03, and sprints take a quarter of the time.
         const LONGER: f64 = 5.0;
         let mut knowing = Scenario {
             controller: Controller::default(),
@@ -212,21 +215,23 @@ impl Sprinter {
         })
     }
 
-    /// Lowers the rows of a motion until the robot holds them: speeding up, and slowing down from where that ends.
+    /// Lowers the rows of a motion until the robot holds them: speeding up, and slowing down from
+    /// the speed reached.
     fn lower(&mut self, direction: Twist, rows: &mut [LimitRow]) -> Result<(), Error> {
         let at_rest = Moving {
             plant: self.standing.clone(),
             speed: 0.0,
         };
         let fast = self.lower_one_way(direction, rows, (&at_rest, true))?;
-        // From rest it slows down as it speeds up the other way.
+        // From rest it slows down like it speeds up the other way.
         if fast.speed > 0.0 && rows.last().is_some_and(|row| row.speed > 0.0) {
             self.lower_one_way(direction, rows, (&fast, false))?;
         }
         Ok(())
     }
 
-    /// Lowers the limits on speeding up, or on slowing down, from a speed until the robot holds them. Gives how it moves then.
+    /// Lowers the limits of speeding up, or of slowing down from a speed, until the robot holds
+    /// them. Returns its motion afterwards.
     fn lower_one_way(
         &mut self,
         direction: Twist,
@@ -250,7 +255,8 @@ impl Sprinter {
         Ok(moving)
     }
 
-    /// Of a box of accelerations from rest, the share of which the robot holds every corner, up to `most`.
+    /// The share, up to `most`, of a box of accelerations from rest of which the robot holds every
+    /// corner.
     fn box_held(&mut self, sides: [f64; 3], most: f64) -> Result<f64, Error> {
         let mut held = most;
         for corner in 0..8 {
@@ -265,14 +271,15 @@ impl Sprinter {
         Ok(held)
     }
 
-    /// Speeds up along a direction as hard as the rows say, to beyond the speed of the last, or slows down to rest; gives what slid beside each row.
+    /// Speeds up along a direction with the rows' accelerations, to beyond the speed of the last,
+    /// or slows down to rest; returns the sliding at each row.
     fn sprint(
         &mut self,
         moving: &mut Moving,
         direction: Twist,
         (rows, is_up): (&[LimitRow], bool),
     ) -> Result<Vec<Slid>, Error> {
-        /// Over the fastest row's speed, which is 0.9 of the top speed.
+        /// Relative to the fastest row's speed, which is 0.9 of the top speed. Chosen.
         const BEYOND: f64 = 1.05;
         let mut slid = vec![Slid::default(); rows.len()];
         let top = rows.last().map_or(0.0, |row| BEYOND * row.speed);
@@ -315,7 +322,7 @@ fn nearest(rows: &[LimitRow], speed: f64) -> usize {
     nearest
 }
 
-/// The acceleration between rows, in proportion to the speed; beyond the last as there.
+/// The acceleration interpolated between rows by speed; constant beyond the last.
 fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
     let of = |row: &LimitRow| row.limit(is_up).largest;
     let after = rows.partition_point(|row| row.speed <= speed);

@@ -1,21 +1,22 @@
-//! Wheel rates that contradict each other: no motion of the robot turns its wheels so, and they slide against each other on any floor.
+//! Inconsistent wheel rates: no motion of the robot produces them, so the wheels slide against each
+//! other on any floor.
 //!
-//! Of rates q' the part r = q' - M M^+ q' belongs to no twist. It is linear in them, so that sums over time of q' q'^T say how large it would have
-//! been with one wheel reversed, or with two exchanged.
+//! The inconsistent part of rates q' is r = q' - M M^+ q'. It is linear in q', so sums over time of
+//! q' q'^T show how large it would have been with one wheel reversed, or with two exchanged.
 
 use ilon_control::Kinematics;
 use ilon_robot::Robot;
 use nalgebra::{DMatrix, DVector};
 
-/// Rates contradict each other from this share on, and from this speed at the rims, in m/s.
+/// Rates count as inconsistent from this share on, and from this rim speed, in m/s. Chosen.
 const LEAST_SHARE: f64 = 0.05;
 const LEAST_M_S: f64 = 5e-3;
-/// What lasts no longer is the lag of a wheel loop, in seconds.
+/// Shorter inconsistencies are the lag of a wheel loop, in seconds. Chosen.
 const LEAST_S: f64 = 0.3;
-/// A change removes the contradiction where it leaves no more than this part of it.
+/// A change removes the inconsistency if at most this share of it remains. Chosen.
 const REMOVED: f64 = 0.15;
 
-/// The times at which wheel rates contradicted each other.
+/// The times at which wheel rates were inconsistent.
 #[derive(Clone, Debug)]
 pub struct Contradiction {
     from_s: Option<f64>,
@@ -25,7 +26,7 @@ pub struct Contradiction {
     residual: Vec<f64>,
 }
 
-/// Sizes of the part of some rates that belongs to no motion, and of all, as sums of squares.
+/// Magnitudes of the inconsistent part of rates, and of the rates, as sums of squares.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sizes {
     pub of_no_motion: f64,
@@ -33,7 +34,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// |r| over |q'|, in [0, 1]; 0 where the wheels stand.
+    /// |r| over |q'|, in [0, 1]; 0 if the wheels stand.
     pub fn share(self) -> f64 {
         match self.of_all > 0.0 {
             true => (self.of_no_motion / self.of_all).sqrt(),
@@ -43,7 +44,7 @@ impl Sizes {
 }
 
 impl Contradiction {
-    /// Of a robot with so many wheels, none so far.
+    /// For a robot with `wheels` wheels, without data.
     pub fn new(wheels: usize) -> Self {
         Self {
             from_s: None,
@@ -53,12 +54,12 @@ impl Contradiction {
         }
     }
 
-    /// What of the rates that were looked at last belongs to no motion, in rad/s.
+    /// The inconsistent part of the last rates, in rad/s.
     pub fn residual(&self) -> &[f64] {
         &self.residual
     }
 
-    /// What of rates in rad/s belongs to no motion.
+    /// Computes the inconsistent part of rates in rad/s.
     pub fn of(&mut self, kinematics: &Kinematics, rates_rad_s: &[f64]) -> Sizes {
         kinematics.contradiction(rates_rad_s, &mut self.residual);
         let squares = |of: &[f64]| of.iter().map(|rate| rate * rate).sum::<f64>();
@@ -68,7 +69,8 @@ impl Contradiction {
         }
     }
 
-    /// Adds the rates in rad/s that were looked at last, which held from a time on for another, in seconds, of wheels that all carry.
+    /// Adds the last rates in rad/s, which held from a time on for a duration, in seconds, while
+    /// all wheels carried load.
     pub fn add(
         &mut self,
         kinematics: &Kinematics,
@@ -87,7 +89,8 @@ impl Contradiction {
         }
     }
 
-    /// In words, with what would remove it; `None` where the rates belong to one motion. `whose` are the rates.
+    /// A remark with the changes that would remove the inconsistency; `None` if the rates are
+    /// consistent. `whose` names their source.
     pub fn remark(&self, kinematics: &Kinematics, robot: &Robot, whose: &str) -> Option<String> {
         let from_s = self.from_s.filter(|_| self.time_s >= LEAST_S)?;
         let share = (self.of_no_motion(kinematics, &self.products) / self.products.trace()).sqrt();
@@ -115,7 +118,8 @@ impl Contradiction {
             .max(0.0)
     }
 
-    /// Each reversal of one wheel, and each exchange of two, that removes the contradiction; first what lets the robot go ahead most.
+    /// Each reversal of one wheel, and each exchange of two, that removes the inconsistency; those
+    /// that drive the robot ahead most come first.
     fn mended(&self, kinematics: &Kinematics, robot: &Robot) -> Vec<String> {
         let count = robot.wheels.len();
         let name = |wheel: usize| robot.wheels[wheel].name.as_str();
@@ -175,10 +179,10 @@ mod tests {
         found.remark(&kinematics, &robot, "the wheel rates")
     }
 
-    /// Rates of a motion have no r. No motion of these wheels, front left and right, then rear, has a part of n = (1, 1, -1, -1) / 2, and the rates
-    /// (-6, 6, 6, 6) rad/s have
-    /// n . q' = -6: half of their length 12. A drive ahead with the first wheel reversed is also one that turns, or goes sideways, with another
-    /// reversed.
+    /// Rates of a motion have no r. No motion of these wheels, front left and right, then rear, has
+    /// a part of n = (1, 1, -1, -1) / 2, and the rates (-6, 6, 6, 6) rad/s have n . q' = -6: half
+    /// of their length 12. A drive ahead with the first wheel reversed is also one that turns, or
+    /// goes sideways, with another reversed.
     #[test]
     fn a_reversed_motor_is_found_and_four_free_numbers_are_not_mended() {
         assert_eq!(said(&[[6.0; 4], [6.0, -6.0, 6.0, -6.0]]), None);
@@ -186,7 +190,7 @@ mod tests {
         assert!(reversed.contains("50 % of them"), "{reversed}");
         let first = reversed.split("removes it").next().unwrap_or_default();
         assert!(first.ends_with("reversing `front_left` "), "{reversed}");
-        // Of a drive that turns as well, (2, 6, 4, 4) rad/s, one reversal alone is left.
+        // For a drive that turns as well, (2, 6, 4, 4) rad/s, only one reversal remains.
         let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [-2.0, 6.0, 4.0, 4.0]]);
         let turns = turns.unwrap_or_default();
         assert!(

@@ -1,4 +1,4 @@
-//! What a pilot will ask of the wheels over a run, known before it begins.
+//! Predicts the demand of a pilot on the wheels over a run.
 
 use ilon_control::{Feasibility, Kinematics, Reference, Task, WheelRateAsked};
 use ilon_robot::{Twist, wrap_angle};
@@ -8,20 +8,21 @@ use super::contradiction::Contradiction;
 use super::{Pilot, Planned};
 use ilon_scenario::scenario::Scenario;
 
-/// Times at which a reference is looked at for its peaks: a hundredth of a period of any path of the run.
+/// Number of times at which a reference is searched for peaks: a hundredth of a period of any path
+/// of the run. Chosen.
 const SAMPLES: usize = 2000;
 
 impl Pilot {
-    /// The fastest wheel rate that the scenario asks for, in rad/s, whatever its wheels can do: that of the commanded twist,
-    /// or of the reference and of the way to it from the start. Noise, pushes and overshoot come on top. `None` of a
-    /// controller that the caller wrote.
+    /// The fastest wheel rate that the scenario commands, in rad/s, regardless of the wheels'
+    /// limits: that of the commanded twist, or of the reference and of the way to it from the
+    /// start. Noise, pushes and overshoot add to it. `None` for a caller's controller.
     pub fn fastest_rate_asked_rad_s(&self, scenario: &Scenario) -> Option<f64> {
         match &self.motion {
             Planned::Reference(reference) => {
                 let (speed_m_s, turn_rad_s) = reference.peaks(scenario.run.duration_s, SAMPLES);
                 let start = scenario.robot.start();
                 let first = reference.at(0.0).pose;
-                // What follows is at most this far from the origin.
+                // The point that follows is at most this far from the origin.
                 let arm_m = self.reference_point_m().norm();
                 let off_m = (first.position_m() - start.position_m()).norm() + arm_m;
                 let off_rad = wrap_angle(first.heading_rad - start.heading_rad).abs();
@@ -53,7 +54,8 @@ impl Pilot {
         }
     }
 
-    /// Of the twists of a schedule the one that takes the fastest wheels, and what saturation leaves of it; `None` without a schedule.
+    /// The twist of a schedule with the fastest wheels, and the same after saturation; `None`
+    /// without a schedule.
     pub fn held_to_limits(&self) -> Option<[Twist; 2]> {
         let Planned::Twist(profile) = &self.motion else {
             return None;
@@ -78,8 +80,8 @@ impl Pilot {
         ])
     }
 
-    /// Wheel rates that a log asks for, over the run, as far as they contradict each other by the kinematics of
-    /// the real robot.
+    /// The inconsistency of the wheel rates of a log over the run, by the kinematics of the real
+    /// robot.
     pub fn contradiction(&self, kinematics: &Kinematics, duration_s: f64) -> Contradiction {
         let count = kinematics.wheel_count();
         let mut found = Contradiction::new(count);
@@ -98,7 +100,7 @@ impl Pilot {
         found
     }
 
-    /// The heading that is desired at a time in seconds, in radians, where a reference says one.
+    /// The desired heading at a time in seconds, in radians, if a reference defines it.
     pub fn desired_heading_rad(&self, t_s: f64) -> Option<f64> {
         match &self.motion {
             Planned::Reference(reference) => Some(reference.at(t_s).pose.heading_rad),
@@ -106,8 +108,8 @@ impl Pilot {
         }
     }
 
-    /// The motion of the body's origin that is planned at a time in seconds: its twist in the body frame, and how that changes, where a
-    /// reference or a twist says it.
+    /// The planned motion of the body's origin at a time in seconds: its twist in the body frame
+    /// and the twist's rate of change, if a reference or a twist defines it.
     pub fn planned(&self, t_s: f64) -> Option<(Twist, Twist)> {
         match &self.motion {
             Planned::Reference(reference) => {
@@ -141,14 +143,14 @@ impl Pilot {
     }
 }
 
-/// The motion of the body's origin while a point of the body, in metres in its frame, goes as a reference says at a time in seconds: its twist in the
-/// body frame, and how that changes.
+/// The motion of the body's origin if a point of the body, in metres in its frame, follows a
+/// reference, at a time in seconds: its twist in the body frame and the twist's rate of change.
 pub fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twist, Twist) {
     let desired = reference.at(t_s);
     let phi = desired.pose.heading_rad;
     let twist = desired.velocity_in_world.rotated(-phi);
     let omega = twist.omega_rad_s;
-    // d/dt of components in a frame that turns.
+    // Derivative of components in a rotating frame.
     let rate = reference.acceleration_in_world(t_s).rotated(-phi)
         + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
     let of_origin = |twist: Twist| {
@@ -163,22 +165,23 @@ pub fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twi
 pub struct FeasibilityInTime {
     /// The left-hand side of (36).
     pub position: RateAsked,
-    /// That of (37).
+    /// The left-hand side of (37).
     pub heading: RateAsked,
     /// q'_max, in rad/s: both must stay below half of it.
     pub limit_rad_s: f64,
-    /// Where the reference takes all that a wheel can be given, and more: from when on, and its worst, with its time; in seconds.
+    /// If the reference needs all of a wheel's rate or more: the first time, the time of the
+    /// largest demand, both in seconds, and that demand.
     pub saturates: Option<(f64, f64, WheelRateAsked)>,
 }
 
-/// The wheel rates that one condition is about, over a run.
+/// The wheel rates of one condition over a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RateAsked {
     /// The largest, in rad/s.
     pub most_rad_s: f64,
-    /// When it is reached first, in seconds.
+    /// Time of that, in seconds.
     pub most_at_s: f64,
-    /// From when on the condition does not hold, in seconds; `None` where it always does.
+    /// Time from which on the condition is violated, in seconds; `None` if it always holds.
     pub beyond_from_s: Option<f64>,
 }
 
@@ -199,7 +202,7 @@ impl FeasibilityInTime {
 
 impl RateAsked {
     fn take(&mut self, t_s: f64, rate_rad_s: f64, half_rad_s: f64) {
-        // What is the same but for rounding was reached first before.
+        // Of values equal except for rounding, the first time counts.
         if rate_rad_s > self.most_rad_s * (1.0 + 1e-9) {
             (self.most_rad_s, self.most_at_s) = (rate_rad_s, t_s);
         }

@@ -1,4 +1,4 @@
-//! The guidance law as a scenario sets it.
+//! Builds the guidance law of a scenario.
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, GuidanceTask, Kinematics, Saturation};
 use ilon_robot::Twist;
@@ -6,10 +6,11 @@ use nalgebra::{Matrix2, Vector2};
 
 use ilon_scenario::{Error, scenario};
 
-/// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the point that the kinematics count from.
+/// The guidance of a `[guidance]` section: gains, saturation, tasks and limits; for the reference
+/// point of the kinematics.
 ///
 /// # Errors
-/// Where a gain, a limit or a task makes no sense.
+/// If a gain, a limit or a task is invalid.
 pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<Guidance, Error> {
     let settings = GuidanceSettings {
         position_gain: match section.position_gain_matrix_per_s {
@@ -41,7 +42,7 @@ pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<
     })
 }
 
-/// A task of a scenario, for the guidance.
+/// Converts a task of a scenario.
 fn task(task: &scenario::Task) -> GuidanceTask {
     match *task {
         scenario::Task::PositionFeedforward => GuidanceTask::PositionFeedforward,

@@ -1,4 +1,4 @@
-//! What decides the wheel rates: the guidance on a reference, a twist in open loop, or a log.
+//! Decides the wheel rates: by guidance on a reference, an open-loop twist, or a log.
 
 pub(crate) mod contradiction;
 mod foresight;
@@ -26,71 +26,73 @@ use ilon_scenario::course::playback::{Asked, Log, Placing};
 use ilon_scenario::scenario::{self, ReferencePoint, Scenario};
 use ilon_scenario::{Error, Resolved};
 
-/// What decides the wheel rates.
+/// Decides the wheel rates.
 pub struct Pilot {
     motion: Planned,
     guidance: Guidance,
-    /// Which part of a twist keeps its wheel rates in saturation; where none is said both give way together.
+    /// The part of a twist that keeps its wheel rates in saturation; `None` scales both together.
     priority: Option<ilon_control::Priority>,
-    /// Present where the wheel rates are those of the touching rollers.
+    /// Present if the wheel rates are computed by contact kinematics.
     contact: Option<ContactKinematics>,
-    /// The wheel rates decided on, in rad/s; zero where torques were.
+    /// The decided wheel rates, in rad/s; zero if torques were decided.
     wheel_rates_rad_s: Vec<f64>,
-    /// The torques decided on, in N m, where a controller commands torques.
+    /// The decided torques, in N m, if a controller commands torques.
     torques_n_m: Vec<f64>,
     commanded: Commanded,
-    /// As it is believed to be.
+    /// The robot that the controller believes in.
     robot: Robot,
     /// About the robot's origin.
     kinematics: Kinematics,
-    /// Of a robot whose joints move its wheels.
+    /// For a robot whose joints move its wheels.
     hubs: Option<Hubs>,
     /// Of a robot with steered wheels.
     modules: Option<Modules>,
     /// How long a control period is, in seconds.
     period_s: f64,
     decision: Decision,
-    /// The log of the scenario, if it has one.
+    /// The scenario's log, if it has one.
     log: Option<Arc<Log>>,
-    /// Of a log that says only later where the real robot was: where it said so first, and where the simulated robot was then.
+    /// For a log whose poses of the real robot begin late: the first of these, and the simulated
+    /// robot's pose at that time.
     placing: Option<Placing>,
 }
 
 enum Planned {
     Reference(Box<Reference>),
     Twist(TwistProfile),
-    /// What a log asks of the wheels, or of the body.
+    /// The commands of a log to the wheels or the body.
     Log(Arc<Log>),
-    /// A controller of the caller's, and the reference that the scenario names, if it does.
+    /// A caller's controller, and the scenario's reference, if it has one.
     Own(Box<dyn Controller>, Option<Box<Reference>>),
 }
 
-/// A controller of one's own, in place of the guidance: it sees what the robot's sensors see and commands the wheels.
+/// A controller written by the caller, in place of the guidance. It receives the measurements of
+/// the robot's sensors and commands the wheels.
 ///
-/// It is called once a control period, and may go with its run to another thread.
+/// It is called once a control period, and may move with its run to another thread.
 pub trait Controller: Send {
-    /// Decides what the wheels shall do: writes one number a wheel, in the robot's order, into `wheels`, which are zero before,
-    /// and says what the numbers are.
+    /// Decides the commands: writes one number per wheel, in the robot's order, into `wheels`,
+    /// which are zero before, and returns their kind.
     fn command(&mut self, now: &Moment<'_>, wheels: &mut [f64]) -> Commanded;
 }
 
-/// What a [`Controller`] knows when it decides.
+/// The input of a [`Controller`].
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Moment<'a> {
     /// Time since the start of the run, in seconds.
     pub t_s: f64,
-    /// What the robot's sensors say.
+    /// The measurements of the robot's sensors.
     pub seen: &'a Measurements,
-    /// The scenario's `[reference]` at the time, if it has one.
+    /// The scenario's `[reference]` at this time, if it has one.
     pub desired: Option<&'a Desired>,
-    /// The robot, as the controller is to believe it.
+    /// The robot that the controller believes in.
     pub robot: &'a Robot,
     /// Its kinematics about its origin: wheel rates for a twist, and back.
     pub kinematics: &'a Kinematics,
 }
 
-/// Stands for a controller of which nothing is known yet.
+/// A placeholder for a controller that is not known yet.
 pub struct Idle;
 
 impl Controller for Idle {
@@ -105,15 +107,16 @@ struct Decision {
     pub desired: Option<Desired>,
     pub command_twist_in_body: Twist,
     pub granted_twist_in_body: Twist,
-    /// The twists that the tasks asked for, highest priority first; empty in open loop.
+    /// The twists that the tasks commanded, highest priority first; empty in open loop.
     pub tasks: Vec<TaskShare>,
 }
 
 impl Pilot {
-    /// What decides the wheel rates of a resolved scenario: a controller of the caller's, or where there is none the scenario's guidance.
+    /// The pilot of a resolved scenario: a caller's controller, or by default the scenario's
+    /// guidance.
     ///
     /// # Errors
-    /// Where this robot cannot be guided so.
+    /// If this robot cannot be guided like this.
     pub fn of(
         resolved: &Resolved,
         robot: &Robot,
@@ -128,8 +131,8 @@ impl Pilot {
         Self::new(resolved.scenario(), tracked, kinematics, known, controller)
     }
 
-    /// What a resolved scenario says about how its robot is driven, by what is believed of the robot and its kinematics; `tracked` is its reference, and
-    /// `log` its log.
+    /// The pilot of a resolved scenario, for the believed robot and its kinematics; `tracked` is
+    /// the reference, and `log` the log.
     pub fn new(
         scenario: &Scenario,
         (tracked, log): (Option<Reference>, Option<Arc<Log>>),
@@ -148,7 +151,7 @@ impl Pilot {
             (None, None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
         let about_origin = kinematics.clone();
-        // A twist in open loop, as any twist of a scenario, is the origin's.
+        // An open-loop twist, like any twist of a scenario, is that of the origin.
         let kinematics = match (&motion, section.reference_point) {
             (Planned::Twist(_) | Planned::Log(_), _) | (_, ReferencePoint::Origin) => kinematics,
             (_, point) => kinematics.about(point_m(point, &kinematics))?,
@@ -175,7 +178,7 @@ impl Pilot {
         })
     }
 
-    /// Decides anew, from the time and what the robot knows.
+    /// Makes a new decision from the time and the measurements.
     pub fn decide(&mut self, t_s: f64, seen: &Measurements) {
         self.stand(&seen.joint_positions);
         if let Some(contact) = &mut self.contact {
@@ -229,14 +232,16 @@ impl Pilot {
         }
     }
 
-    /// Ends the run at a time in seconds: the last decision stands, and what is desired is that of the end.
+    /// Ends the run at a time in seconds: the last decision is kept, and the reference is evaluated
+    /// at the end.
     pub fn end(&mut self, t_s: f64) {
         if let Planned::Reference(reference) | Planned::Own(_, Some(reference)) = &self.motion {
             self.decision.desired = Some(reference.at(t_s));
         }
     }
 
-    /// Asks for a twist of the body's origin, in the body frame, from the next decision on, in place of the scenario's twist.
+    /// Commands a twist of the body's origin, in the body frame, from the next decision on, instead
+    /// of the scenario's twist.
     pub fn steer(&mut self, twist_in_body: Twist) {
         self.motion = Planned::Twist(TwistProfile::of(twist_in_body));
     }
@@ -255,8 +260,8 @@ impl Pilot {
         self.roll_along();
     }
 
-    /// Takes up where the joints between bodies have the wheels, in rad or m. Where no twist follows from the rates of wheels that stand so, they count as
-    /// they stood before.
+    /// Updates the wheels' places from the positions of joints between bodies, in rad or m. If no
+    /// twist follows from the rates of the wheels there, their previous places are kept.
     fn stand(&mut self, joint_positions: &[f64]) {
         let Some(hubs) = &mut self.hubs else {
             return;
@@ -277,7 +282,8 @@ impl Pilot {
         }
     }
 
-    /// Lets the wheels roll along where joints carry them, at the speed of the last control period.
+    /// Adds the rates at which the wheels roll while joints carry them, at the speed of the last
+    /// control period.
     fn roll_along(&mut self) {
         if let Some(hubs) = &self.hubs {
             let rates = self.wheel_rates_rad_s.iter_mut().zip(hubs.carried_rad());
@@ -329,7 +335,7 @@ impl Pilot {
         self.guidance.kinematics().reference_point_m()
     }
 
-    /// What the wheels shall do.
+    /// The current command to the wheels.
     pub fn command(&self) -> WheelCommand<'_> {
         match self.commanded {
             Commanded::Torques => WheelCommand::Torques(&self.torques_n_m),
@@ -337,7 +343,8 @@ impl Pilot {
         }
     }
 
-    /// Where a log says that the real robot was at a time in seconds, while the simulated robot is at a pose.
+    /// The real robot's pose in a log at a time in seconds, while the simulated robot is at
+    /// `truth`.
     fn measured_at(&mut self, t_s: f64, truth: Pose) -> Option<Pose> {
         let log = self.log.as_ref()?;
         let measured = log.measured_at(t_s)?;
@@ -351,12 +358,13 @@ impl Pilot {
         Some(placing.of(measured))
     }
 
-    /// Whether a log says anything of where the real robot was.
+    /// Whether a log has poses of the real robot.
     pub fn is_measured(&self) -> bool {
         self.log.as_ref().is_some_and(|log| log.has_measured())
     }
 
-    /// What was decided last, for a recorder at a time in seconds, while the simulated robot is at a pose.
+    /// The last decision, for a recorder at a time in seconds, while the simulated robot is at
+    /// `truth`.
     pub fn decided(&mut self, t_s: f64, truth: Pose) -> Decided<'_> {
         Decided {
             measured: self.measured_at(t_s, truth),
@@ -369,7 +377,7 @@ impl Pilot {
         }
     }
 
-    /// Names of the guidance's tasks, highest priority first; none in open loop.
+    /// Names of the guidance's tasks, highest priority first; empty in open loop.
     pub fn task_names(&self) -> Vec<&'static str> {
         match &self.motion {
             Planned::Reference(_) => self.guidance.task_names().collect(),
@@ -377,7 +385,7 @@ impl Pilot {
         }
     }
 
-    /// From when on means are taken, in seconds.
+    /// Start of the window of the means, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {
             Planned::Reference(_) | Planned::Log(_) | Planned::Own(..) => 0.0,
@@ -408,7 +416,8 @@ impl Decision {
 }
 
 impl Decision {
-    /// Turns twists of a point of the body frame into those of its origin, eq. (2): all that is recorded is the origin's.
+    /// Converts twists of a point of the body frame to those of its origin, eq. (2): all recorded
+    /// twists are those of the origin.
     fn move_to_origin(&mut self, point_m: Vector2<f64>) {
         let moved = |twist: &mut Twist| {
             twist.vx_m_s += twist.omega_rad_s * point_m.y;
@@ -430,7 +439,7 @@ mod tests {
     /// Of the body, in metres.
     const POINT_M: [f64; 2] = [0.2, -0.1];
 
-    /// The pilot of a reference that a point beside the body's origin follows.
+    /// The pilot of a reference that is followed by a point beside the body's origin.
     fn pilot(reference: &str) -> Pilot {
         let [x_m, y_m] = POINT_M;
         let text = format!(
@@ -457,9 +466,10 @@ mod tests {
         off.linear_m_s().norm() + off.omega_rad_s.abs()
     }
 
-    /// A point at c that goes round a circle at v and looks along it turns at omega = v / r, and so does the origin, at
-    /// (v + omega c_y, -omega c_x) in the body's own axes: all the time the same, so that nothing changes there. A reference's acceleration is a quotient
-    /// over 10 us, half of which times the jerk, v omega^2, is 5e-7 m/s^2.
+    /// A point at c that goes round a circle at v and looks along it turns at omega = v / r, and so
+    /// does the origin, at (v + omega c_y, -omega c_x) in the body frame: constant, so its rate is
+    /// zero. A reference's acceleration is a quotient over 10 us, half of which times the jerk, v
+    /// omega^2, is 5e-7 m/s^2.
     #[test]
     fn round_a_circle_along_it_the_origins_twist_stays_as_it_is() {
         let (radius_m, speed_m_s) = (0.8, 0.4);
@@ -476,8 +486,9 @@ mod tests {
         }
     }
 
-    /// Where the heading turns by itself the rate is the derivative of the twist in the body's axes, to half of the 10 us over which an acceleration is
-    /// taken times a jerk of at most 1 m/s^3: the speed's share of it, 0.6 m/s, times the square of (2 pi / 8 s + 40 deg/s).
+    /// If the heading turns independently, the rate is the derivative of the twist in the body
+    /// frame, to half of the 10 us over which an acceleration is taken times a jerk of at most 1
+    /// m/s^3: the speed's part of it, 0.6 m/s, times the square of (2 pi / 8 s + 40 deg/s).
     #[test]
     fn how_a_planned_twist_changes_is_its_derivative() {
         const H_S: f64 = 1e-4;

@@ -4,10 +4,10 @@ use ilon_robot::Twist;
 
 use ilon_scenario::scenario::{self, within};
 
-/// A twist over time: held, with linear ramps between.
+/// A twist over time: constant, with linear ramps between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwistProfile {
-    /// When each change begins, in seconds, and what it leads to.
+    /// The start of each change, in seconds, and the twist after it.
     pub(crate) changes: Vec<(f64, Twist)>,
     ramp_s: f64,
     settle_s: f64,
@@ -32,7 +32,7 @@ impl TwistProfile {
         }
     }
 
-    /// One twist at all times.
+    /// A constant twist.
     pub fn of(twist: Twist) -> Self {
         Self {
             changes: vec![(f64::NEG_INFINITY, twist)],
@@ -41,7 +41,8 @@ impl TwistProfile {
         }
     }
 
-    /// The twist in the body frame at a time in seconds. A change without a ramp holds from its instant on.
+    /// The twist in the body frame at a time in seconds. A change without a ramp holds from its
+    /// instant on.
     pub fn at(&self, t_s: f64) -> Twist {
         let mut twist = Twist::default();
         for (from_s, to) in &self.changes {
@@ -57,12 +58,12 @@ impl TwistProfile {
         twist
     }
 
-    /// The twists that are held, in their order.
+    /// The constant twists, in order.
     pub fn held(&self) -> impl Iterator<Item = Twist> {
         self.changes.iter().map(|(_, twist)| *twist)
     }
 
-    /// When the last change has settled, in seconds.
+    /// The time when the last change has settled, in seconds.
     pub fn settled_s(&self) -> f64 {
         let last_s = self.changes.last().map_or(0.0, |(from_s, _)| *from_s);
         last_s + self.ramp_s + self.settle_s
@@ -102,7 +103,7 @@ mod tests {
             ..scenario::Twist::default()
         });
         assert_eq!(profile.at(0.499), Twist::default());
-        // Whatever a sum of control periods rounds to.
+        // Whatever the rounding of a sum of control periods.
         assert_eq!(profile.at(0.5 - 1e-15), Twist::new(0.4, 0.0, 0.0));
         assert_eq!(profile.at(0.5), Twist::new(0.4, 0.0, 0.0));
         assert_eq!(profile.at(9.0), Twist::new(0.4, 0.0, 0.0));

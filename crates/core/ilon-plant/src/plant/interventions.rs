@@ -1,4 +1,5 @@
-//! What a program does to a plant beside driving its wheels: pushes, wrenches, payloads, friction, slopes, and commands to joints.
+//! Interventions of a program besides driving the wheels: pushes, wrenches, payloads, friction,
+//! slopes, and joint commands.
 
 use ilon_world::{ContactSolver, Payload, Push};
 use nalgebra::{Matrix6, Vector3};
@@ -9,11 +10,12 @@ use ilon_scenario::Error;
 use ilon_scenario::course::command::JointCommand;
 
 impl Plant {
-    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in seconds, at a place in the
-    /// body frame, in metres; without one, at the chassis's centre of mass. Several pushes add up, and a reset ends them.
+    /// Pushes the chassis from now on with a constant force in the world frame, in N, for a time in
+    /// seconds, at a point in the body frame, in metres, by default at the chassis's centre of
+    /// mass. Several pushes add up, and a reset ends them.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite or the time is not above 0.
+    /// [`Error::Invalid`] if a number is not finite or the time is not above 0.
     pub fn push(
         &mut self,
         force_in_world_n: [f64; 3],
@@ -40,12 +42,13 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets a force in N and a moment in N m act on the chassis from now on until they are changed, both in the world frame, the force at a
-    /// place in the body frame in metres, or without one at the chassis's centre of mass: what another simulator's bodies put on the robot.
-    /// Pushes come on top, and a reset ends it.
+    /// Applies a force in N and a moment in N m to the chassis from now on until they are changed,
+    /// both in the world frame, the force at a point in the body frame in metres, by default at the
+    /// chassis's centre of mass. This is the interface to bodies of another simulator. Pushes are
+    /// added, and a reset ends it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite; what acted before goes on then.
+    /// [`Error::Invalid`] if a number is not finite; the previous wrench then continues.
     pub fn set_wrench(
         &mut self,
         force_in_world_n: [f64; 3],
@@ -76,16 +79,18 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets the chassis bear from now on the inertia of something that another simulator moves: of its acceleration a, linear at the body
-    /// frame's origin before angular, that takes a wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
+    /// Couples the inertia of bodies that another simulator moves to the chassis from now on: an
+    /// acceleration a of the chassis, linear at the body frame's origin before angular, then takes
+    /// an additional wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
     /// articulated-body inertia of an arm or a pushed box (Featherstone 2008, section 7.1).
     ///
-    /// With [`Plant::set_wrench`] of what that thing puts on the chassis where it is not accelerated, both simulators meet without a delay:
-    /// contacts and motors move what they really move, stable whatever weighs more. All zeros, and a reset, end it.
+    /// Together with [`Plant::set_wrench`] of the bodies' wrench on a chassis that does not
+    /// accelerate, the two simulators are coupled without a delay: contacts and motors move the
+    /// true inertia, stable for any mass ratio. All zeros, or a reset, end it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a number is not finite, where A is not symmetric or has negative energy, and where rapier's own solver moves the
-    /// robot; what was borne before goes on then.
+    /// [`Error::Invalid`] if a number is not finite, if A is not symmetric or has negative energy,
+    /// and if rapier's own solver moves the robot; the previous inertia is then kept.
     pub fn set_articulated_inertia(&mut self, inertia: &[[f64; 6]; 6]) -> Result<(), Error> {
         self.refuse_in_rapier("an articulated inertia")?;
         let inertia = Matrix6::from_fn(|row, column| inertia[row][column]);
@@ -103,13 +108,16 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets the ground lean from now on: gravity pulls along a direction in the world frame, of any length above 0;
-    /// [0, 0, -1] is level ground. Tilts of the scenario turn it further, and a reset ends it.
+    /// Tilts the ground from now on: gravity acts along a direction in the world frame, of any
+    /// length above 0; [0, 0, -1] is level ground. Tilts of the scenario are added, and a reset
+    /// ends it.
     ///
-    /// The frame stays the floor's: what a frame that turns would add is left out, as [`World::lean`](ilon_world::World::lean) says.
+    /// The frame stays the floor's: the inertial forces of a rotating frame are left out, see
+    /// [`World::lean`](ilon_world::World::lean).
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a direction that is none or not finite, and where rapier's own solver moves the robot.
+    /// [`Error::Invalid`] for a direction that is zero or not finite, and if rapier's own solver
+    /// moves the robot.
     pub fn set_down(&mut self, down_in_world: [f64; 3]) -> Result<(), Error> {
         self.refuse_in_rapier("ground that leans")?;
         let down = Vector3::from(down_in_world);
@@ -125,7 +133,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Refuses what the world does not do where rapier's own solver moves the robot.
+    /// Refuses features that the world does not have if rapier's own solver moves the robot.
     fn refuse_in_rapier(&self, what: &str) -> Result<(), Error> {
         if self.plan.settings.contacts == ContactSolver::Rapier {
             return Err(Error::invalid(
@@ -136,11 +144,12 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets the rollers of a wheel find a share of the ground's friction from now on; 1 for all of it. A reset ends it.
+    /// Limits the rollers of a wheel to a share of the ground's friction from now on; 1 for all of
+    /// it. A reset ends it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a wheel that the robot does not have, a share that is negative or no number, and where rapier's own solver moves
-    /// the robot.
+    /// [`Error::Invalid`] for a wheel that the robot does not have, a share that is negative or
+    /// NaN, and if rapier's own solver moves the robot.
     pub fn set_grip(&mut self, wheel: usize, share: f64) -> Result<(), Error> {
         self.refuse_in_rapier("grip of single wheels")?;
         let wheels = self.motors.len();
@@ -157,17 +166,17 @@ impl Plant {
         Ok(())
     }
 
-    /// A place in the body frame, or where none is given the chassis's centre of mass without payload.
+    /// A point in the body frame, by default the chassis's centre of mass without payload.
     fn place_or_center(&self, place_in_body_m: Option<[f64; 3]>) -> Vector3<f64> {
         let center_m = self.plan.robot.chassis.mass.center_of_mass_m;
         place_in_body_m.map_or(center_m, Vector3::from)
     }
 
-    /// Changes how slippery the floor is from now on, but on its patches. A fault of the scenario that changes it too has the
-    /// last word from its own time on.
+    /// Changes the floor's friction from now on, except on its patches. A fault of the scenario
+    /// that changes it overrides this from its own time on.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a friction that is negative or no number.
+    /// [`Error::Invalid`] for a friction that is negative or NaN.
     pub fn set_friction(&mut self, friction: f64) -> Result<(), Error> {
         if !(friction.is_finite() && friction >= 0.0) {
             return Err(Error::invalid(
@@ -180,11 +189,13 @@ impl Plant {
         Ok(())
     }
 
-    /// Tells the servos of joints between bodies, each by its name, where to go, how fast, or with what torque or force to act. All are told, or none. From now
-    /// on the scenario's setpoints no longer hold for these joints; a reset brings them back, and a snapshot holds what was last.
+    /// Commands the servos of joints between bodies, each by name: a position, a rate, or a torque
+    /// or force. Either all commands are accepted or none. The scenario's setpoints no longer hold
+    /// for these joints; a reset restores them, and a snapshot includes the last command.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the robot has no such joint, nothing drives it, it cannot go there, or a number is not finite.
+    /// [`Error::Invalid`] if the robot has no such joint, it has no servo, it cannot reach the
+    /// position, or a number is not finite.
     pub fn command_joints(&mut self, commands: &[(&str, JointCommand)]) -> Result<(), Error> {
         let indices = commands.iter().map(|(joint, _)| self.joint(joint));
         let indices: Vec<usize> = indices.collect::<Result<_, _>>()?;
@@ -235,7 +246,7 @@ impl Plant {
         }
     }
 
-    /// The place of a joint between bodies among the robot's.
+    /// The index of a joint between bodies.
     fn joint(&self, name: &str) -> Result<usize, Error> {
         let joints = &self.plan.robot.joints;
         joints.iter().position(|of| of.name == name).ok_or_else(|| {
@@ -251,19 +262,20 @@ impl Plant {
         })
     }
 
-    /// Puts a mass in kg on the robot, at its chassis's centre of mass, in place of the one put there before; 0 takes it off. It comes
-    /// on top of the payloads of the scenario's faults, and a reset takes it off.
+    /// Puts a mass in kg on the robot, at its chassis's centre of mass; it replaces the one put
+    /// there before, and 0 removes it. The payloads of the scenario's faults are added, and a reset
+    /// removes it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a mass that is negative or no number.
+    /// [`Error::Invalid`] for a mass that is negative or NaN.
     pub fn carry(&mut self, mass_kg: f64) -> Result<(), Error> {
         self.carry_at(mass_kg, None)
     }
 
-    /// Like [`Plant::carry`], at a place in the body frame, in metres.
+    /// Like [`Plant::carry`], at a point in the body frame, in metres.
     ///
     /// # Errors
-    /// Like [`Plant::carry`], and for a place that is nowhere.
+    /// Like [`Plant::carry`], and for a point that is not finite.
     pub fn carry_at(
         &mut self,
         mass_kg: f64,
@@ -282,14 +294,15 @@ impl Plant {
     }
 }
 
-/// Whether a matrix can be the inertia of something: symmetric, and nothing that moves has negative energy, but for rounding.
+/// Whether a matrix can be an inertia: symmetric, and without negative energy, except for rounding.
 fn is_inertia(inertia: &Matrix6<f64>) -> bool {
-    /// Of the greatest entry. Beyond what sums of a scene's masses round by, and below what a robot would feel.
+    /// Relative to the largest entry: above the rounding of sums of a scene's masses, below what a
+    /// robot would feel. Chosen.
     const ROUNDING: f64 = 1e-9;
     let most = inertia.amax();
     let slack = ROUNDING * most;
     let is_symmetric = (inertia - inertia.transpose()).amax() <= slack;
-    // A number that is none is below nothing.
+    // This is false for NaN.
     most < f64::INFINITY
         && is_symmetric
         && (most == 0.0

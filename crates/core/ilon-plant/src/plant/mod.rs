@@ -1,4 +1,4 @@
-//! What is controlled: a robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
+//! The plant: a robot in its world with motors, wheel loops, sensors and faults.
 
 mod interventions;
 
@@ -24,32 +24,36 @@ use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::scenario;
 use ilon_scenario::{Error, Resolved};
 
-/// The most physics steps that are taken at once: days of a robot's time. More are a mistake.
+/// The most physics steps per call: days of simulated time. More are a mistake. Chosen.
 const MOST_STEPS: f64 = 1e9;
 
-/// The shortest time that a plant is advanced by, as a share of its step.
+/// The shortest time by which a plant is advanced, as a share of its step. Chosen.
 const SHORTEST_PART: f64 = 1e-3;
 
-/// A part of a step that is no time: far beyond the rounding of a sum of steps, and far below what could be meant.
+/// A shorter part of a step counts as zero: far above the rounding of a sum of steps, and far below
+/// any intended time. Chosen.
 const NO_TIME: f64 = 1e-6;
 
-/// What came of an advance.
+/// The outcome of an advance.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Outcome {
-    /// The torques that the motors put on the wheels, in N m: the mean over the time.
+    /// Torques of the motors on the wheels, in N m: the mean over the time.
     pub torques_n_m: Vec<f64>,
-    /// What each wheel, its motor and its contact did over the time: means, and the least and largest.
+    /// Means and extremes of each wheel, its motor and its contact over the time.
     pub wheels: Vec<WheelTally>,
-    /// By how much the laws of contact were broken at worst, in m/s: the speed at which something moves that should not.
+    /// Largest residual of the laws of contact, in m/s: the speed of a motion that the laws forbid.
     pub contact_residual_m_s: f64,
-    /// The acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the time.
+    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the
+    /// time.
     pub acceleration_in_world_m_s2: [f64; 3],
-    /// How much of each task the wheel loops' law could give in the last step; `None` of a law that weighs none.
+    /// The share of each task that the torque law could give in the last step; `None` for a law
+    /// that weighs no tasks.
     pub torque_shares: Option<TorqueShares>,
 }
 
-/// A robot that can be driven step by step from outside: robot, world, motors and wheel loops, sensors and faults.
+/// A robot that can be driven step by step from outside: robot, world, motors and wheel loops,
+/// sensors and faults.
 ///
 /// ```no_run
 /// use ilon_plant::{Plant, Scenario, WheelCommand};
@@ -65,15 +69,16 @@ pub struct Outcome {
 /// # Ok::<(), ilon_plant::Error>(())
 /// ```
 ///
-/// It keeps no record and decides nothing. It may go to another thread, and copies of it go on to the bit as it does.
+/// It keeps no record and decides nothing. It may move to another thread, and its copies continue
+/// identically to the bit.
 ///
-/// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and [`Plant::reset`] puts each where it begins. A
-/// thread goes through many plants fastest where it advances each by a control period at a time, for then what a plant needs is
-/// fetched into the processor's cache once a period, and not once a step. A plant of a robot of 36 rollers holds 20 kB:
-/// 10,000 of them 200 MB.
+/// A fleet is a list of copies: they share scenario, robot and rollers' shapes, and
+/// [`Plant::reset`] places each at its start. A thread advances many plants fastest by a whole
+/// control period each, because then a plant's data are loaded into the processor's cache once a
+/// period and not once a step. A plant of a robot of 36 rollers holds 20 kB: 10,000 of them 200 MB.
 #[derive(Clone)]
 pub struct Plant {
-    /// What stays as it is, shared by all copies.
+    /// The constant part, shared by all copies.
     plan: Arc<Plan>,
     clock: Clock,
     world: World,
@@ -83,14 +88,14 @@ pub struct Plant {
     disturbances: Disturbances,
     joint_targets: JointTargets,
     motors: Vec<MotorTorque>,
-    /// Of a passive wheel law.
+    /// For a passive wheel law.
     storage: Option<StorageAccount>,
-    /// The physics step at which the sensors looked last, counted from 1; 0 where they have not yet.
+    /// The physics step of the last measurement, counted from 1; 0 before the first.
     sensed: u64,
     outcome: Outcome,
 }
 
-/// What a plant is built from, again whenever it is reset.
+/// The description from which a plant is built at each reset.
 struct Plan {
     resolved: Resolved,
     robot: SharedRobot,
@@ -101,18 +106,20 @@ struct Plan {
 }
 
 impl Plan {
-    /// What the scenario's reference wants at a time in seconds.
+    /// The scenario's reference at a time in seconds.
     fn desired(&self, t_s: f64) -> Option<Desired> {
         Some(self.resolved.reference()?.at(t_s))
     }
 
-    /// Whether plants of both are alike in all but where they are: the same scenario, and the same robot.
+    /// Whether two plans describe the same scenario and the same robot, so that their plants differ
+    /// only in state.
     fn is_that_of(&self, other: &Arc<Self>) -> Result<bool, Error> {
         if std::ptr::eq(self, Arc::as_ptr(other)) {
             return Ok(true);
         }
         let (ours, theirs) = (self.resolved.scenario(), other.resolved.scenario());
-        // As text, in which every default is spelled out and numbers are whole; and the robot, for its file may have changed.
+        // Compared as text, which includes every default and exact numbers; and the robot, because
+        // its file may have changed.
         let (robot, their_robot): (&Robot, &Robot) = (&self.robot, &other.robot);
         Ok(robot == their_robot
             && self.floor == other.floor
@@ -120,7 +127,7 @@ impl Plan {
     }
 }
 
-/// The account of what a passive wheel law stores, where a scenario has one.
+/// The storage account of a passive wheel law, if the scenario has one.
 fn storage_account(resolved: &Resolved, wheels: usize) -> Option<StorageAccount> {
     let passive = resolved.scenario().wheel_loop.passive.as_ref()?;
     let along = passive.stiffness_n_m?;
@@ -129,15 +136,15 @@ fn storage_account(resolved: &Resolved, wheels: usize) -> Option<StorageAccount>
     Some(StorageAccount::new(stiffness, point_m, wheels))
 }
 
-/// A plant as it was at one moment.
+/// The state of a plant at one moment.
 #[derive(Clone)]
 pub struct Snapshot(Box<Plant>);
 
 impl Plant {
-    /// Puts a robot into the world of a scenario that was resolved for it, at rest.
+    /// Places a robot in the world of a scenario that was resolved for it, at rest.
     ///
     /// # Errors
-    /// Where the robot cannot stand where it starts, or a setting makes no sense.
+    /// If the robot cannot stand at its start, or a setting is invalid.
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let floor = floor::floor(
             resolved.scenario(),
@@ -147,10 +154,11 @@ impl Plant {
         Self::on_floor(resolved, robot, floor)
     }
 
-    /// Puts a robot onto a ground of one's own in place of the scenario's: measured heights, boxes, patches.
+    /// Places a robot on the caller's ground instead of the scenario's: measured heights, boxes,
+    /// patches.
     ///
     /// # Errors
-    /// Like [`Plant::new`], and where the ground makes no sense.
+    /// Like [`Plant::new`], and if the ground is invalid.
     pub fn on_floor(resolved: &Resolved, robot: &Robot, floor: Floor) -> Result<Self, Error> {
         let plan = Plan {
             kinematics: resolved.kinematics(resolved.believed(robot))?.0,
@@ -206,13 +214,13 @@ impl Plant {
         })
     }
 
-    /// Begins anew: time zero, the robot at rest at a pose in the ground plane, noise from a seed.
+    /// Restarts: time zero, the robot at rest at a pose in the ground plane, noise from a seed.
     ///
     /// # Errors
-    /// Where the robot cannot stand there; the plant is then as it was.
+    /// If the robot cannot stand there; the plant is then unchanged.
     pub fn reset(&mut self, seed: u64, pose: Pose) -> Result<(), Error> {
         let numbers = [pose.x_m, pose.y_m, pose.heading_rad];
-        // As far off as a scenario may be. NaN is not.
+        // The same limit as in a scenario. NaN fails it.
         let most = *scenario::SIZES.end();
         if !numbers.iter().all(|number| number.abs() <= most) {
             return Err(Error::invalid(
@@ -224,7 +232,8 @@ impl Plant {
         Ok(())
     }
 
-    /// What the robot's sensors say now. Asked again at the same moment, they say the same.
+    /// The current measurements of the robot's sensors. Repeated calls at the same moment return
+    /// the same.
     pub fn observe(&mut self) -> &Measurements {
         let moment = self.clock.moments() + 1;
         if self.sensed != moment {
@@ -239,20 +248,23 @@ impl Plant {
         self.sensors.seen()
     }
 
-    /// Lets the robot act on a command for a time in seconds. Where it ends within a physics step, a part of that step is taken, and the next advance takes
-    /// the rest of it first: whatever a host's steps are, those of the plant stay where they are. Wheel loops that are sampled take whole steps alone.
+    /// Advances the robot under a command by a time in seconds. If it ends within a physics step, a
+    /// part of that step is taken, and the next advance first takes the rest: the plant's steps
+    /// stay in place, whatever the host's steps are. Sampled wheel loops take only whole steps.
     ///
-    /// Sensors with a rate or a delay of their own go on meanwhile; those without take their samples at multiples of the
+    /// Sensors with a rate or a delay continue meanwhile; others are sampled at multiples of the
     /// scenario's control period.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the command is not one finite number a wheel or the time is none that can be advanced by: nothing
-    /// has happened then. [`Error::Diverged`] where the robot's motion is no number afterwards.
+    /// [`Error::Invalid`] if the command is not one finite number per wheel, or the time is not a
+    /// valid one: then nothing has happened. [`Error::Diverged`] if the robot's motion has become
+    /// NaN or infinite.
     pub fn advance(&mut self, command: WheelCommand<'_>, period_s: f64) -> Result<&Outcome, Error> {
         self.advance_watched(command, period_s, |_, _| ())
     }
 
-    /// Like [`Plant::advance`]; shows the world, and the length of a step in seconds, after each physics step.
+    /// Like [`Plant::advance`]; passes the world and the length of the step in seconds to `watch`
+    /// after each physics step.
     ///
     /// # Errors
     /// Like [`Plant::advance`].
@@ -296,7 +308,7 @@ impl Plant {
         Ok(&self.outcome)
     }
 
-    /// Whether a command is one that this robot can be given.
+    /// Checks a command for this robot.
     fn check(&self, command: WheelCommand<'_>) -> Result<(), Error> {
         let (found, wheels) = (command.numbers().len(), self.motors.len());
         if found != wheels {
@@ -340,10 +352,11 @@ impl Plant {
         ))
     }
 
-    /// What comes next of a time that is left, in seconds: the rest of a step, or what is left where that ends before.
+    /// The next part of a remaining time, in seconds: the rest of a step, or the remaining time if
+    /// that is shorter.
     fn next_part_s(&self, left_s: f64) -> f64 {
         let of_step_s = self.clock.left_s();
-        // What differs by rounding is the step.
+        // Times that differ only by rounding count as the step.
         if left_s > of_step_s - NO_TIME * self.clock.physics_dt_s() {
             of_step_s
         } else {
@@ -380,7 +393,7 @@ impl Plant {
         );
         self.motors.copy_from_slice(torques);
         for (wheel, motor) in self.motors.iter_mut().enumerate() {
-            // A lost motor has no loop either.
+            // A lost motor has no loop.
             match self.faults.lost_motor(t_s, wheel) {
                 Some(LostMotor::Free) => *motor = MotorTorque::constant(0.0),
                 Some(LostMotor::Shorted) => {
@@ -391,7 +404,7 @@ impl Plant {
         }
     }
 
-    /// Takes a physics step with the motors as they are.
+    /// Takes a physics step with the current motor actions.
     pub fn step(&mut self) {
         self.step_for(self.clock.physics_dt_s());
     }
@@ -419,35 +432,35 @@ impl Plant {
         }
     }
 
-    /// Whether the wheel loops have targets for the wheels' rates: a passive law has none.
+    /// Whether the wheel loops have rate targets: a passive law has none.
     pub fn has_rate_targets(&self) -> bool {
         self.drive.passive_effort().is_none()
     }
 
-    /// What a passive wheel law stores and was supplied with, after its last decision; `None` of any other.
+    /// Storage and supply of a passive wheel law after its last decision; `None` for other laws.
     pub fn storage(&self) -> Option<Storage> {
         let (storage, effort) = (self.storage.as_ref()?, self.drive.passive_effort()?);
         let desired = self.plan.desired(self.clock.time_s());
         Some(storage.now(&self.world, &effort, desired.as_ref()))
     }
 
-    /// Coulomb's coefficient of friction with which the floor was built, where there is no patch; of a floor of a material, to the rollers
-    /// of the first wheel.
+    /// Coulomb friction coefficient with which the floor was built, outside patches; for a floor of
+    /// a material, with the rollers of the first wheel.
     pub fn floor_friction(&self) -> f64 {
         self.plan.floor.friction
     }
 
-    /// What the sensors said when they looked last.
+    /// The last measurements of the sensors.
     pub fn seen(&self) -> &Measurements {
         self.sensors.seen()
     }
 
-    /// How much of each task the wheel loops' law gave last; `None` of a law that weighs none.
+    /// The share of each task that the torque law gave last; `None` for a law that weighs no tasks.
     pub fn torque_shares(&self) -> Option<TorqueShares> {
         self.drive.shares()
     }
 
-    /// The time of the run.
+    /// The clock of the run.
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
@@ -457,7 +470,7 @@ impl Plant {
         self.clock.time_s()
     }
 
-    /// Where the robot really is and how it really moves, whatever its sensors say.
+    /// The robot's true pose and motion.
     pub fn truth(&self) -> Truth {
         let body = self.world.robot().state();
         Truth {
@@ -497,20 +510,20 @@ impl Plant {
         numbers.into_iter().all(f64::is_finite)
     }
 
-    /// What came of the last advance; nothing but zeros before the first.
+    /// The outcome of the last advance; zeros before the first.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome
     }
 
-    /// The world as it is now: contacts, energies, rollers.
+    /// The current world: contacts, energies, rollers.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The world in rapier, to put user bodies into that the robot pushes and that push it: see [`World::rapier_mut`].
+    /// Rapier's world, for user bodies that interact with the robot: see [`World::rapier_mut`].
     ///
     /// # Errors
-    /// [`Error::World`] where rapier solves the robot's contacts.
+    /// [`Error::World`] if rapier solves the robot's contacts.
     pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, Error> {
         Ok(self.world.rapier_mut()?)
     }
@@ -520,25 +533,27 @@ impl Plant {
         &self.plan.robot
     }
 
-    /// The robot's kinematics about its origin, as its controller believes it: wheel rates for a twist, and back.
+    /// The kinematics about the robot's origin, of the robot that the controller believes in: wheel
+    /// rates for a twist, and back.
     pub fn kinematics(&self) -> &Kinematics {
         &self.plan.kinematics
     }
 
-    /// The scenario with every default and everything chosen spelled out.
+    /// The scenario with every default and every choice written out.
     pub fn resolved(&self) -> &Resolved {
         &self.plan.resolved
     }
 
-    /// The plant as it is now, to come back to.
+    /// Saves the current state.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot(Box::new(self.clone()))
     }
 
-    /// Goes back to a snapshot, of this plant or of another of the same scenario and robot: from there all is as it was, to the bit.
+    /// Returns to a snapshot of this plant, or of another one of the same scenario and robot; from
+    /// there it continues identically to the bit.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a snapshot of another scenario or robot; the plant is then as it was.
+    /// [`Error::Invalid`] for a snapshot of another scenario or robot; the plant is then unchanged.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
         if !self.plan.is_that_of(&snapshot.0.plan)? {
             return Err(Error::invalid(

@@ -1,4 +1,4 @@
-//! The error budget of a run as it grows: where the motion asked for went.
+//! The error budget of a run, accumulated: the commanded motion minus the real one, by causes.
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Twist, wrap_angle};
@@ -8,31 +8,34 @@ use ilon_world::World;
 
 use crate::pilot::contradiction::{Contradiction, Sizes};
 
-/// A span ends once it is this long, in seconds, or where a decision changes. The touching rollers are taken as they are in its middle, which
-/// is of second order in what the wheels turn in it: at 20 rad/s a tenth of a radian, which leaves 4e-4 of what the rollers' geometry takes.
+/// A span ends after this time, in seconds, or when a decision changes. The touching rollers are
+/// those in its middle, an error of second order in the wheels' rotation: at 20 rad/s a tenth of a
+/// radian, which leaves 4e-4 of the geometry term. Chosen.
 const SPAN_S: f64 = 5e-3;
 
 /// A sum of steps may miss the span by rounding.
 const SLACK: f64 = 1e-6;
 
-/// Counts the [`Ledger`] over spans of a few physics steps, however often rows are written.
+/// Counts the [`Ledger`] over spans of a few physics steps, independent of the rows.
 pub(crate) struct Budget {
     ledger: Ledger,
     weight_n: f64,
-    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of the wheels' targets, as the controller believes and
-    /// as they are; `None` where there are no rate targets.
+    /// Twists in the body frame that hold until the next decision: asked for, granted, and those of
+    /// the wheels' targets, as the controller believes and as they are; `None` if there are no rate
+    /// targets.
     decided: Option<[Twist; 4]>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
-    /// How much of the rates did, since the last row.
+    /// The inconsistent part of the rates since the last row.
     conflict: Sizes,
-    /// What each wheel carried in the span, in N s.
+    /// The load of each wheel in the span, in N s.
     loads_n_s: Vec<f64>,
-    /// For how long any wheel touched the ground in it, in seconds.
+    /// The time for which any wheel touched the ground in it, in seconds.
     touched_s: f64,
-    /// When the span that is not counted yet began, in seconds since the start.
+    /// The start of the current span, in seconds since the start of the run.
     begun_s: f64,
-    /// How long the span that is not counted yet has lasted, in seconds, and where the robot and its wheels were as it began.
+    /// The length of the current span so far, in seconds, and the pose of the robot and the angles
+    /// of its wheels at its start.
     lasted_s: f64,
     pose: Pose,
     angles_rad: Vec<f64>,
@@ -62,7 +65,7 @@ impl Budget {
         }
     }
 
-    /// What has been counted up to the last decision or end of a span.
+    /// The ledger up to the last decision or end of a span.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
@@ -72,7 +75,8 @@ impl Budget {
         &self.contradiction
     }
 
-    /// How much of the wheels' rates belonged to no motion since this was asked last: |r| over |q'|, root mean squares over time.
+    /// The inconsistent share of the wheels' rates since the last call: `|r| / |q'|`, root mean
+    /// squares over time.
     pub fn take_conflict_share(&mut self) -> f64 {
         std::mem::take(&mut self.conflict).share()
     }
@@ -169,11 +173,12 @@ impl Budget {
         }
     }
 
-    /// How far, on its way from `carried` to `real`, the robot moves as the wheels that contradict each other let it: as long as each wheel slides
-    /// in the sense of its part of r.
+    /// The motion, on the way from `carried` to `real`, that the robot takes as wheels with
+    /// inconsistent rates allow: as long as each wheel slides in the sense of its part of r.
     ///
-    /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of its rolling rate by eq. (9) over the whole way
-    /// and a the part of it. As r is perpendicular to the rates of all motions, some wheel ends it; without r it ends at once.
+    /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of
+    /// its rolling rate by eq. (9) over the whole way and a the share of it. Because r is
+    /// perpendicular to the rates of all motions, some wheel ends it; without r it ends at once.
     fn settled(
         &mut self,
         kinematics: &Kinematics,

@@ -1,4 +1,4 @@
-//! What the header of a run's trace says of it.
+//! Builds the header of a run's trace.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::pilot::Pilot;
 use ilon_scenario::scenario::{self, Scenario};
 use ilon_scenario::{Error, Resolved};
 
-/// By what a robot is seen, for the header of its trace.
+/// The appearance of a robot, for the header of its trace.
 #[derive(Default)]
 pub struct Appearance<'a> {
     urdf: &'a str,
@@ -21,7 +21,7 @@ pub struct Appearance<'a> {
 }
 
 impl<'a> Appearance<'a> {
-    /// By the shapes in its file alone.
+    /// By the shapes in its file.
     pub fn by(urdf: &'a str) -> Self {
         Self {
             urdf,
@@ -88,14 +88,14 @@ pub fn header(
         }),
         commands_by_contact: scenario.guidance.kinematics == scenario::Kinematics::Contact,
         versions: BTreeMap::from([("ilon".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]),
-        // Its joints are counted from zero; drawn it is as its servos start it.
+        // Joint positions count from zero; the robot is drawn with its servos at their start.
         joints: Header::of_robot(robot).joints,
         wheels: wheels(scenario, &standing),
         ..Header::of_robot(&standing)
     })
 }
 
-/// The wheels of a robot, with the strength of motors that differ.
+/// The wheels of a robot, with the strengths of motors that differ.
 fn wheels(scenario: &Scenario, robot: &Robot) -> Vec<WheelHeader> {
     let of = |wheel: &Wheel| {
         let strength = scenario.motors.wheels.get(&wheel.name);

@@ -1,4 +1,4 @@
-//! What of a run becomes rows and a header, and the loop of one run: plant, pilot, recorder.
+//! Rows and header of a run, and the loop of one run: plant, pilot, recorder.
 
 pub(crate) mod budget;
 pub mod header;

@@ -1,4 +1,4 @@
-//! What happened between two rows: means, and the least and largest.
+//! Means and extremes between two rows.
 
 use ilon_trace::{BodySample, JointSample, MAX_BODIES, MAX_JOINTS, Support, WheelSample};
 use ilon_world::{WheelTally, World};
@@ -9,7 +9,7 @@ use crate::bodies;
 /// Sums and extremes over the physics steps since the last row.
 pub(crate) struct Period {
     time_s: f64,
-    /// By how much the laws of contact were broken at worst, in m/s.
+    /// Largest residual of the laws of contact, in m/s.
     pub residual_m_s: f64,
     wheels: Vec<WheelTally>,
     joints: Vec<JointTally>,
@@ -17,7 +17,7 @@ pub(crate) struct Period {
     carried: Carried,
 }
 
-/// What is summed of a joint, in rad and N m where it turns, in m and N where it slides.
+/// Sums over a joint, in rad and N m for a revolute joint, in m and N for a prismatic one.
 #[derive(Clone, Copy)]
 struct JointTally {
     position: [f64; 2],
@@ -25,14 +25,15 @@ struct JointTally {
     impulse: f64,
 }
 
-/// What robots did to a free body: the sum over time of the force's size in N s, and its largest in N.
+/// Forces of robots on a free body: the time integral of the magnitude in N s, and the largest in
+/// N.
 #[derive(Clone, Copy, Default)]
 struct PushTally {
     sum_n_s: f64,
     largest_n: f64,
 }
 
-/// What is summed of the whole robot: impulses in the world frame, in N s.
+/// Sums over the whole robot: impulses in the world frame, in N s.
 #[derive(Clone, Copy, Default)]
 struct Carried {
     wheels_n_s: f64,
@@ -40,7 +41,7 @@ struct Carried {
     obstacles_n_s: Vector2<f64>,
 }
 
-/// No values: the least is above and the largest below all numbers.
+/// No values: the minimum is above and the maximum below all numbers.
 const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 fn take_in([low, high]: &mut [f64; 2], value: f64) {
@@ -75,7 +76,7 @@ impl Carried {
 }
 
 impl Period {
-    /// Of a robot with so many wheels and joints between bodies, in which nothing has happened yet.
+    /// For a robot with this many wheels and joints between bodies, without data.
     pub fn new(wheels: usize, joints: usize) -> Self {
         Self {
             time_s: 0.0,
@@ -87,7 +88,7 @@ impl Period {
         }
     }
 
-    /// Begins anew.
+    /// Restarts the sums.
     pub fn clear(&mut self) {
         self.time_s = 0.0;
         self.residual_m_s = 0.0;
@@ -123,12 +124,12 @@ impl Period {
         self.carried.obstacles_n_s += support.obstacles_n * dt_s;
     }
 
-    /// What carried the robot and stood in its way, along a heading in radians.
+    /// The ground's forces on the robot as a whole, along a heading in radians.
     pub fn support(&self, heading_rad: f64) -> Support {
         self.carried.means(self.time_s, heading_rad)
     }
 
-    /// Puts a wheel's means and extremes into its sample, whose state is there already.
+    /// Writes a wheel's means and extremes into its sample, which already has the state.
     pub fn put_wheel(&self, wheel: usize, sample: &mut WheelSample) {
         let tally = &self.wheels[wheel];
         if tally.time_s() <= 0.0 {
@@ -162,7 +163,7 @@ impl Period {
         };
     }
 
-    /// The joints between the robot's bodies, as they are recorded.
+    /// Samples of the joints between the robot's bodies.
     pub fn joints(&self, world: &World) -> [JointSample; MAX_JOINTS] {
         let robot = world.robot();
         let mut samples = [JointSample::default(); MAX_JOINTS];
@@ -186,7 +187,7 @@ impl Period {
         samples
     }
 
-    /// The free bodies, as they are recorded.
+    /// Samples of the free bodies.
     pub fn bodies(&self, world: &World) -> [BodySample; MAX_BODIES] {
         let mut samples = bodies::samples(world);
         if self.time_s > 0.0 {
@@ -203,7 +204,7 @@ impl Period {
 mod tests {
     use super::*;
 
-    /// A robot that looks along the world's y axis has the world's x axis to its right.
+    /// A robot with its heading along the world's y axis has the world's x axis to its right.
     #[test]
     fn what_obstacles_push_is_along_the_robots_own_axes() {
         let carried = Carried {

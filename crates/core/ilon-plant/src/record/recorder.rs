@@ -1,4 +1,4 @@
-//! Writes down what happens, once a control period or less often.
+//! Records a run, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Robot, wrap_angle};
@@ -16,24 +16,28 @@ use ilon_scenario::course::command::{Commanded, Decided};
 use ilon_scenario::scenario::TIME_SLACK_S;
 use ilon_scenario::{Error, Resolved};
 
-/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between its rows.
+/// Writes down what happens to a [`Plant`]: the growing trace, and what has to be summed between
+/// its rows.
 ///
-/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the angles that were seen, decide,
-/// [`Recorder::record`] (or [`Recorder::hold`] where no row is wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
+/// For a loop of a program around a plant, once a control period: [`Recorder::reckon`] with the
+/// angles that were seen, decide, [`Recorder::record`] (or [`Recorder::hold`] where no row is
+/// wanted), and [`Recorder::count`] after every physics step of [`Plant::advance_watched`].
 pub struct Recorder {
     trace: Trace,
-    /// Of the real robot, whatever its controller believes.
+    /// Of the real robot, not of the believed one.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// Of a robot whose wheels are moved by joints that it measures: where these have them, and which they are.
+    /// For a robot with wheels moved by joints that it measures: the wheels' places under these,
+    /// and which joints they are.
     hubs: Option<(Hubs, Vec<bool>)>,
-    /// The positions of the joints between bodies as they were last, in rad or m; of those that the robot does not measure zero. None before the first.
+    /// The last positions of the joints between bodies, in rad or m; zero for those that the robot
+    /// does not measure. Empty before the first.
     measured_positions: Vec<f64>,
-    /// What the controller makes of the wheels' angles.
+    /// The controller's dead reckoning.
     reckoning: Reckoning,
     /// From row to row.
     row_period_s: f64,
-    /// What each wheel has lost since the start.
+    /// The energy lost at each wheel since the start.
     lost: Vec<Lost>,
     /// Since the last row.
     period: Period,
@@ -41,12 +45,13 @@ pub struct Recorder {
     /// Since the start.
     budget: Budget,
     samples: Vec<WheelSample>,
-    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have been taken.
+    /// Seconds between samples of the rollers' angles, where they are recorded, and how many have
+    /// been taken.
     rollers_every_s: Option<f64>,
     rollers_taken: u64,
 }
 
-/// What a wheel has lost since the start, in J.
+/// The energy lost at a wheel since the start, in J.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lost {
     slip_j: f64,
@@ -96,7 +101,8 @@ impl Decisions {
 }
 
 impl Recorder {
-    /// For a robot that starts at a pose; of `header.record_every` control periods a row, with room for so many.
+    /// For a robot that starts at a pose; with `header.record_every` control periods per row, and
+    /// memory for a number of rows.
     pub fn new(
         header: Header,
         resolved: &Resolved,
@@ -135,16 +141,17 @@ impl Recorder {
         })
     }
 
-    /// For a loop of a program around this plant, which stands at its start: its rows are once a control period, and time counts
-    /// from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or empty.
+    /// For a loop of a program around this plant, which stands at its start: its rows are once a
+    /// control period, and time counts from zero. `urdf` is [`ilon_formats::Loaded::urdf`], or
+    /// empty.
     ///
     /// # Errors
-    /// [`Error`] where the scenario cannot be written as text.
+    /// [`Error`] if the scenario cannot be written as text.
     pub fn of_plant(plant: &Plant, urdf: &str) -> Result<Self, Error> {
         let (resolved, robot) = (plant.resolved(), plant.robot());
         let pilot = Pilot::of(resolved, robot, Some(Box::new(Idle)))?;
         let header = Header {
-            // A row each control period, for as long as the loop goes on.
+            // One row per control period, without a known end.
             record_every: 1,
             control_periods: 0,
             ..header(resolved, robot, Appearance::by(urdf), &pilot)?
@@ -153,7 +160,7 @@ impl Recorder {
         Self::new(header, resolved, robot, start, 1)
     }
 
-    /// Sums what happened during the last physics step.
+    /// Sums the results of the last physics step.
     pub fn count(&mut self, world: &World, dt_s: f64) {
         for (lost, contact) in self.lost.iter_mut().zip(world.robot().contacts()) {
             lost.slip_j += contact.slip_power_w * dt_s;
@@ -257,7 +264,8 @@ impl Recorder {
         self.record_rollers(t_s, world);
     }
 
-    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on the mean as often as asked.
+    /// Puts the rollers' angles into the last row where they are due: at most once a row, and on
+    /// the mean as often as asked.
     fn record_rollers(&mut self, t_s: f64, world: &World) {
         let Some(every_s) = self.rollers_every_s else {
             return;
@@ -271,35 +279,35 @@ impl Recorder {
         }
     }
 
-    /// When and how the wheels' real rates contradicted each other, in words; `None` where they did not.
+    /// A remark on inconsistent wheel rates of the run; `None` if they were consistent.
     pub fn contradiction_remark(&self, robot: &Robot) -> Option<String> {
         let found = self.budget.contradiction();
         found.remark(&self.kinematics, robot, "the rates of the wheels")
     }
 
-    /// What was recorded so far.
+    /// The trace so far.
     pub fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// Where dead reckoning by Indiveri 2009, eq. (7), puts the robot, from the true pose at the start.
+    /// The pose by dead reckoning with Indiveri 2009, eq. (7), from the true pose at the start.
     pub fn odometry(&self) -> Pose {
         self.reckoning.ideal()
     }
 
-    /// What was recorded so far, to be taken out.
+    /// The trace so far, from which rows can be taken.
     pub fn trace_mut(&mut self) -> &mut Trace {
         &mut self.trace
     }
 
-    /// What was recorded; no row is left.
+    /// Removes and returns all rows.
     pub fn take_trace(&mut self) -> Trace {
         let none = Trace::with_capacity(self.trace.header.clone(), 0);
         std::mem::replace(&mut self.trace, none)
     }
 
-    /// Dead reckoning from the wheel angles turned since the last control period, by both kinematics: what a robot with
-    /// encoders would do once a control period.
+    /// Dead reckoning from the wheels' rotation since the last control period, by both kinematics,
+    /// like a robot with encoders once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
         self.reckoning.reckon(angles_rad);
         let Some((hubs, _)) = &mut self.hubs else {

@@ -1,4 +1,4 @@
-//! The loop of a run: a plant, what drives it, and what records it.
+//! The loop of a run: a plant, its pilot and its recorder.
 
 use ilon_robot::Robot;
 use ilon_trace::{Trace, Truth};
@@ -9,18 +9,18 @@ use crate::record::header::{Appearance, header};
 use crate::record::recorder::Recorder;
 use ilon_scenario::{Error, Resolved};
 
-/// A plant, what drives it, and what records it.
+/// A plant, its pilot and its recorder.
 pub struct RunLoop {
-    /// What acts.
+    /// The simulated robot.
     pub plant: Plant,
-    /// What decides.
+    /// The source of commands.
     pub pilot: Pilot,
-    /// What is recorded.
+    /// The recorder.
     pub recorder: Recorder,
 }
 
 impl RunLoop {
-    /// The loop of a resolved scenario; `controller` in place of its guidance, where there is one.
+    /// The loop of a resolved scenario; `controller`, if given, replaces its guidance.
     pub fn new(
         resolved: &Resolved,
         robot: &Robot,
@@ -39,12 +39,12 @@ impl RunLoop {
         })
     }
 
-    /// The loop of a resolved scenario under its own guidance, of which nobody draws a picture.
+    /// The loop of a resolved scenario under its own guidance, without visual meshes.
     pub fn of_guidance(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         Self::new(resolved, robot, Appearance::default(), None)
     }
 
-    /// Advances by one physics step, and closes the record with a row at the end of the last.
+    /// Advances by one physics step; after the last one the final row is recorded.
     pub fn step(&mut self) {
         let clock = *self.plant.clock();
         let t_s = clock.time_s();
@@ -70,7 +70,7 @@ impl RunLoop {
         }
     }
 
-    /// Hands a control instant to the recorder.
+    /// Passes a control instant to the recorder.
     fn write_down(&mut self) {
         let clock = self.plant.clock();
         let t_s = clock.time_s();
@@ -82,7 +82,7 @@ impl RunLoop {
         }
     }
 
-    /// Whether the end is reached.
+    /// Whether the end has been reached.
     pub fn is_done(&self) -> bool {
         self.plant.clock().is_over()
     }
@@ -92,17 +92,17 @@ impl RunLoop {
         self.plant.clock().control_is_due()
     }
 
-    /// Where the robot really is, and how it moves.
+    /// The robot's true pose and motion.
     pub fn truth(&self) -> Truth {
         self.plant.truth()
     }
 
-    /// How often the last step looked for contacts.
+    /// Number of contact searches in the last step.
     pub fn searches(&self) -> u32 {
         self.plant.world().contact_solution().searches
     }
 
-    /// Where the joints between its bodies stand, in rad or m.
+    /// Positions of the joints between its bodies, in rad or m.
     pub fn joint_positions(&self) -> &[f64] {
         self.plant.world().robot().joint_positions()
     }
@@ -112,7 +112,7 @@ impl RunLoop {
         self.plant.clock().time_s()
     }
 
-    /// The rows that nobody has taken yet.
+    /// The rows that have not been taken yet.
     pub fn rows_mut(&mut self) -> &mut Trace {
         self.recorder.trace_mut()
     }

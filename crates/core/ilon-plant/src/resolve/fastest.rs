@@ -1,8 +1,11 @@
-//! The share of grip that a path as fast as grip allows takes: the largest at which the simulated robot hardly slides.
+//! The share of grip of a path as fast as grip allows: the largest at which the simulated robot
+//! hardly slides.
 //!
-//! Statics about the middles of the wheels say in which time a path can be driven within a share of grip and torques. How much slides at that share depends
-//! on what statics leave out: rollers touch off the middles of their wheels, wheels strain one another, loops answer to targets that come in steps, springs
-//! and joints move. So the plant itself is driven along the path, under the scenario's guidance, and the share is lowered until it hardly slides.
+//! Statics about the middles of the wheels give the time for a path within a share of grip and
+//! torques. How much slides at that share depends on effects that statics ignore: rollers touch off
+//! the middles of their wheels, wheels strain one another, loops follow targets that come in steps,
+//! springs and joints move. So the plant itself is driven along the path, under the scenario's
+//! guidance, and the share is lowered until it hardly slides.
 
 use ilon_robot::{Robot, Twist};
 
@@ -55,19 +58,19 @@ fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved
 }
 
 impl Plant {
-    /// The plant of a scenario, with the robot that the scenario names: [`load_robot`], [`resolve_for`] anybody's
-    /// commands, and [`Plant::new`] in one.
+    /// The plant of a scenario and its robot, for external commands: [`load_robot`],
+    /// [`resolve_for`] and [`Plant::new`] in one.
     ///
     /// # Errors
-    /// Where the robot's file or the scenario makes no sense, or the robot cannot stand where it starts.
+    /// If the robot's file or the scenario is invalid, or the robot cannot stand at its start.
     pub fn of_scenario(scenario: &Scenario) -> Result<Self, Error> {
         let robot = load_robot(scenario)?;
         Self::new(&resolve_for(scenario, &robot, Driver::Own)?, &robot)
     }
 }
 
-/// What is known of the scenario when the path is timed: nothing goes wrong, nothing is measured or believed wrongly, and payloads are those of the
-/// beginning.
+/// The scenario for which the path is timed: without faults, measurement errors and false beliefs,
+/// with the payloads of the start.
 fn as_planned(scenario: &Scenario) -> Scenario {
     let mut planned = scenario.clone();
     planned
@@ -100,7 +103,7 @@ struct Drive {
 }
 
 impl Drive {
-    /// It in words, where the path may take more than it takes.
+    /// A remark, if the path may use more than it does.
     fn remark(&self, most: f64) -> Option<String> {
         let percent = |share: f64| (1e4 * share).round() / 1e2;
         let whole = (1e2 * most).round();
@@ -189,7 +192,7 @@ fn largest_share(
     })
 }
 
-/// Drives the path of a scenario, from where it begins, for as long as the run lasts.
+/// Drives the path of a scenario, from its beginning, for the whole run.
 fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
     let scenario = resolved.scenario();
     let section = scenario.reference.as_ref();
@@ -228,7 +231,7 @@ fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
 mod tests {
     use super::*;
 
-    /// A robot that slides as a power of the share, with a lap that takes as long as one over its root.
+    /// A robot whose sliding is a power of the share, with a lap time of one over its root.
     fn slides(share: f64, slid: f64) -> Result<Drive, Error> {
         Ok(Drive {
             share,
@@ -237,8 +240,8 @@ mod tests {
         })
     }
 
-    /// Whatever power of the share slides, and wherever it is what may: the share that is found slides no more, and its lap is within 3 % of the
-    /// shortest, which is 6 % of the share. That takes few drives.
+    /// For any power, and any limit: the found share slides no more than the limit, and its lap is
+    /// within 3 % of the shortest, which is 6 % of the share. That takes few drives.
     #[test]
     fn the_largest_share_is_found_in_few_drives() {
         for power in [0.3, 0.75, 1.5, 3.0, 6.0, 12.0, 20.0] {
@@ -257,7 +260,8 @@ mod tests {
         }
     }
 
-    /// Sliding that ripples with the share by a tenth, as rollers come down at other places: what is found slides no more than may.
+    /// Sliding that varies with the share by a tenth, because rollers come down at other places:
+    /// the found share slides no more than the limit.
     #[test]
     fn what_ripples_is_found_too() {
         for power in [0.75, 3.0, 12.0] {
@@ -269,7 +273,7 @@ mod tests {
                 let found = largest_share(0.9, |share| slides(share, slid_at(share)));
                 let found = found.expect("it is driven");
                 assert!(found.slid <= MAY_SLIDE, "{power} {largest}: {found:?}");
-                // A tenth more at a power of 0.75 is what 14 % less of the share slides less.
+                // A tenth more sliding at a power of 0.75 corresponds to 14 % of the share.
                 let least = libm::pow(0.9, 1.0 / power) * 0.94;
                 assert!(
                     found.share > least * largest,
@@ -279,8 +283,9 @@ mod tests {
         }
     }
 
-    /// Where nothing slides all is taken at once; where as much slides at any share the least that slides is taken, and said. Where a share does not hold the
-    /// robot on its slope, one that does is taken.
+    /// If nothing slides, the whole share is used at once; if sliding does not depend on the share,
+    /// the share with the least sliding is used and remarked. If a share does not hold the robot on
+    /// its slope, one that does is used.
     #[test]
     fn what_no_share_avoids_is_said() {
         let none = largest_share(0.9, |share| slides(share, 0.0)).expect("it is driven");

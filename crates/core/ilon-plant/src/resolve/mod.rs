@@ -1,4 +1,4 @@
-//! From a scenario as a person wrote it to one that leaves nothing open.
+//! Converts a scenario as written by a person to one that leaves nothing open.
 
 mod fastest;
 mod warnings;
@@ -25,18 +25,18 @@ use ilon_scenario::robot::belief::believed;
 use ilon_scenario::scenario::{Contacts, Drives, Rollers, Scenario, Step};
 use ilon_scenario::{Choices, Error, Resolved};
 
-/// Who decides what the wheels shall do.
+/// The source of the commands to the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Driver {
     /// The scenario's `[reference]` under its `[guidance]`, or its `[twist]`.
     Guidance,
-    /// A controller of one's own, of which nothing is known beforehand: an automatic step then serves whatever rates the wheels
-    /// can reach.
+    /// A caller's controller, whose demand is unknown: an automatic step then serves all rates that
+    /// the wheels can reach.
     Own,
 }
 
-/// Makes every choice that a scenario leaves to the program but one: a path as fast as grip allows takes the share of grip that the scenario gives, and
-/// where it gives none all that the path may take.
+/// Makes every choice except the share of grip of a path as fast as grip allows: that is the share
+/// that the scenario gives, by default the largest that the path may use.
 ///
 /// # Errors
 /// Like [`resolve`](fastest::resolve).
@@ -163,14 +163,14 @@ fn refuse_sideways(
 /// What the files of a scenario say, and what follows from them and the robot alone.
 struct Inputs {
     uneven: Option<GroundRelief>,
-    /// What a person should know of the ground.
+    /// Warnings about the ground.
     of_ground: Vec<String>,
     played: Played,
     joint_targets: JointTargets,
-    /// The robot as its servos start it.
+    /// The robot with its servos at their start.
     standing: Robot,
     kinematics: Kinematics,
-    /// What the controller takes the robot for, where it does not know it.
+    /// The robot that the controller believes in, if it differs from the real one.
     believed: Option<Arc<Robot>>,
 }
 
@@ -191,7 +191,7 @@ impl Inputs {
         })
     }
 
-    /// The pilot of the run: its decisions tell how fast the wheels are asked to turn.
+    /// The pilot of the run, which predicts the fastest commanded wheel rates.
     fn pilot(
         &self,
         scenario: &Scenario,
@@ -210,7 +210,7 @@ impl Inputs {
     }
 }
 
-/// The gain by which wheels follow the angles of a log.
+/// Chooses the gain with which wheels follow the angles of a log.
 fn choose_angle_gain(scenario: &mut Scenario) {
     if let Some(playback) = &mut scenario.playback
         && playback.drives == Drives::WheelAngles
@@ -219,7 +219,7 @@ fn choose_angle_gain(scenario: &mut Scenario) {
     }
 }
 
-/// How long the run is: where the scenario does not say, as long as its log.
+/// Chooses the duration of the run: by default that of its log.
 fn choose_duration(scenario: &mut Scenario, played: &Played) -> Result<(), Error> {
     if scenario.run.is_open() {
         scenario.run.duration_s = played.end_s;
@@ -228,7 +228,8 @@ fn choose_duration(scenario: &mut Scenario, played: &Played) -> Result<(), Error
     Ok(())
 }
 
-/// The path in time that is desired, of the scenario or of its log; as fast as grip and motors allow, where the scenario asks for that.
+/// The desired path in time, of the scenario or of its log; as fast as grip and motors allow, if
+/// the scenario asks for that.
 fn choose_reference(
     scenario: &mut Scenario,
     robot: &Robot,
@@ -252,8 +253,8 @@ fn choose_reference(
     }
 }
 
-/// The wheel rate limit that the scenario or the robot gives, in rad/s; infinite for none. Of wheels with limits of their own the fastest
-/// counts, which says how long steps may be.
+/// Chooses the wheel rate limit from the scenario or the robot, in rad/s; infinite for none. For
+/// wheels with different limits the fastest counts, because it determines the step.
 fn choose_wheel_rate_limit(scenario: &mut Scenario, robot: &Robot) -> f64 {
     let guidance = &mut scenario.guidance;
     let of_wheels = guidance.wheel_rate_limits_rad_s.iter().copied();
@@ -265,7 +266,7 @@ fn choose_wheel_rate_limit(scenario: &mut Scenario, robot: &Robot) -> f64 {
     limit_rad_s
 }
 
-/// The step of physics, in seconds, and the parts into which an automatic one is split.
+/// Chooses the physics step, in seconds, and the parts into which an automatic one is split.
 fn choose_step(
     scenario: &mut Scenario,
     robot: &Robot,
@@ -295,7 +296,7 @@ fn choose_step(
     Ok(physics_dt_s)
 }
 
-/// How stiff contacts are and how soon they come to rest, where ilon solves them.
+/// Chooses stiffness and relaxation of contacts, if ilon solves them.
 fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
     let scale = defaults::scale_of(scenario, robot);
     let solver = &mut scenario.world.solver;
@@ -309,7 +310,7 @@ fn choose_contacts(scenario: &mut Scenario, robot: &Robot) {
     }
 }
 
-/// What the scenario alone gives reason to remark, with what its ground has given already.
+/// Warnings from the scenario alone, including those about its ground.
 fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<String> {
     let world = &scenario.world;
     let mut remarks = Vec::new();
@@ -334,7 +335,7 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<
     remarks
 }
 
-/// What the motion of a scenario without feedback of the pose gives reason to remark.
+/// Warnings about an open-loop motion of a scenario.
 fn of_open_loop(
     scenario: &Scenario,
     pilot: &Pilot,

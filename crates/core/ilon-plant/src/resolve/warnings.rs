@@ -1,14 +1,14 @@
-//! What a person should know of a scenario although it can be run.
+//! Warnings about a scenario that can be run.
 
 use ilon_robot::{Robot, Twist, wrap_angle};
 
 use crate::pilot::FeasibilityInTime;
 use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario};
 
-/// No two materials that wheels and floors are made of grip better.
+/// No pair of materials of wheels and floors has a higher friction. Chosen.
 const MOST_FRICTION: f64 = 2.0;
 
-/// Of a floor that grips like none there is.
+/// Warns of a floor with an implausible friction.
 pub(crate) fn of_friction(scenario: &Scenario) -> Option<String> {
     let floor = &scenario.world.floor;
     let own = floor.material.is_none().then(|| floor.friction());
@@ -23,7 +23,7 @@ pub(crate) fn of_friction(scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// Of faults and patches that begin when the run is over.
+/// Warns of faults and patches that begin after the end of the run.
 pub(crate) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
     let end_s = scenario.run.duration_s;
     let late = scenario
@@ -35,11 +35,11 @@ pub(crate) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
     .collect()
 }
 
-/// Of a heading at the start that looks like one in radians.
+/// Warns of a start heading that looks like one in radians.
 pub(crate) fn of_heading(scenario: &Scenario) -> Option<String> {
-    /// Within what a person writes of pi / 4 and its multiples, in radians.
+    /// Tolerance for written values of pi / 4 and its multiples, in radians. Chosen.
     const NEAR_RAD: f64 = 6e-3;
-    /// A whole turn.
+    /// A whole turn, in radians.
     const MOST_RAD: f64 = 6.3;
     let heading = scenario.robot.heading_deg;
     let eighths = heading / std::f64::consts::FRAC_PI_4;
@@ -53,8 +53,8 @@ pub(crate) fn of_heading(scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// Of a motion in open loop that takes more than the wheels' limit, with the result: of a twist what saturation makes of it, `None` of rates that a
-/// log asks for. `held` is the fastest twist asked for and what is left of it.
+/// Warns of an open-loop motion that exceeds the wheels' limit. `held` has the fastest commanded
+/// twist and the same after saturation; `None` for wheel rates of a log.
 pub(crate) fn of_twist(
     asked_rad_s: f64,
     limit_rad_s: f64,
@@ -82,7 +82,7 @@ pub(crate) fn of_twist(
     ))
 }
 
-/// What is left of a twist whose wheels were clipped one by one.
+/// Describes a twist whose wheels were clipped one by one.
 fn bent(held: Option<[Twist; 2]>) -> String {
     let Some([asked, left]) = held else {
         return ", which bends the motion".to_owned();
@@ -102,7 +102,7 @@ fn bent(held: Option<[Twist; 2]>) -> String {
     )
 }
 
-/// Of keys of the guidance that are set and that a motion in open loop does not look at: it has one task alone.
+/// Warns of guidance keys that an open-loop motion ignores, because it has a single task.
 pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
     let guidance = &scenario.guidance;
     let keys = [
@@ -131,7 +131,8 @@ pub(crate) fn of_guidance_in_open_loop(scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// Of a reference that takes more than the wheels' rates allow, or may: from when on, how much at most, and when.
+/// Warns of a reference that exceeds the wheels' rates, or may: its start, its largest demand, and
+/// the time of that.
 pub(crate) fn of_feasibility(feasibility: &FeasibilityInTime, robot: &Robot) -> Option<String> {
     const REMEDY: &str = "slow it down or raise `guidance.wheel_rate_limit_rad_s`";
     if let Some((from_s, at_s, asked)) = feasibility.saturates {
@@ -231,8 +232,8 @@ mod tests {
             let said = of(10.1, 10.0, saturation).unwrap_or_default();
             assert!(said.contains(words), "{said}");
         }
-        // (1, 0.8) m/s of wheels that turn at 4, 36, 36 and 4 rad/s, held to 30: (0.85, 0.65) m/s. Its direction is atan 0.65 / 0.85 = 37.41 deg
-        // and was atan 0.8 = 38.66 deg.
+        // (1, 0.8) m/s of wheels that turn at 4, 36, 36 and 4 rad/s, held to 30: (0.85, 0.65) m/s.
+        // Its direction is atan 0.65 / 0.85 = 37.41 deg and was atan 0.8 = 38.66 deg.
         let held = [Twist::new(1.0, 0.8, 0.0), Twist::new(0.85, 0.65, 0.0)];
         let said = of_twist(36.0, 30.0, Some(Saturation::Clip), Some(held)).unwrap_or_default();
         assert!(

@@ -1,4 +1,4 @@
-//! Poses and wheel odometry joined: the robot's own idea of where it is.
+//! Fusion of poses and wheel odometry: the robot's estimate of its pose.
 
 use ilon_control::{Kinematics, PoseFilter, PoseFilterSettings};
 use ilon_robot::{Pose, Robot, Wheel};
@@ -11,18 +11,19 @@ use ilon_scenario::{Error, scenario};
 pub(crate) struct Fusion {
     filter: PoseFilter,
     kinematics: Kinematics,
-    /// Of a robot whose joints move its wheels.
+    /// For a robot whose joints move its wheels.
     hubs: Option<Hubs>,
-    /// The wheel angles up to which odometry has been counted, in rad.
+    /// The wheel angles at the last odometry update, in rad.
     counted_rad: Vec<f64>,
     turned_rad: Vec<f64>,
 }
 
 impl Fusion {
-    /// A filter that knows the start, for poses of `sensor` and odometry once in a control period, in a run of `duration_s`.
+    /// A filter that knows the start, for poses of `sensor` and odometry once a control period, in
+    /// a run of `duration_s`.
     ///
     /// # Errors
-    /// [`Error::Control`] for settings that no filter can have.
+    /// [`Error::Control`] for invalid filter settings.
     pub fn new(
         section: &scenario::Fusion,
         sensor: &scenario::PoseSensor,
@@ -31,11 +32,11 @@ impl Fusion {
         control_dt_s: f64,
         duration_s: f64,
     ) -> Result<Self, Error> {
-        // A sensor without noise is believed to a tenth of a millimetre and a hundredth of a degree: a filter cannot
-        // weigh what it takes for certain.
+        // A sensor without noise gets a deviation of a tenth of a millimetre and a hundredth of a
+        // degree, because the filter cannot weigh exact values.
         let (least_m, least_deg) = (1e-4, 0.01);
-        // Odometry as far back as the oldest pose, with as many steps again for the poses that split them.
-        // What is older than the run is never asked for.
+        // Odometry as far back as the oldest pose, with as many steps again for the poses that
+        // split them. Nothing older than the run is needed.
         let back_s = sensor.latency_s.min(duration_s);
         let periods = (back_s / control_dt_s).ceil();
         let poses = sensor.rate_hz.map_or(periods, |rate_hz| rate_hz * back_s);
@@ -56,8 +57,8 @@ impl Fusion {
         })
     }
 
-    /// Counts what the wheels have turned since the last time, by their angles and the joints' positions; where a gyroscope says by how much the
-    /// robot has turned, by that.
+    /// Counts the rotation of the wheels since the last call, by their angles and the joints'
+    /// positions; the robot's rotation is the gyroscope's, if given.
     pub fn reckon(
         &mut self,
         t_s: f64,
@@ -79,24 +80,24 @@ impl Fusion {
                 self.filter.resize(size_m(kinematics));
             }
         }
-        // Eq. (7) is linear: angles turned give the displacement.
+        // Eq. (7) is linear: wheel angles give the displacement.
         let mut displacement = kinematics.twist(&self.turned_rad);
         displacement.omega_rad_s = turned_rad.unwrap_or(displacement.omega_rad_s);
         self.filter.predict(t_s, displacement);
     }
 
-    /// Puts in a pose that was taken now or earlier.
+    /// Adds a pose that was taken now or earlier.
     pub fn correct(&mut self, taken_s: f64, pose: &Pose) {
         self.filter.correct(taken_s, pose);
     }
 
-    /// Where the robot takes itself to be.
+    /// The estimated pose of the robot.
     pub fn pose(&self) -> Pose {
         self.filter.estimate().pose
     }
 }
 
-/// How far the wheels are from the body's origin at most, in metres.
+/// The largest distance of a wheel from the body's origin, in metres.
 fn size_m(kinematics: &Kinematics) -> f64 {
     let far = |wheel: &Wheel| wheel.position_m().xy().norm();
     kinematics.wheels().iter().map(far).fold(0.0, f64::max)
@@ -108,8 +109,9 @@ mod tests {
 
     use super::*;
 
-    /// A pose that is as old as the sensor makes it is never too old for the filter. A robot has gone ahead and back again, and a pose of 0.4 s ago says that
-    /// it was 1 m further then: as its odometry may be off by ten after each metre, it is believed.
+    /// A pose with the sensor's full latency is not too old for the filter. A robot has gone ahead
+    /// and back again, and a pose of 0.4 s ago is 1 m further than the odometry was then; with an
+    /// odometry deviation of ten metres after each metre, the pose is believed.
     #[test]
     fn a_pose_as_old_as_the_sensors_latency_still_counts() {
         const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -132,7 +134,7 @@ mod tests {
             let known = (&robot, &kinematics);
             let start = Pose::default();
             let mut fusion = Fusion::new(&drifts, &sensor, start, known, DT_S, 4.0).expect("valid");
-            // Ahead and back again, so that it may be anywhere.
+            // Ahead and back again, so that the estimate is very uncertain.
             let ahead = Twist::new(0.5, 0.0, 0.0);
             let mut rates = vec![0.0; 4];
             kinematics.wheel_rates(ahead, &mut rates);
@@ -155,7 +157,8 @@ mod tests {
                 ..Pose::default()
             };
             fusion.correct(now_s - sensor.latency_s, &seen);
-            // Of a drift of 10 m and a sensor of a tenth of a millimetre the sensor has all but 1e-10.
+            // With a drift of 10 m and a sensor deviation of a tenth of a millimetre the sensor's
+            // weight is 1 - 1e-10.
             let x_m = fusion.pose().x_m;
             assert!((x_m - 1.0).abs() < 1e-3, "{x_m} m at {rate_hz:?} Hz");
         }

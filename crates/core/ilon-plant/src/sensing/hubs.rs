@@ -1,31 +1,32 @@
-//! Where the joints between bodies have the wheels, and what moving them there does.
+//! The wheels' places under joints between bodies, and the effect of moving them.
 //!
-//! Of the velocity of a hub v_h = v + omega x b + db/dt the wheel rolls off all, so that Indiveri 2009, eq. (5), has db/dt beside the body's motion; and of
-//! the rate with which a wheel rolls over the ground its encoder sees all but that of its carrier.
+//! A wheel rolls off the whole velocity of its hub, v_h = v + omega x b + db/dt, so that Indiveri
+//! 2009, eq. (5), has db/dt beside the body's motion. Its encoder measures the rolling rate except
+//! for the rotation of its carrier.
 //!
-//! A driven joint has an encoder, so the robot knows its position, and that of a joint that is coupled to it. Nothing measures a joint that is free or sprung:
-//! the robot takes it to be at zero.
+//! A driven joint has an encoder, so the robot knows its position, and that of a joint coupled to
+//! it. A free or sprung joint is not measured: the robot assumes zero.
 
 use ilon_control::Kinematics;
 use ilon_robot::{JointRole, Robot, Twist};
 use nalgebra::{Isometry3, Vector3};
 
-/// The wheels of a robot with its joints somewhere.
+/// The wheels of a robot at some joint positions.
 #[derive(Clone)]
 pub(crate) struct Hubs {
     robot: Robot,
-    /// The positions of the joints for which the rest is, in rad or m; none before the first.
+    /// The joint positions for which the other fields hold, in rad or m; empty before the first.
     positions: Vec<f64>,
-    /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
+    /// Pose of each hub in the body frame at these positions, at wheel angle zero.
     body_from_hubs: Vec<Isometry3<f64>>,
-    /// Of the last positions at which a twist follows from the wheels' rates.
+    /// For the last positions at which a twist follows from the wheels' rates.
     kinematics: Option<Kinematics>,
     carried_rad: Vec<f64>,
     rates_rad: Vec<f64>,
 }
 
 impl Hubs {
-    /// Of a robot whose joints are nowhere yet.
+    /// For a robot without joint positions yet.
     pub fn new(robot: &Robot) -> Self {
         let wheels = robot.wheels.len();
         Self {
@@ -38,7 +39,7 @@ impl Hubs {
         }
     }
 
-    /// The same, of a robot of which a joint that it measures moves a wheel.
+    /// The same, if a joint that the robot measures moves a wheel.
     pub fn that_move(robot: &Robot) -> Option<Self> {
         let measured = measured(robot);
         let moves = |mut carrier: Option<usize>| {
@@ -54,7 +55,7 @@ impl Hubs {
         (wheels.any(|wheel| moves(wheel.carrier))).then(|| Self::new(robot))
     }
 
-    /// Takes up where the joints are now, in rad or m, and says whether they have moved.
+    /// Updates the joint positions, in rad or m, and returns whether they have moved.
     pub fn see(&mut self, positions: &[f64]) -> bool {
         self.carried_rad.fill(0.0);
         if self.positions == positions && self.kinematics.is_some() {
@@ -80,13 +81,14 @@ impl Hubs {
         true
     }
 
-    /// The kinematics with the joints there; `None` before the first, and where wheels stand so that no twist follows from their rates.
+    /// The kinematics at these positions; `None` before the first, and if no twist follows from the
+    /// wheels' rates there.
     pub fn kinematics(&self) -> Option<&Kinematics> {
         self.kinematics.as_ref()
     }
 
-    /// By how much each wheel rolled over the ground because its joints moved it since the last time, beside what its encoder saw and as if the body had
-    /// stood, in rad.
+    /// The angle by which each wheel rolled over the ground because its joints moved it since the
+    /// last update, beyond what its encoder measured and for a standing body, in rad.
     pub fn carried_rad(&self) -> &[f64] {
         &self.carried_rad
     }
@@ -102,11 +104,11 @@ impl Hubs {
     }
 }
 
-/// Of each joint between bodies, whether the robot knows where it is.
+/// For each joint between bodies, whether the robot knows its position.
 pub(crate) fn measured(robot: &Robot) -> Vec<bool> {
     let is_driven = |joint: &ilon_robot::BodyJoint| matches!(joint.role, JointRole::Driven(_));
     let mut measured: Vec<bool> = robot.joints.iter().map(is_driven).collect();
-    // One may follow another that follows a third.
+    // A joint may follow one that follows a third.
     for _ in &robot.couplings {
         for coupling in &robot.couplings {
             measured[coupling.joint] |= measured[coupling.follows];
@@ -124,7 +126,8 @@ mod tests {
 
     const URDF: &str = include_str!("../../../../../assets/robots/mecanum4_sprung.urdf");
 
-    /// Of four slides the first is driven, the second follows it, the third the second, and the fourth is on its own: whatever is said first.
+    /// Of four slides the first is driven, the second follows it, the third the second, and the
+    /// fourth is independent, in any order of the couplings.
     #[test]
     fn what_follows_a_measured_joint_is_measured() {
         let free = JointOptions {

@@ -1,4 +1,4 @@
-//! What an inertial measurement unit says, and the tilt that the robot makes of it.
+//! The inertial measurement unit, and the robot's tilt filter.
 
 use std::collections::VecDeque;
 
@@ -18,9 +18,9 @@ use ilon_scenario::scenario::{self, ImuNoise, TIME_SLACK_S};
 pub(crate) struct Imu {
     section: scenario::Imu,
     gravity_m_s2: f64,
-    /// How the sensor's axes are turned against those that the robot takes them for.
+    /// Rotation of the sensor's axes against those that the robot assumes.
     body_from_sensor: UnitQuaternion<f64>,
-    /// Where the floor and the body were, and how fast the sensor moved, at the last sample.
+    /// Floor and body at the last sample, and the sensor's velocity.
     last: Option<Motion>,
     taken: u64,
     on_the_way: VecDeque<Taken>,
@@ -29,9 +29,9 @@ pub(crate) struct Imu {
     filter: TiltFilter,
     rng: ChaCha8Rng,
     seen: ImuSample,
-    /// For how long it has said something, in seconds.
+    /// Total time covered by samples, in seconds.
     heard_s: f64,
-    /// By how much the gyroscope says that the robot has turned since it was asked last, in rad.
+    /// Rotation by the gyroscope since the last query, in rad.
     turned_rad: f64,
 }
 
@@ -56,10 +56,10 @@ fn vector(rng: &mut ChaCha8Rng, standard_deviation: f64) -> Vector3<f64> {
 }
 
 impl Imu {
-    /// A sensor that has said nothing yet; the robot takes the ground for level.
+    /// A sensor without samples; the robot assumes level ground.
     ///
     /// # Errors
-    /// [`Error::Control`] for a filter that cannot be.
+    /// [`Error::Control`] for invalid filter settings.
     pub fn new(
         section: &scenario::Imu,
         gravity_m_s2: f64,
@@ -88,7 +88,7 @@ impl Imu {
         })
     }
 
-    /// Looks at the world at a physics step.
+    /// Observes the world at a physics step.
     pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World, tilts: &Tilts) {
         let is_due = match self.section.rate_hz {
             Some(rate_hz) => t_s + TIME_SLACK_S >= self.taken as f64 / rate_hz,
@@ -106,7 +106,7 @@ impl Imu {
         }
     }
 
-    /// Takes a sample: what turned and pulled since the last.
+    /// Takes a sample: mean rotation and specific force since the last.
     fn take(&mut self, t_s: f64, world: &World, tilts: &Tilts) {
         let section = &self.section;
         let place_m = Vector3::new(section.x_m, section.y_m, section.z_m);
@@ -140,7 +140,7 @@ impl Imu {
     }
 
     fn receive(&mut self, taken: &Taken) {
-        // The first sample has no time of its own: it says which way is up.
+        // The first sample covers no time: it only defines the vertical.
         let over_s = taken.over_s.max(f64::MIN_POSITIVE);
         self.filter
             .update(&taken.rate_rad_s, &taken.specific_force_m_s2, over_s);
@@ -156,7 +156,8 @@ impl Imu {
         };
     }
 
-    /// How sure it is, of a sample that came so long after the last. How it is mounted the robot does not know, and is no part of it.
+    /// The variances of a sample that covers `over_s` seconds. The mounting error is unknown to the
+    /// robot, and not part of it.
     fn variances(&self, over_s: f64) -> ImuVariances {
         let errors = |of: &ImuNoise| InertialErrors {
             noise: of.noise,
@@ -177,7 +178,7 @@ impl Imu {
         }
     }
 
-    /// What it said last, and the tilt by the filter.
+    /// The last sample, and the tilt by the filter.
     pub fn seen(&self) -> ImuSample {
         self.seen
     }
@@ -187,7 +188,7 @@ impl Imu {
         self.gravity_m_s2 * self.filter.down_in_body()
     }
 
-    /// By how much the gyroscope says that the robot has turned since this was asked last, in rad.
+    /// Rotation by the gyroscope since the last call, in rad.
     pub fn take_turned_rad(&mut self) -> f64 {
         std::mem::take(&mut self.turned_rad)
     }

@@ -1,4 +1,4 @@
-//! What the robot's sensors measure, with their errors, and what dead reckoning makes of the wheels' angles.
+//! The robot's sensors with their errors, and dead reckoning from the wheels' angles.
 
 pub(crate) mod fusion;
 pub(crate) mod hubs;

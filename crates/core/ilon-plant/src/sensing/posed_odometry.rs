@@ -1,16 +1,17 @@
-//! Dead reckoning that knows where joints between bodies have the wheels.
+//! Dead reckoning that knows the wheels' places under joints between bodies.
 
 use ilon_robot::{Pose, Robot};
 
 use crate::sensing::hubs::Hubs;
 
-/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels where their joints have them, once a control period.
+/// Dead reckoning by Indiveri 2009, eq. (5), with the wheels at their places under their joints,
+/// once a control period.
 #[derive(Clone)]
 pub(crate) struct PosedOdometry {
     hubs: Hubs,
-    /// The joints' positions as they were last, in rad or m.
+    /// The last joint positions, in rad or m.
     positions: Vec<f64>,
-    /// By how much each wheel rolled over the ground in the last control period, in rad.
+    /// The angle by which each wheel rolled over the ground in the last control period, in rad.
     rolled_rad: Vec<f64>,
     pose: Pose,
 }
@@ -29,23 +30,25 @@ impl PosedOdometry {
         self.pose
     }
 
-    /// By how much each wheel rolled over the ground in the last control period, in rad: what its encoder saw, and what its hub's motion made of it.
+    /// The angle by which each wheel rolled over the ground in the last control period, in rad: its
+    /// encoder's, plus that from its hub's motion.
     pub fn rolled_rad(&self) -> &[f64] {
         &self.rolled_rad
     }
 
-    /// The wheels as they are known.
+    /// The wheels at the known joint positions.
     pub fn hubs(&self) -> &Hubs {
         &self.hubs
     }
 
-    /// Takes up where the joints are, as far as that is known.
+    /// Updates the known joint positions.
     pub fn see(&mut self, positions: impl Iterator<Item = f64>) {
         self.positions.clear();
         self.positions.extend(positions);
     }
 
-    /// Goes on by what the wheels turned in a control period, in rad, and says whether joints have moved since the last.
+    /// Advances by the wheels' rotation in a control period, in rad, and returns whether joints
+    /// have moved since the last.
     pub fn reckon(&mut self, turned_rad: &[f64]) -> bool {
         self.rolled_rad.copy_from_slice(turned_rad);
         if self.positions.is_empty() {
@@ -72,7 +75,7 @@ mod tests {
 
     const URDF: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
 
-    /// The mecanum4 with all of its wheels on one carrier, which moves on a joint at the body's origin.
+    /// The mecanum4 with all of its wheels on one carrier, on a joint at the body's origin.
     fn on_a_carrier(kind: JointKind, axis: Vector3<f64>) -> Robot {
         let mut robot = Robot::from_urdf_str(URDF, "mecanum4.urdf").expect("a robot");
         let turn = nalgebra::UnitQuaternion::rotation_between(&Vector3::z(), &axis);
@@ -100,7 +103,8 @@ mod tests {
         robot
     }
 
-    /// Wheels that stand on the ground while their carrier moves under the body: the body goes back by as much, which eq. (7) alone would not see.
+    /// Wheels stand on the ground while their carrier moves under the body: the body moves back by
+    /// as much, which eq. (7) alone would not see.
     #[test]
     fn hubs_that_move_move_the_body() {
         for (kind, axis, at, expected) in [
@@ -118,19 +122,20 @@ mod tests {
             let pose = odometry.pose();
             let found = [pose.x_m, pose.y_m, pose.heading_rad];
             for (found, expected) in found.iter().zip(expected) {
-                // Each period is taken with the kinematics of its end: of first order in the period.
+                // Each period uses the kinematics of its end: first order in the period.
                 assert!((found - expected).abs() < 1e-3, "{found} {expected}");
             }
         }
     }
 
-    /// A carrier that turns about the wheels' own axis rolls them: an encoder against it sees nothing.
+    /// A carrier that turns about the wheels' own axis rolls them: an encoder relative to it sees
+    /// nothing.
     #[test]
     fn a_carrier_that_turns_about_an_axle_rolls_the_wheel() {
         let mut robot = on_a_carrier(JointKind::Turns, Vector3::y());
         let hub_m = robot.wheels[0].body_from_hub.translation.vector;
         robot.joints[0].body_from_joint.translation = Vector3::new(0.0, 0.0, hub_m.z).into();
-        // All hubs at one axle: so they turn in place.
+        // All hubs on one axle, so that they turn in place.
         for wheel in &mut robot.wheels {
             wheel.body_from_hub.translation.vector.x *= 1e-9;
         }

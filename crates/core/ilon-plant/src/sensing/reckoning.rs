@@ -1,4 +1,5 @@
-//! Dead reckoning as the robot's controller does it, once a control period, for the robot that it believes in.
+//! Dead reckoning by the robot's controller, once a control period, for the robot that it believes
+//! in.
 
 use std::borrow::Cow;
 
@@ -9,20 +10,20 @@ use ilon_trace::Reckoned;
 use crate::sensing::hubs::Hubs;
 use crate::sensing::posed_odometry::PosedOdometry;
 
-/// The share of a wheel's way that a controller takes to slip, where it does not know: what rollers of steel and rubber lose by creep and by
-/// handing over.
+/// The share of slip in a wheel's travel that a controller assumes without better knowledge: the
+/// loss of steel and rubber rollers by creep and hand-overs. Chosen.
 const SLIP_SHARE: f64 = 0.005;
 
-/// Where the robot takes itself to be by what its wheels turned.
+/// The robot's pose by dead reckoning from its wheels' rotation.
 pub(crate) struct Reckoning {
     kinematics: Kinematics,
     ideal: Pose,
     contact: Odometry,
-    /// With all joints between bodies where they are, of a robot that has some.
+    /// With all joints between bodies at their true positions, if it has any.
     posed: Option<PosedOdometry>,
-    /// With those where they are that the robot measures, of a robot whose wheels they move.
+    /// With the measured joints at their positions, if they move wheels.
     measured: Option<PosedOdometry>,
-    /// Of `ideal`; of a robot whose rollers say how it errs.
+    /// Of `ideal`; for a robot whose rollers define its errors.
     covariance: Option<OdometryCovariance>,
     control_dt_s: f64,
     last_angles_rad: Vec<f64>,
@@ -30,7 +31,8 @@ pub(crate) struct Reckoning {
 }
 
 impl Reckoning {
-    /// For a robot that starts at a pose with all wheel angles zero; its encoders have a noise in rad/s, and control a period in seconds.
+    /// For a robot that starts at a pose with all wheel angles zero, with encoder noise in rad/s
+    /// and a control period in seconds.
     pub fn new(
         robot: &Robot,
         (kinematics, contact): (Kinematics, ContactKinematics),
@@ -62,12 +64,12 @@ impl Reckoning {
         self.ideal
     }
 
-    /// By the rollers that touch.
+    /// By contact kinematics.
     pub fn contact(&self) -> Pose {
         self.contact.pose()
     }
 
-    /// By eq. (7) with all joints between bodies where they are, of a robot that has some.
+    /// By eq. (7) with all joints between bodies at their true positions, if it has any.
     pub fn posed(&self) -> Option<Pose> {
         self.posed.as_ref().map(PosedOdometry::pose)
     }
@@ -77,7 +79,8 @@ impl Reckoning {
         self.kinematics.twist(rates_rad_s)
     }
 
-    /// Takes up where the joints between bodies are, in rad or m: all of them, and those that the robot measures, the others at zero.
+    /// Updates the positions of joints between bodies, in rad or m: all of them, and the measured
+    /// ones with zero for the others.
     pub fn see(&mut self, positions: &[f64], measured: &[f64]) {
         if let Some(posed) = &mut self.posed {
             posed.see(positions.iter().copied());
@@ -87,7 +90,7 @@ impl Reckoning {
         }
     }
 
-    /// Counts what the wheels have turned since the last time, by the angles that the encoders say.
+    /// Counts the wheels' rotation since the last call, by the encoders' angles.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
         let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
         for ((turned, last), now) in increments.zip(angles_rad) {
@@ -103,7 +106,7 @@ impl Reckoning {
                 covariance.count(&before, &self.turned_rad);
             }
             self.contact.update(angles_rad);
-            // The kinematics is linear in the rates: angles turned give the displacement.
+            // The kinematics is linear in the rates: wheel angles give the displacement.
             let displacement = self.kinematics.twist(&self.turned_rad);
             self.ideal = self.ideal.moved(displacement);
             return;
@@ -127,7 +130,7 @@ impl Reckoning {
         self.contact.update_carried(angles_rad, hubs.carried_rad());
     }
 
-    /// What it says of the twist where encoders say rates in rad/s, and how sure it is, for rows a time apart in seconds.
+    /// Twist and covariances for measured rates in rad/s, and rows `row_period_s` seconds apart.
     pub fn reckoned(&self, seen_rad_s: &[f64], row_period_s: f64) -> Option<Reckoned> {
         let covariance = self.covariance.as_ref()?;
         let rolling_rad_s = match &self.measured {

@@ -1,4 +1,5 @@
-//! What the robot sees of its own motion: the truth, late, now and then, and with noise; and what it makes of that.
+//! The robot's measurements of its own motion: the truth with delay, sample rate and noise; and the
+//! estimates from them.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -19,25 +20,27 @@ use crate::sensing::imu::Imu;
 use ilon_scenario::scenario::TIME_SLACK_S;
 use ilon_scenario::{Error, scenario};
 
-/// What the robot knows at one moment.
+/// The robot's knowledge at one moment.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Measurements {
-    /// The newest pose that has arrived; with fusion, the pose now by the filter.
+    /// The newest pose that has arrived; with fusion, the filter's current estimate.
     pub pose: Pose,
     /// The wheels' rates, in rad/s.
     pub wheel_rates_rad_s: Vec<f64>,
-    /// The wheels' angles since the start, as the encoders counted them, in rad.
+    /// Wheel angles since the start, as counted by the encoders, in rad.
     pub wheel_angles_rad: Vec<f64>,
-    /// Where the joints between bodies are as far as the robot knows, in rad or m, in the robot's order: of a driven joint, and of one that is coupled to it,
-    /// what its encoder says once a control period. Nothing measures a joint that is free or sprung: it counts as at zero.
+    /// Positions of the joints between bodies as the robot knows them, in rad or m, in the robot's
+    /// order: for a driven joint, and one coupled to it, the encoder's value once a control period.
+    /// Free and sprung joints are not measured and count as zero.
     pub joint_positions: Vec<f64>,
-    /// What the inertial measurement unit said last, and the tilt by its filter; `None` without one.
+    /// The last sample of the inertial measurement unit, and the tilt by its filter; `None` without
+    /// one.
     pub imu: Option<ImuSample>,
 }
 
 impl Measurements {
-    /// A robot at rest, its wheels at angle zero.
+    /// A robot at rest, with wheel angles zero.
     pub(crate) fn at(pose: Pose, wheel_count: usize) -> Self {
         Self {
             pose,
@@ -49,7 +52,7 @@ impl Measurements {
     }
 }
 
-/// What the encoders say: the wheels' angles and the joints' positions.
+/// The encoders' values: wheel angles and joint positions.
 fn counted(seen: &Measurements) -> (&[f64], &[f64]) {
     (&seen.wheel_angles_rad, &seen.joint_positions)
 }
@@ -65,17 +68,17 @@ pub(crate) struct Sensors {
     poses_taken: u64,
     fusion: Option<Fusion>,
     imu: Option<Imu>,
-    /// Whether the fusion takes the turn from the gyroscope.
+    /// Whether the fusion uses the gyroscope's yaw rate.
     by_gyroscope: bool,
     seen: Measurements,
-    /// Of each joint between bodies, whether the robot knows where it is.
+    /// For each joint between bodies, whether the robot knows its position.
     measured_joints: Vec<bool>,
     miscounts: Vec<Miscount>,
     pose_noise: ChaCha8Rng,
     encoder_noise: ChaCha8Rng,
 }
 
-/// A pose on its way from the sensor to the robot.
+/// A pose between the sensor and the robot.
 #[derive(Clone)]
 struct Taken {
     taken_s: f64,
@@ -83,26 +86,27 @@ struct Taken {
     pose: Pose,
 }
 
-/// What an encoder measures wrong.
+/// The errors of an encoder.
 #[derive(Clone, Copy, Debug, Default)]
 struct Miscount {
-    /// The wheel's angle when it was last looked at, in rad.
+    /// The wheel's angle at the last observation, in rad.
     angle_rad: f64,
-    /// What was counted too much since the start, in rad.
+    /// Accumulated counting error since the start, in rad.
     off_rad: f64,
     /// The noise of its rate until the next control sample, in rad/s.
     rate_noise_rad_s: f64,
-    /// Of an encoder that counts: the angle at the last control sample, in rad, and the rate since, in rad/s.
+    /// For an encoder with counts: the angle at the last control sample, in rad, and the rate
+    /// since, in rad/s.
     counted_rad: f64,
     counted_rad_s: f64,
 }
 
 impl Sensors {
-    /// Sensors of a robot that know the start. Odometry is counted by `kinematics`, or where joints move the wheels by theirs, once in a control period of
-    /// the run.
+    /// Sensors of a robot that know the start. Odometry uses `kinematics`, or the kinematics with
+    /// moved wheels if joints move them, once a control period.
     ///
     /// # Errors
-    /// [`Error::Control`] for a filter that cannot be.
+    /// [`Error::Control`] for invalid filter settings.
     pub fn new(
         section: &scenario::Sensors,
         start: Pose,
@@ -122,7 +126,7 @@ impl Sensors {
             )?),
             None => None,
         };
-        // One stream of random numbers a sensor, so that a change of one leaves the others' noise as it was.
+        // One random stream per sensor, so that a change of one leaves the others' noise unchanged.
         let stream = |number| {
             let mut rng = ChaCha8Rng::seed_from_u64(section.seed);
             rng.set_stream(number);
@@ -150,7 +154,7 @@ impl Sensors {
         })
     }
 
-    /// Looks at the world at a physics step.
+    /// Observes the world at a physics step.
     pub fn sense(&mut self, t_s: f64, control_is_due: bool, world: &World, faults: &Faults) {
         let pose_is_due = match self.pose.rate_hz {
             Some(rate_hz) => t_s + TIME_SLACK_S >= self.poses_taken as f64 / rate_hz,
@@ -189,7 +193,7 @@ impl Sensors {
             }
             self.seen.wheel_angles_rad[wheel] = seen_rad;
             if control_is_due {
-                // Once a sample of the control, so that shorter physics steps do not average it away.
+                // Once a control sample, so that shorter physics steps do not average it away.
                 miscount.rate_noise_rad_s =
                     noise(&mut self.encoder_noise, self.encoders.rate_noise_rad_s);
             }
@@ -217,7 +221,7 @@ impl Sensors {
         Some(self.imu.as_ref()?.gravity_in_body_m_s2())
     }
 
-    /// Takes in the poses that have arrived, and reckons on where the robot joins them with odometry.
+    /// Takes in the poses that have arrived, and updates the odometry if it is fused with them.
     fn receive(&mut self, t_s: f64, control_is_due: bool) {
         if let Some(fusion) = &mut self.fusion
             && control_is_due
@@ -245,7 +249,7 @@ impl Sensors {
         }
     }
 
-    /// What the robot knows now.
+    /// The current measurements.
     pub fn seen(&self) -> &Measurements {
         &self.seen
     }

@@ -1,4 +1,4 @@
-//! From wheel rates asked for to torques: the wheel loops and the motors' limits.
+//! Converts commanded wheel rates to torques: the wheel loops and the motors' limits.
 
 use std::collections::VecDeque;
 
@@ -20,20 +20,21 @@ use ilon_scenario::{Error, Resolved};
 #[derive(Clone)]
 pub(crate) struct Drive {
     law: Box<dyn TorqueLaw>,
-    /// In how many physics steps the law decides once, and in how many it decides next.
+    /// The law's period in physics steps, and the number of steps until its next decision.
     every: u32,
     until_due: u32,
-    /// What the law decided last, in N m.
+    /// The last torques of the law, in N m.
     held_n_m: Vec<f64>,
-    /// What it decided before, on the way to the motors.
+    /// Its earlier torques, delayed on the way to the motors.
     on_the_way: Option<OnTheWay>,
-    /// The robot of a law that goes by its masses, where joints between bodies move them; its servos have the targets that they have now.
+    /// The robot of a law that uses its masses, if joints between bodies move them; its servos have
+    /// their current targets.
     moving: Option<Box<Robot>>,
     motors: Vec<Motor>,
     limits: Vec<TorqueRange>,
-    /// Torques below this arrive as none, in N m.
+    /// Smaller torques are suppressed, in N m.
     dead_band_n_m: f64,
-    /// Targets within what the motors drive to, in rad/s.
+    /// Targets within the motors' limits, in rad/s.
     targets_rad_s: Vec<f64>,
     torques: Vec<MotorTorque>,
 }
@@ -43,7 +44,7 @@ impl Drive {
     pub fn new(resolved: &Resolved, robot: &Robot) -> Result<Self, Error> {
         let (scenario, physics_dt_s) = (resolved.scenario(), resolved.physics_dt_s());
         let loop_period_s = scenario.wheel_loop.period_s.unwrap_or(physics_dt_s);
-        // A PID is fitted to the robot; of the others the model is the controller's.
+        // A PID is tuned for the real robot; the other laws use the controller's model.
         let known = match scenario.wheel_loop.law {
             WheelLaw::Pid => robot,
             _ => resolved.believed(robot),
@@ -55,7 +56,8 @@ impl Drive {
             WheelLaw::ComputedTorque => {
                 let settings = ComputedTorqueSettings {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
-                    // The targets change once a control period; their derivative is smoothed over as long.
+                    // The targets change once a control period; their derivative is smoothed over
+                    // the same time.
                     target_filter_s: scenario.run.control_dt_s,
                     dt_s: loop_period_s,
                 };
@@ -103,7 +105,8 @@ impl Drive {
         })
     }
 
-    /// Takes up where the joints between bodies are, in rad or m, and where the targets of their servos are.
+    /// Updates the positions of the joints between bodies, in rad or m, and the targets of their
+    /// servos.
     pub fn stand(&mut self, positions: &[f64], targets: impl Iterator<Item = f64>) {
         let Some(robot) = &mut self.moving else {
             return;
@@ -116,18 +119,19 @@ impl Drive {
         self.law.stand(&robot.posed(positions));
     }
 
-    /// What a passive law did last; `None` of any other.
+    /// The last action of a passive law; `None` for other laws.
     pub fn passive_effort(&self) -> Option<PassiveEffort<'_>> {
         self.law.passive_effort()
     }
 
-    /// How much of each task the last torques gave; `None` of a law that weighs none.
+    /// The share of each task that the last torques gave; `None` for a law that weighs no tasks.
     pub fn shares(&self) -> Option<TorqueShares> {
         self.law.shares()
     }
 
-    /// The torques of the next physics step, of `dt_s` seconds, while a share of the supply is left, each with what its motor can give about the rate of
-    /// its wheel. The wheel loops go by the rates that are seen.
+    /// The torques of the next physics step, of `dt_s` seconds, while a share of the supply is
+    /// left, each with what its motor can give about the rate of its wheel. The wheel loops go by
+    /// the rates that are seen.
     pub fn torques(
         &mut self,
         command: WheelCommand<'_>,
@@ -190,7 +194,8 @@ impl Drive {
         &self.torques
     }
 
-    /// What the motor of a wheel that turns at a rate in rad/s does while its winding is shorted; nothing where its winding is not known.
+    /// The torque of a wheel's motor at a rate in rad/s while its winding is shorted; zero if its
+    /// winding is unknown.
     pub fn shorted(&self, wheel: usize, rate_rad_s: f64) -> MotorTorque {
         let motor = &self.motors[wheel];
         let per_rate_n_m_s = motor.shorted_n_m_s().unwrap_or(0.0);
@@ -201,16 +206,16 @@ impl Drive {
 /// Torques of wheel loops with a latency, from their decision to the motors.
 #[derive(Clone)]
 struct OnTheWay {
-    /// The part of a step by which they come later than a whole number of steps.
+    /// The fraction of a step of the delay beyond whole steps.
     part: f64,
-    /// Those of the last steps, the oldest first, one a wheel each, in N m.
+    /// The torques of the last steps, the oldest first, one per wheel each, in N m.
     decided_n_m: VecDeque<f64>,
 }
 
 impl OnTheWay {
     fn of(section: &WheelLoop, physics_dt_s: f64, wheel_count: usize) -> Option<Self> {
         let steps = section.latency_s() / physics_dt_s;
-        // So many whole steps, but for rounding.
+        // Whole steps, with a slack for rounding.
         let whole = (steps + 1e-9).floor();
         (steps > 0.0).then(|| Self {
             part: (steps - whole).max(0.0),
@@ -218,8 +223,8 @@ impl OnTheWay {
         })
     }
 
-    /// Takes up what is decided for a step, and puts in its place what arrives in it: in its first part what was decided one step before the rest, of
-    /// which the motors feel the mean.
+    /// Stores the torques decided for a step, and replaces them by those that arrive in it: in its
+    /// first part those decided one step before the rest; the motors get the mean.
     fn pass(&mut self, torques: &mut [MotorTorque]) {
         self.decided_n_m
             .extend(torques.iter().map(|torque| torque.torque_n_m));
@@ -235,13 +240,13 @@ impl OnTheWay {
 /// The rates of a robot's wheels, in rad/s, one a wheel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WheelRates<'a> {
-    /// As they are: a motor's back-EMF is of these.
+    /// The real rates, which determine a motor's back-EMF.
     pub real_rad_s: &'a [f64],
-    /// As the encoders have them.
+    /// The measured rates.
     pub seen_rad_s: &'a [f64],
 }
 
-/// What bounds a motor, in the world's words.
+/// The limits of a motor, as the world's type.
 fn bounds_in_world(bounds: &MotorBounds) -> TorqueBounds {
     TorqueBounds {
         least_n_m: bounds.line.min_n_m,

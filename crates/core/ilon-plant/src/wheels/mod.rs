@@ -1,4 +1,4 @@
-//! What turns commands into torques: the wheel loops as a scenario sets them, and the motors of its robot.
+//! Converts commands to torques: the wheel loops of a scenario, and the motors of its robot.
 
 pub(crate) mod drive;
 pub mod motors;

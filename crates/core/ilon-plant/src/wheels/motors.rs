@@ -1,4 +1,4 @@
-//! What the motors of a scenario's robot can give.
+//! The motors of a scenario's robot.
 
 use ilon_control::{DcMotor, Motor, MotorCurve};
 use ilon_robot::Robot;

@@ -1,19 +1,22 @@
-//! Whether a robot's rollers and wheels turn against the drag of their bearings.
+//! Checks whether a robot's rollers and wheels turn against the drag of their bearings.
 //!
-//! Under its share N of the weight a wheel's roller of radius r is turned by friction mu with a torque of at most mu N r. Its bearing
-//! holds it with dry friction, of which that on the axle follows N, and with damping times its rate: v / (r cos gamma) where the
-//! robot moves sideways at v. Where the bearing takes all of it, the roller stands and the wheel slides. A wheel of radius rho is held by the dry
-//! friction of its own bearing and gear: where that is more than the mu N rho with which the floor can turn it, or than its motor gives, a robot that
-//! should roll stands.
+//! Friction mu turns a roller of radius r, under the wheel's share N of the weight, with a torque
+//! of at most mu N r. The bearing resists with dry friction, whose part on the axle is proportional
+//! to N, and with damping times the roller's rate: v / (r cos gamma) if the robot moves sideways at
+//! v. If the bearing takes all of the torque, the roller does not turn and the wheel slides. A
+//! wheel of radius rho is held by the dry friction of its own bearing and gear: if that exceeds mu
+//! N rho, the most that the floor can turn it with, or the torque of its motor, the wheel does not
+//! turn.
 
 use ilon_robot::{Robot, Wheel};
 
-/// The speed at which damping is looked at, in m/s: a walk, slowly.
+/// The speed at which damping is evaluated, in m/s: a slow walk. Chosen.
 const SPEED_M_S: f64 = 0.5;
-/// Drag below this share of what the floor can give is what bearings have.
+/// Drag below this share of the floor's torque is normal for bearings. Chosen.
 const WORTH_A_WORD: f64 = 0.05;
 
-/// What is to be said of the drag in the bearings of a robot's rollers and wheels on a floor of some friction.
+/// Remarks on the drag in the bearings of a robot's rollers and wheels, on a floor with a given
+/// friction.
 pub fn remarks(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Vec<String> {
     let load_n = robot.mass_kg() * gravity_m_s2 / robot.wheels.len().max(1) as f64;
     let of_wheel = |wheel: &Wheel| {
@@ -28,7 +31,7 @@ pub fn remarks(robot: &Robot, friction: f64, gravity_m_s2: f64) -> Vec<String> {
     robot.wheels.iter().flat_map(of_wheel).collect()
 }
 
-/// Of a wheel that its own bearing and gear hold.
+/// Remarks on a wheel that is held by its own bearing and gear.
 fn of_bearing(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     let dry_n_m = wheel.dry_friction_n_m();
     let effort_n_m = wheel.motor.effort_n_m;
@@ -53,12 +56,12 @@ fn of_bearing(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     })
 }
 
-/// Of a wheel whose rollers drag.
+/// Remarks on a wheel whose rollers have drag.
 fn of_rollers(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     let dry_n_m = |roller: &ilon_robot::Roller| {
         roller.joint.friction_n_m + wheel.surface.axle_drag_n_m(load_n)
     };
-    // The one that drags most, against what turns it.
+    // The roller with the largest drag relative to the torque that turns it.
     let share = |roller: &&ilon_robot::Roller| {
         let turning_n_m = friction * load_n * roller.radius_m;
         let rate_rad_s = SPEED_M_S / (roller.radius_m * libm::cos(wheel.gamma_rad));
@@ -96,7 +99,7 @@ fn of_rollers(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
             millis(damping_n_m_s * rate_rad_s)
         ));
     }
-    // Where friction and damping together take all that the floor gives.
+    // The speed at which friction and damping take all of the floor's torque.
     let stop_m_s =
         (turning_n_m - dry_n_m) * worst.radius_m * libm::cos(wheel.gamma_rad) / damping_n_m_s;
     let end = if damping_n_m_s > 0.0 && stop_m_s < 10.0 {
@@ -110,7 +113,7 @@ fn of_rollers(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
     ))
 }
 
-/// A torque in mN m, to three digits.
+/// A torque in mN m with three digits.
 fn millis(torque_n_m: f64) -> String {
     let value = 1e3 * torque_n_m;
     let decimals = (2.0 - libm::log10(value.abs().max(1e-9)).floor()).clamp(0.0, 4.0);
@@ -124,7 +127,8 @@ mod tests {
 
     use super::*;
 
-    /// 5.84 kg on three wheels of 50 mm: 19.0968 N each, and 0.6 of it turn a wheel with 573 mN m. Its motors give 1 N m.
+    /// 5.84 kg on three wheels of 50 mm: 19.0968 N each, and 0.6 of it turn a wheel with 573 mN m.
+    /// Its motors give 1 N m.
     #[test]
     fn friction_that_holds_wheels_is_named() {
         let held = |friction_n_m: f64| {
@@ -165,7 +169,7 @@ mod tests {
     #[test]
     fn drag_that_stops_rollers_is_named_with_what_the_floor_can_turn() {
         assert_eq!(remarks(&robot(0.0, 0.0), 0.6, 9.81), Vec::<String>::new());
-        // One percent is a bearing.
+        // One per cent is normal for a bearing.
         assert_eq!(
             remarks(&robot(0.0, 1.4e-3), 0.6, 9.81),
             Vec::<String>::new()
@@ -178,13 +182,14 @@ mod tests {
                 && stands[0].contains("200 mN m"),
             "{stands:?}"
         );
-        // c v / r = 1e-3 * 0.5 / 0.012 = 41.7 mN m; all of 137.5 are taken at 137.5e-3 * 0.012 / 1e-3 = 1.65 m/s.
+        // c v / r = 1e-3 * 0.5 / 0.012 = 41.7 mN m; all of 137.5 are taken at 137.5e-3 * 0.012 /
+        // 1e-3 = 1.65 m/s.
         let damped = remarks(&robot(1e-3, 0.0), 0.6, 9.81);
         assert!(
             damped[0].contains("41.7 mN m") && damped[0].contains("faster than 1.65 m/s"),
             "{damped:?}"
         );
-        // On ice less turns them.
+        // Ice turns them with less torque.
         assert!(remarks(&robot(0.0, 0.1), 0.3, 9.81)[0].contains("never turn"));
     }
 }

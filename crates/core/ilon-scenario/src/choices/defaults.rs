@@ -1,4 +1,4 @@
-//! What the program chooses where the scenario leaves it open.
+//! Time steps that the program chooses if the scenario leaves them open.
 
 use std::f64::consts::TAU;
 
@@ -9,71 +9,83 @@ use ilon_world::longest_step_of_springs_s;
 use crate::Error;
 use crate::scenario::{Contacts, Passive, Rollers, Scenario, WheelLaw};
 
-// Times are in the robot's own unit, sqrt(rho / g), of which a wheel of 50 mm has 14 a second: robots of one shape and any size get steps
-// of one sort, and slip alike.
+// Times below are in the robot's unit sqrt(rho / g); a wheel of 50 mm has 14 of them per second. So
+// robots of one shape and any size get similar steps, and slip alike.
 
-/// The longest step on an open plane: 1/240 s for wheels of 50 mm. Mean motion is as accurate at 20 steps a second as at 1000, but how a
-/// roller starts to slide, and is spun up when it takes over, is smeared over a step (`docs/measured.md`).
+/// The longest step on an open plane: 1/240 s for wheels of 50 mm. Mean motion is as accurate at 20
+/// steps per second as at 1000, but the onset of sliding and the spin-up of a roller that takes
+/// over are smeared over a step (`docs/measured.md`).
 const LONGEST_ON_A_PLANE: f64 = 0.0584;
-/// The longest step on edges and bumps, where rollers are as modelled, and where the wheels' rates have no bound: 2 ms for wheels of 50 mm.
+/// The longest step on edges and bumps, with modelled rollers, and without a limit on wheel rates:
+/// 2 ms for wheels of 50 mm. Chosen.
 const LONGEST_ON_EDGES: f64 = 0.0281;
-/// The longest step of rigid rollers whose wheel is no circle, or that slide along their axles: half a millisecond for wheels of 50 mm. Each
-/// roller lands, and a landing is known by its step: at four times the step the heading is off by 0.3 %, the heat of sliding by a quarter.
+/// The longest step of rigid rollers if the wheel is not a circle, or if they slide along their
+/// axles: half a millisecond for wheels of 50 mm. Each roller lands, and the time of a landing is
+/// only known to a step: at four times the step the heading is off by 0.3 %, the heat of sliding by
+/// a quarter.
 const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
-/// The same where wheels that are no circle are to spare on a rigid chassis: an eighth of a millisecond for wheels of 50 mm. The wheels of one diagonal
-/// land while the other carries, and how far they have turned against each other by then decides which carries next, on which half of its rollers. With
-/// landings that are known to half a millisecond a robot of crowned rollers turned by 2.6 % less after some seconds; from here on its answers stay
-/// within 0.2 % (`docs/rollers.md`).
+/// The same if such wheels are redundant on a rigid chassis: an eighth of a millisecond for wheels
+/// of 50 mm. The wheels of one diagonal land while the other carries, and their relative angles
+/// then decide which diagonal carries next, on which half of its rollers. With landings known to
+/// half a millisecond, a robot with crowned rollers turned by 2.6 % less after some seconds; with
+/// this step the answer stays within 0.2 % (`docs/rollers.md`).
 const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
-/// Steps that a roller's passage over the ground takes at least: one that is missed altogether is never felt.
+/// Smallest number of steps per passage of a roller over the ground: a roller that is skipped has
+/// no effect at all. Chosen.
 const STEPS_PER_PASSAGE: f64 = 6.0;
-/// The shortest step that a sampled wheel loop is given for its bandwidth, half a millisecond for wheels of 50 mm; below, its gains give
-/// way.
+/// The shortest step that is chosen for the bandwidth of a sampled wheel loop, half a millisecond
+/// for wheels of 50 mm; instead of a shorter step, its gains are lowered. Chosen.
 const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
-/// The parts in which a step is taken while a roller is about to slide, 0.1 ms for wheels of 50 mm: what a fast turn on the edge of its
-/// grip loses to slip is then within a tenth of its limit (`docs/measured.md`).
+/// The parts into which a step is split while a roller is about to slide, 0.1 ms for wheels of 50
+/// mm: the slip of a fast turn on the edge of its grip is then within a tenth of its limit
+/// (`docs/measured.md`).
 const SPLIT: f64 = 1.4e-3;
-/// The shortest step that a limit of the wheels' rates makes by itself, a millisecond for wheels of 50 mm. Many files hold a limit that no
-/// wheel reaches, in place of none: beyond, what counts is the rate that the scenario asks for.
+/// The shortest step that is chosen for a wheel rate limit, a millisecond for wheels of 50 mm. Many
+/// files have a limit that no wheel reaches, in place of none; beyond this step the rate that the
+/// scenario commands decides. Chosen.
 const SHORTEST_FOR_LIMIT: f64 = 0.0141;
-/// How far a robot's bouncing on its treads moves on in a step at most, in radians: the step then sees it.
+/// Largest phase of a robot's bouncing on its treads per step, in radians: the step then resolves
+/// it. Chosen.
 const BOUNCE_A_STEP_RAD: f64 = 0.5;
-/// The shortest step that treads make by themselves, a millisecond for wheels of 50 mm. Stiffer ones are damped where the step does not see
-/// them, and near to rigid.
+/// The shortest step that is chosen for treads, a millisecond for wheels of 50 mm. Stiffer treads
+/// are damped where the step does not resolve them, and nearly rigid. Chosen.
 const SHORTEST_FOR_TREAD: f64 = 0.0141;
-/// The longest step where rapier solves the contacts, in seconds: its contacts have a frequency of their own, 1000 Hz.
+/// The longest step if rapier solves the contacts, in seconds: its contacts have a natural
+/// frequency of 1000 Hz.
 const LONGEST_IN_RAPIER_S: f64 = 1e-3;
-/// By how much wheels may be faster than the scenario asks: feedback, noise and overshoot.
+/// How much faster than commanded wheels may turn, by feedback, noise and overshoot. Chosen.
 const FASTER_THAN_ASKED: f64 = 2.0;
-/// The shortest step that is chosen, in seconds. Nothing that rolls needs a shorter one, and a second of it takes half a
-/// minute to compute; one who wants it can write it.
+/// The shortest step that is chosen, in seconds. Nothing that rolls needs a shorter one, and a
+/// simulated second of it takes half a minute to compute; a scenario can still set one.
 const SHORTEST_S: f64 = 1e-5;
 
-/// The parts in which a step is taken for `"auto"` while a roller is near its grip; none where edges and bumps decide.
+/// The parts into which a step is split with `"auto"` while a roller is near its grip; `None` if
+/// edges and bumps decide the step.
 pub fn split_dt_s(scenario: &Scenario, robot: &Robot) -> Option<f64> {
     let by_ilon = scenario.world.solver.contacts == Contacts::Ilon;
     let serves = by_ilon && is_open_plane(scenario, robot);
     serves.then(|| SPLIT * scale_of(scenario, robot).time_s())
 }
 
-/// The robot's units in the scenario's gravity.
+/// The robot's units under the scenario's gravity.
 pub fn scale_of(scenario: &Scenario, robot: &Robot) -> Scale {
     Scale::of(robot, scenario.world.gravity_m_s2)
 }
 
-/// Whether wheels that are round, wherever their rollers are on their axles, roll on nothing but a plane.
+/// Whether only circular wheels, whatever the position of their rollers on the axles, roll on a
+/// plane.
 fn is_open_plane(scenario: &Scenario, robot: &Robot) -> bool {
     let floor = &scenario.world.floor;
     let round = scenario.robot.rollers == Rollers::Barrel && robot.wheels.iter().all(is_round);
     round && floor.is_plane()
 }
 
-/// Whether a wheel is a circle, wherever its rollers are on their axles.
+/// Whether a wheel is a circle, whatever the position of its rollers on the axles.
 fn is_round(wheel: &Wheel) -> bool {
     wheel.is_round() && wheel.surface.axial_play_m == 0.0
 }
 
-/// What rollers need that land one after the other. A tread of their own softens that.
+/// The step that rollers need which land one after the other. Treads soften that.
 fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
     let lands = |wheel: &Wheel| !is_round(wheel) && wheel.surface.tread.is_none();
     let rocks = |wheel: &Wheel| lands(wheel) && !wheel.is_round();
@@ -93,19 +105,19 @@ fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
     }
 }
 
-/// What a step must be no longer than, and which key or joint has it so.
+/// An upper limit of the step, and the key or joint that causes it.
 struct Need {
     longest_s: f64,
     because: String,
     help: &'static str,
 }
 
-/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passing of the rollers, the wheel
-/// loop and the pose sensor, shortened to divide the control period. `asked_rad_s` is the fastest wheel rate that the
-/// scenario asks for, if that is known.
+/// The physics step for `"auto"`, in seconds: the longest that serves the contacts, the passage of
+/// rollers, the wheel loop and the pose sensor, shortened to divide the control period.
+/// `asked_rad_s` is the fastest wheel rate that the scenario commands, if that is known.
 ///
 /// # Errors
-/// [`Error::Invalid`] where that is shorter than anything that is chosen, with what makes it so.
+/// [`Error::Invalid`] with the cause, if the step would be shorter than the shortest chosen one.
 pub fn physics_dt_s(
     scenario: &Scenario,
     robot: &Robot,
@@ -125,7 +137,7 @@ pub fn physics_dt_s(
     let shortest = needs
         .into_iter()
         .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
-    // A whole part of the control period, and of a wheel loop's own, which is a whole part of that.
+    // The step divides the period of the wheel loop, which divides the control period.
     let period_s = scenario.wheel_loop.period_s;
     let period_s = period_s.unwrap_or(scenario.run.control_dt_s);
     let longest_s = shortest.as_ref().map_or(period_s, |need| need.longest_s);
@@ -138,13 +150,14 @@ pub fn physics_dt_s(
             need.help,
         ));
     }
-    // A part in 10^9 keeps a period that is a whole number of steps but for rounding from taking one more.
+    // A relative slack of 1e-9, so that a period that is a whole number of steps except for
+    // rounding does not take one more.
     let steps = (period_s / longest_s - 1e-9).ceil().max(1.0);
     Ok(period_s / steps)
 }
 
-/// What the contacts allow: what edges do, and longer steps for exact rollers on an open plane where the
-/// wheels' rates are bounded.
+/// The limit by contacts: that of edges, or longer steps for exact rollers on an open plane with
+/// bounded wheel rates.
 fn contact_need(
     scenario: &Scenario,
     robot: &Robot,
@@ -196,7 +209,8 @@ fn contact_need(
     }
 }
 
-/// What rapier's own solver of contacts needs: its sweeps come near enough to the laws of contact in short steps only.
+/// The limit by rapier's contact solver: its sweeps satisfy the laws of contact only in short
+/// steps.
 fn solver_need(scenario: &Scenario) -> Need {
     Need {
         longest_s: match scenario.world.solver.contacts {
@@ -208,7 +222,7 @@ fn solver_need(scenario: &Scenario) -> Need {
     }
 }
 
-/// What rollers that give need: a step that sees the robot bounce on them.
+/// The limit by soft rollers: a step that resolves the robot's bouncing on them.
 fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     let load_kg = scale.load_kg;
     let shortest_s = SHORTEST_FOR_TREAD * scale.time_s();
@@ -226,7 +240,8 @@ fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     }
 }
 
-/// What the springs and servos of joints need: a step that can follow them. Their accuracy asks for no more, as they stay stiff in longer ones.
+/// The limit by springs and servos of joints: a step that can follow them. Accuracy demands no
+/// more, because they stay stiff in longer steps.
 fn spring_need(robot: &Robot) -> Need {
     let (longest_s, because) = match longest_step_of_springs_s(robot) {
         Some((longest_s, joint)) => {
@@ -245,7 +260,7 @@ fn spring_need(robot: &Robot) -> Need {
     }
 }
 
-/// What limits the wheels' rates, in words.
+/// The limit of the wheels' rates, in words.
 fn limited_by(scenario: &Scenario, robot: &Robot, limit_rad_s: f64) -> String {
     let of_motor = |wheel: &&ilon_robot::Wheel| wheel.motor.velocity_rad_s <= limit_rad_s;
     match robot.wheels.iter().find(of_motor) {
@@ -263,7 +278,7 @@ fn limited_by(scenario: &Scenario, robot: &Robot, limit_rad_s: f64) -> String {
     }
 }
 
-/// No more than one pose is taken in a step.
+/// At most one pose is taken per step.
 fn pose_need(scenario: &Scenario) -> Need {
     let rate_hz = scenario.sensors.pose.rate_hz.unwrap_or(0.0);
     Need {
@@ -273,13 +288,14 @@ fn pose_need(scenario: &Scenario) -> Need {
     }
 }
 
-/// What the wheel loop allows. A PID that is sampled once a step must leave a wheel in the air in peace: k_p dt <= J_air.
-/// Computed torque is sampled too: a bandwidth w needs w dt of a tenth or so to be what it says.
+/// The limit by the wheel loop. A PID sampled once a step must be stable for a wheel in the air:
+/// k_p dt <= J_air. Computed torque is sampled too: a bandwidth w is reached only if w dt is about
+/// a tenth or less.
 fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     let wheel_loop = &scenario.wheel_loop;
     let longest_s = match (wheel_loop.law, wheel_loop.is_sampled()) {
         (WheelLaw::Pid, false) => f64::INFINITY,
-        // Its period is given, whatever the step.
+        // The period is given, whatever the step.
         _ if wheel_loop.period_s.is_some() => f64::INFINITY,
         (WheelLaw::Pid, true) => {
             let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
@@ -299,7 +315,8 @@ fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
     }
 }
 
-/// What the dampers of a passive law allow: wheels in the air, which feel only their own inertia, come to rest in several steps.
+/// The limit by the dampers of a passive law: wheels in the air, which feel only their own inertia,
+/// come to rest in several steps.
 fn damper_need(scenario: &Scenario, model: &DynamicModel) -> Need {
     let section = scenario.wheel_loop.passive.as_ref();
     let most = |of: fn(&Passive) -> Option<f64>| section.and_then(of).unwrap_or(0.0);
@@ -363,8 +380,9 @@ mod tests {
     #[test]
     fn on_a_plane_the_step_follows_the_rollers_that_pass() {
         let slow = "run.control_dt_s = 0.1\n";
-        // Nine rollers at 10 rad/s: one passes in 2 pi / 90 = 69.8 ms, a sixth of which is longer than 1/240 s; at the
-        // motors' 30 rad/s a sixth is 3.88 ms. 24 and 26 steps a control period.
+        // Nine rollers at 10 rad/s: one passes in 2 pi / 90 = 69.8 ms, a sixth of which is longer
+        // than 1/240 s; at the motors' 30 rad/s a sixth is 3.88 ms. 24 and 26 steps a control
+        // period.
         let at = |limit_rad_s: f64| {
             chosen_s(&format!(
                 "{slow}guidance.wheel_rate_limit_rad_s = {limit_rad_s}"
@@ -372,7 +390,7 @@ mod tests {
         };
         assert!((at(10.0) - 0.1 / 24.0).abs() < 1e-12);
         assert!((at(100.0) - 0.1 / 26.0).abs() < 1e-12);
-        // On a kerb, and under rollers as modelled, it is the step that holds for contacts of all kinds.
+        // On a kerb, and with modelled rollers, the general step for contacts holds.
         let kerb = "world.floor.boxes = [{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = 0.01 }]\n";
         assert!((chosen_s(&format!("{slow}{kerb}")) - 0.002).abs() < 1e-12);
         let modelled = "robot.rollers = \"as_modelled\"\n";
@@ -381,16 +399,18 @@ mod tests {
 
     #[test]
     fn of_a_limit_that_no_wheel_reaches_what_is_asked_for_counts() {
-        // At 116 rad/s nine rollers pass a sixth of the way in a millisecond: the shortest for a limit. A limit of 1e5 or
-        // 1e9 stands for none, and twice the 6 rad/s that are asked for need no shorter step.
+        // At 116 rad/s nine rollers pass a sixth of the way in a millisecond: the shortest step for
+        // a limit. A limit of 1e5 or 1e9 stands for none, and twice the commanded 6 rad/s need no
+        // shorter step.
         for velocity in ["1000", "1e5", "1e9"] {
             let dt_s = chosen(&limited_to(velocity), "", Some(6.0)).unwrap();
             assert!((dt_s - 1e-3).abs() < 1e-12, "{velocity}: {dt_s}");
         }
-        // 500 rad/s asked for, and as much again on top: 2 pi / (9 x 1000) / 6 = 0.116 ms, 86 steps of which divide 10 ms.
+        // 500 rad/s commanded, and as much again on top: 2 pi / (9 x 1000) / 6 = 0.116 ms; 86 such
+        // steps divide 10 ms.
         let fast = chosen(&limited_to("1e9"), "", Some(500.0)).unwrap();
         assert_eq!((0.01 / fast).round(), 86.0);
-        // No faster than the limit: 2 pi / (9 x 600) / 6 = 0.194 ms.
+        // Not faster than the limit: 2 pi / (9 x 600) / 6 = 0.194 ms.
         let limited = chosen(&limited_to("600"), "", Some(500.0)).unwrap();
         assert_eq!((0.01 / limited).round(), 52.0);
     }
@@ -401,7 +421,7 @@ mod tests {
             Err(Error::Invalid { message, .. }) => message,
             other => panic!("{other:?}"),
         };
-        // A controller of one's own: nothing is known but the limit.
+        // Under a caller's controller only the limit is known.
         let unknown = told(&limited_to("1e9"), "", None);
         assert!(
             unknown.ends_with(
@@ -444,7 +464,8 @@ mod tests {
         };
         let scale = Scale::of(&robot, 9.81);
         assert_eq!(tread_need(&robot, &scale).longest_s, f64::INFINITY);
-        // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; near to rigid ones of 1e8 N/m a millisecond.
+        // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; nearly rigid ones of
+        // 1e8 N/m get a millisecond.
         assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
         assert!((longest_s(&mut robot, 1e8) - 1e-3).abs() < 1e-5);
     }
@@ -485,13 +506,14 @@ mod tests {
             need
         };
         for stiffness in [1e5, 1e6, 1e7] {
-            // The slide moves a carrier of 0.1 kg and a wheel of 0.34 kg with 9 rollers; a spring swings that in 2 pi sqrt(m / k).
+            // The slide moves a carrier of 0.1 kg and a wheel of 0.34 kg with 9 rollers; a spring
+            // makes that oscillate with a period of 2 pi sqrt(m / k).
             let mass_kg = robot.inertia_on_joint(2);
             let swing_s = TAU * (mass_kg / stiffness).sqrt();
             let need = stiff(&mut robot, stiffness);
             assert!((need.longest_s - swing_s / 1.5).abs() < 1e-12);
         }
-        // A spring beyond all that is chosen is refused with its name.
+        // A spring that needs less than the shortest step is refused by name.
         let need = stiff(&mut robot, 1e12);
         assert!(need.longest_s < SHORTEST_S && need.because.contains(&robot.joints[2].name));
     }
@@ -505,11 +527,12 @@ mod tests {
             |robot: &Robot| landing_need(&scenario, robot, &Scale::of(robot, 9.81)).longest_s;
         assert_eq!(longest_s(&robot), f64::INFINITY);
         robot.wheels[1].surface.axial_play_m = 2e-4;
-        // 0.00701 sqrt(0.05 / 9.81) s; a tread of its own softens the landing.
+        // 0.00701 sqrt(0.05 / 9.81) s; a tread softens the landing.
         assert!((longest_s(&robot) - 5e-4).abs() < 1e-6);
         robot.wheels[1].surface.tread = Some(ilon_robot::Tread::new(1e5));
         assert_eq!(longest_s(&robot), f64::INFINITY);
-        // Four crowned wheels on a rigid chassis rock; with three on it and one on a joint the ground carries each.
+        // Four crowned wheels on a rigid chassis rock; with three of them on the chassis and one on
+        // a joint, the ground carries each.
         let crowned = ilon_robot::RollersAsMade {
             crown: 1.2,
             ..ilon_robot::RollersAsMade::default()
@@ -532,7 +555,8 @@ mod tests {
     #[test]
     fn a_sampled_loop_gets_a_step_that_leaves_a_wheel_in_the_air_stable() {
         let sampled = "wheel_loop.timing = \"sampled\"\n";
-        // Half a millisecond is the least; a soft loop of 5 rad/s needs no shorter step than the contacts.
+        // Half a millisecond is the shortest; a soft loop of 5 rad/s needs no shorter step than the
+        // contacts.
         assert!((chosen_s(sampled) - 0.01 / 18.0).abs() < 1e-4);
         let soft = format!("{sampled}wheel_loop.bandwidth_rad_s = 5.0");
         assert!((chosen_s(&soft) - 0.01 / 3.0).abs() < 1e-12);

@@ -1,31 +1,43 @@
-//! Whether the wheel loops of a scenario can settle at the physics step.
+//! Checks whether the wheel loops of a scenario are stable at the physics step.
 //!
-//! **A sampled loop** (`wheel_loop.timing = "sampled"`) holds its torque over the step T. A wheel of inertia J and bearing damping d, its rate w
-//! off its target, its integral i and its filtered acceleration a go by
+//! **A sampled loop** (`wheel_loop.timing = "sampled"`) holds its torque over the step T. For a
+//! wheel of inertia J and bearing damping d, the deviation w of its rate from its target, the
+//! integral i and the filtered acceleration a obey
 //!
-//! a_k = (1 - f) a_(k-1) + f (w_k - w_(k-1)) / T,   i_k = i_(k-1) - k_i T w_k,
-//! w_(k+1) = w_k + T / (J + d T) (-k_p w_k + i_k - k_d a_k - d w_k),
+//! - a_k = (1 - f) a_(k-1) + f (w_k - w_(k-1)) / T,
+//! - i_k = i_(k-1) - k_i T w_k,
+//! - w_(k+1) = w_k + T / (J + d T) (-k_p w_k + i_k - k_d a_k - d w_k),
 //!
-//! f the weight of the newest change in the derivative's low-pass; where torques come n + p periods late (`wheel_loop.latency_s`), all but d w_k is
-//! (1 - p) that of n periods before and p that of n + 1. With q for "a period before" this is a polynomial,
+//! f the weight of the newest change in the derivative's low-pass. If torques come n + p periods
+//! late (`wheel_loop.latency_s`), all but d w_k is (1 - p) times its value n periods before plus p
+//! times that n + 1 periods before. With q for the delay by one period, the characteristic
+//! polynomial is
 //!
-//! (1 - (1 - g d) q) (1 - q) (1 - (1 - f) q) + g q^(n + 1) (1 - p + p q) (k_p (1 - q) (1 - (1 - f) q) + k_i T (1 - (1 - f) q) + k_d f / T (1 - q)^2),
+//!   (1 - (1 - g d) q) (1 - q) (1 - (1 - f) q) +
+//!   g q^(n + 1) (1 - p + p q)
+//!   (k_p (1 - q) (1 - (1 - f) q) + k_i T (1 - (1 - f) q) + k_d f / T (1 - q)^2),
 //!
-//! g = T / (J + d T), and the loop settles where and only where its roots in 1 / q lie within the unit circle. Without derivative and latency this is
-//! Jury's 2 k_p T / J + k_i T^2 / J < 4 (`ilon_control`, wheel loops); of k_p alone, n periods late, k_p T / J < 2 sin(pi / (4 n + 2)) (Levin and May
-//! 1976), which in short periods is the phase margin of an integrator, k_p / J times the latency below pi / 2. J is what the wheel
-//! feels: its own inertia in the air and while it slides, and a share of the robot's on the ground, which depends on the direction of motion.
+//! g = T / (J + d T), and the loop is stable if and only if its roots in 1 / q lie within the unit
+//! circle. Without derivative and latency this is Jury's 2 k_p T / J + k_i T^2 / J < 4
+//! (`ilon_control`, wheel loops); for k_p alone, n periods late, k_p T / J < 2 sin(pi / (4 n + 2))
+//! (Levin and May 1976), which for short periods is the phase margin of an integrator, k_p / J
+//! times the latency below pi / 2. J is the inertia that the wheel feels: its own in the air and
+//! while it slides, plus a share of the robot's on the ground, which depends on the direction of
+//! motion.
 //!
-//! **A continuous loop** settles at any gain, but its torque falls within the step by as much as the wheel gains rate. Where that fall is
-//! `STIFFEST` times what the wheel's inertia takes, the difference of the two is no longer computed to its digits, and motors and bearings are
-//! given energies that they never had. A wheel that follows within a thousandth of a step follows at once, so that nothing is lost by less.
+//! **A continuous loop** is stable at any gain, but its torque falls within the step as the wheel
+//! gains rate. If that fall is `STIFFEST` times the torque that the wheel's inertia takes, the
+//! difference of the two loses its digits, and motors and bearings get wrong energies. A wheel that
+//! follows within a thousandth of a step follows practically at once, so a lower limit loses
+//! nothing.
 
 use ilon_control::DynamicModel;
 
 use crate::Error;
 use crate::scenario::{Scenario, WheelLaw, WheelLoop};
 
-/// The most that a continuous loop's torque may fall within a step, as a multiple of what the wheel's inertia on the ground takes.
+/// Largest fall of a continuous loop's torque within a step, as a multiple of the torque that the
+/// wheel's inertia on the ground takes. Chosen.
 const STIFFEST: f64 = 1e6;
 
 /// The gains of a wheel loop and the period for which its torque is held.
@@ -34,13 +46,13 @@ struct Loop {
     proportional_n_m_s: f64,
     integral_n_m: f64,
     derivative_n_m_s2: f64,
-    /// f.
+    /// f of the module's documentation.
     weight: f64,
     period_s: f64,
     latency_s: f64,
 }
 
-/// A wheel as its loop feels it.
+/// Inertia and damping that a wheel loop feels.
 #[derive(Clone, Copy, Debug)]
 struct Felt {
     inertia_kg_m2: f64,
@@ -48,7 +60,7 @@ struct Felt {
 }
 
 impl Loop {
-    /// Of a section whose gains are chosen.
+    /// The loop of a section whose gains have been chosen.
     fn of(section: &WheelLoop, period_s: f64) -> Self {
         Self {
             proportional_n_m_s: section.proportional_n_m_s.unwrap_or(0.0),
@@ -77,7 +89,7 @@ impl Loop {
         let own = times(&[1.0, g * d - 1.0], &filter);
         let over = scaled(k_d * f / t, &difference);
         let direct = plus(&scaled(k_p, &filter), &over);
-        // Without an integral i is no state, and does not decay.
+        // Without an integral, i is not a state and does not decay.
         let (own, asked) = match k_i == 0.0 {
             true => (own, direct),
             false => (
@@ -93,7 +105,7 @@ impl Loop {
         plus(&own, &times(&late, &asked))
     }
 
-    /// Whether a wheel's rate settles.
+    /// Whether the wheel's rate is stable.
     fn settles(&self, wheel: &Felt) -> bool {
         vanishes(self.polynomial(wheel))
     }
@@ -117,7 +129,8 @@ fn plus(one: &[f64], other: &[f64]) -> Vec<f64> {
     (0..length).map(|i| at(one, i) + at(other, i)).collect()
 }
 
-/// Whether all roots of a polynomial, by falling powers, lie within the unit circle: Schur's recursion.
+/// Whether all roots of a polynomial, with coefficients by falling powers, lie within the unit
+/// circle: Schur's recursion.
 fn vanishes(mut polynomial: Vec<f64>) -> bool {
     while let [first, .., last] = polynomial[..] {
         let k = last / first;
@@ -133,22 +146,23 @@ fn vanishes(mut polynomial: Vec<f64>) -> bool {
     true
 }
 
-/// What may be too much in a section: its key, and its value in a loop.
+/// A gain of a section: its key, and access to its value in a loop.
 type Gain = (&'static str, fn(&mut Loop) -> &mut f64);
 
-/// What a loop has of a gain.
+/// The value of a gain in a loop.
 fn value((_, gain): &Gain, mut of: Loop) -> f64 {
     *gain(&mut of)
 }
 
-/// Of what a loop may be given less.
+/// The gains that may be lowered.
 const GAINS: [Gain; 3] = [
     ("proportional_n_m_s", |of| &mut of.proportional_n_m_s),
     ("integral_n_m", |of| &mut of.integral_n_m),
     ("derivative_n_m_s2", |of| &mut of.derivative_n_m_s2),
 ];
 
-/// What the wheels' loops feel, in kg m^2 with the damping of the bearings: in the air and while sliding, and on the ground.
+/// What the wheel loops feel, smallest and largest: inertia in kg m^2 with the damping of the
+/// bearings, in the air or sliding, and on the ground.
 fn felt(model: &DynamicModel) -> ([Felt; 2], [Felt; 2]) {
     let damping = model.damping_n_m_s().iter().copied();
     let damping_n_m_s = damping.fold(f64::INFINITY, f64::min);
@@ -174,10 +188,11 @@ fn felt(model: &DynamicModel) -> ([Felt; 2], [Felt; 2]) {
     (air, [of(least), of(most)])
 }
 
-/// What a person should know of the wheel loops of a scenario whose gains are chosen: `None` where they settle.
+/// Remarks unstable wheel loops of a scenario whose gains have been chosen; `None` if they are
+/// stable.
 ///
 /// # Errors
-/// [`Error::Invalid`] where a continuous loop is faster than can be computed with.
+/// [`Error::Invalid`] if a continuous loop is too fast for the arithmetic.
 pub fn remark(
     scenario: &Scenario,
     model: &DynamicModel,
@@ -210,7 +225,8 @@ fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Resul
     let Some(((key, _), (gain, per_gain))) = too_fast else {
         return Ok(());
     };
-    // J w_b and J w_b^2 / 4 follow from a bandwidth w_b, and the latter is the sooner too much.
+    // The defaults for a bandwidth w_b are J w_b and J w_b^2 / 4; the latter reaches the limit
+    // first.
     let w_b = section.bandwidth_rad_s;
     let chosen = match *key {
         "proportional_n_m_s" => inertia_kg_m2 * w_b,
@@ -231,10 +247,10 @@ fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Resul
     ))
 }
 
-/// Of a law that knows the robot, and makes a loop of its bandwidth in each direction, where its torques come late: a wheel that hangs in the air feels a
-/// part of the inertia that the law counts with.
+/// Checks a law that knows the robot, has its bandwidth in each direction, and whose torques come
+/// late: a wheel in the air feels only a part of the inertia that the law assumes.
 fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> Option<String> {
-    /// The part by which the bandwidth is lowered at a time.
+    /// Factor by which the bandwidth is lowered at a time. Chosen.
     const LOWER: f64 = 0.98;
     let in_the_air = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
     let settles = |bandwidth_rad_s: f64, inertia_kg_m2: f64| {
@@ -298,9 +314,9 @@ fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
     ))
 }
 
-/// Which gain would do.
+/// The gain that makes the loop stable.
 fn remedy(own: &Loop, settles: impl Fn(&Loop) -> bool) -> String {
-    /// By which part a gain is lowered at a time, and how often at most.
+    /// Factor by which a gain is lowered at a time, and the largest number of times. Chosen.
     const LOWER: f64 = 0.95;
     const TIMES: usize = 200;
     let lowered = |gains: &[Gain]| {
@@ -312,7 +328,7 @@ fn remedy(own: &Loop, settles: impl Fn(&Loop) -> bool) -> String {
             settles(&of).then_some(of)
         })
     };
-    // The one that has to be lowered least.
+    // The gain that has to be lowered least.
     let share = |gain: &Gain, of: &Loop| value(gain, *of) / value(gain, *own);
     let one = GAINS
         .iter()
@@ -338,7 +354,7 @@ fn remedy(own: &Loop, settles: impl Fn(&Loop) -> bool) -> String {
     }
 }
 
-/// A number to three digits, rounded towards zero.
+/// A number with three digits, rounded towards zero.
 fn rounded_down(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -372,8 +388,9 @@ mod tests {
         damping_n_m_s: 0.0,
     };
 
-    /// Jury: with a and b the gains in these units the loop settles where and only where 2 a + b < 4; of the derivative alone, beside a small
-    /// proportional gain, z^2 - (1 - a - c) z - c has its roots within the circle where c < 1 - a / 2.
+    /// Jury: with a and b the gains in these units the loop is stable if and only if 2 a + b < 4;
+    /// of the derivative alone, beside a small proportional gain, z^2 - (1 - a - c) z - c has its
+    /// roots within the circle if c < 1 - a / 2.
     #[test]
     fn a_sampled_loop_settles_where_jury_says() {
         for a in [0.1, 0.7, 1.2, 1.9] {
@@ -384,7 +401,8 @@ mod tests {
             assert!(of(a, 0.0, 0.999 * most_c, 1.0).settles(&WHEEL), "{a}");
             assert!(!of(a, 0.0, 1.001 * most_c, 1.0).settles(&WHEEL), "{a}");
         }
-        // A slow filter lets a larger derivative gain through; damping d adds d T / J to a loop's room: a < 2 + 2 d T / J - d T / J.
+        // A slow filter allows a larger derivative gain; damping d adds d T / J to the stable
+        // range: a < 2 + 2 d T / J - d T / J.
         assert!(of(0.1, 0.0, 2.0, 0.1).settles(&WHEEL));
         let damped = Felt {
             damping_n_m_s: INERTIA_KG_M2 / PERIOD_S,
@@ -394,10 +412,12 @@ mod tests {
         assert!(!of(3.001, 0.0, 0.0, 1.0).settles(&damped));
     }
 
-    /// Levin and May: a < 2 sin(pi / (4 n + 2)) of torques n periods late; at half a period between the polynomial is
-    /// 1 - q + a q (1 + q) / 2, by Jury stable below 2. With an integral b = c a^2 the phase margin of (k_p s + k_i) / (J s^2) is atan(u / c) at the
-    /// crossing u of u^4 = u^2 + c^2, in units of k_p / J, and the latency that takes it is atan(u / c) / u; of short periods the half period for which
-    /// a torque is held is a part of it, and what is left of the difference is of second order in a: 0.01^2.
+    /// Levin and May: a < 2 sin(pi / (4 n + 2)) for torques n periods late. Half a period later the
+    /// polynomial is 1 - q + a q (1 + q) / 2, by Jury stable below 2. With an integral b = c a^2
+    /// the phase margin of (k_p s + k_i) / (J s^2) is atan(u / c) at the crossing u of u^4 = u^2 +
+    /// c^2, in units of k_p / J, and the latency that consumes it is atan(u / c) / u. For short
+    /// periods, the half period for which a torque is held is part of that latency, and the
+    /// remaining difference is of second order in a: 0.01^2.
     #[test]
     fn late_torques_have_the_bounds_of_levin_and_of_the_phase_margin() {
         let late = |periods: f64, a: f64, b: f64| Loop {
@@ -416,7 +436,7 @@ mod tests {
             let a = 0.01;
             let most = (u / c).atan() / (u * a) - 0.5;
             let b = c * a * a;
-            // The integral has the newest error in it: half a period of it acts at once.
+            // The integral includes the newest error: half a period of it acts at once.
             let a = a - 0.5 * b;
             assert!(late(0.999 * most, a, b).settles(&WHEEL), "{c}");
             assert!(!late(1.001 * most, a, b).settles(&WHEEL), "{c}");

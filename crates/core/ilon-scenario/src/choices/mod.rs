@@ -1,4 +1,5 @@
-//! What the program chooses where a scenario leaves it open (steps, gains, contacts), what is known of loops and wheels before a run, and [`Resolved`].
+//! Choices of the program where a scenario leaves them open (steps, gains, contacts), checks of
+//! loops and wheels before a run, and [`Resolved`].
 
 pub mod bearing_drag;
 pub mod defaults;
@@ -13,7 +14,7 @@ use ilon_robot::Robot;
 
 pub use resolved::{Choices, Resolved, kinematics_of};
 
-/// What is to be said of wheels whose hands do not fit their places.
+/// Remarks wheels whose handedness does not fit their places.
 pub fn wrong_hands(robot: &Robot) -> Option<String> {
     let wrong = WrongHands::of(&robot.wheels);
     wrong.map(|wrong| format!("the wheels: {wrong}"))

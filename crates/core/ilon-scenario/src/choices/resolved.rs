@@ -1,4 +1,4 @@
-//! A scenario that leaves nothing open, and what was chosen for it.
+//! A scenario with nothing left open, and the choices made for it.
 
 use std::sync::Arc;
 
@@ -15,73 +15,73 @@ use crate::course::playback::Played;
 use crate::robot::belief::{self, believed};
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
 
-/// A scenario that leaves nothing open: every default and everything chosen by the program is spelled out in it.
+/// A scenario with nothing left open: every default and every choice of the program is written out.
 #[derive(Clone, Debug)]
 pub struct Resolved {
     scenario: Scenario,
     choices: Choices,
 }
 
-/// What the program chose for a scenario, and what it read and foresaw for it.
+/// The choices of the program for a scenario, and what it read and predicted for it.
 #[derive(Clone, Debug)]
 pub struct Choices {
-    /// The step of physics, in seconds.
+    /// Physics step, in seconds.
     pub physics_dt_s: f64,
-    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    /// Limit of the wheel rates, in rad/s; infinite without one.
     pub wheel_rate_limit_rad_s: f64,
-    /// The path in time that is desired, where there is one.
+    /// The desired path in time, if there is one.
     pub reference: Option<Reference>,
-    /// What a log says.
+    /// The data of a log.
     pub played: Played,
-    /// Where the servos of joints between bodies are sent.
+    /// The targets of the servos of joints between bodies.
     pub joint_targets: JointTargets,
-    /// What the controller takes the robot for, where it does not know it.
+    /// The robot that the controller believes in, if it differs from the real one.
     pub believed: Option<Arc<Robot>>,
-    /// What is in place of the ground's plane, if something is.
+    /// Uneven ground instead of the plane.
     pub uneven: Option<Arc<GroundRelief>>,
     /// The point of the body frame that follows the reference, in metres.
     pub reference_point_m: Vector2<f64>,
-    /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
+    /// The predicted excess of the motion over grip or motors, if there is one.
     pub announced: Option<Announced>,
-    /// What the guidance's gains can be, where it follows a reference and that is known.
+    /// The limits of the guidance's gains, if it follows a reference and they are known.
     pub stability: Option<Stability>,
-    /// Whether the wheel loops cannot settle at the physics step, see [`super::loop_stability`].
+    /// Whether the wheel loops are unstable at the physics step, see [`super::loop_stability`].
     pub has_unstable_loops: bool,
-    /// Whether a log asks for wheel rates that contradict each other, which is remarked already.
+    /// Whether a log commands inconsistent wheel rates; that has been remarked already.
     pub is_contradictory: bool,
-    /// What a person should know about the input, although it can be run.
+    /// Warnings about the input, although it can be run.
     pub warnings: Vec<String>,
 }
 
-/// The kinematics of a robot as it stands.
+/// The kinematics of a robot at its joints' zero positions.
 ///
 /// # Errors
-/// Where the robot cannot be controlled.
+/// If the robot cannot be controlled.
 pub fn kinematics_of(robot: &Robot) -> Result<(Kinematics, ContactKinematics), Error> {
     Ok((Kinematics::new(robot)?, ContactKinematics::new(robot)?))
 }
 
 impl Resolved {
-    /// A scenario and what was chosen for it.
+    /// Combines a scenario and the choices for it.
     pub fn new(scenario: Scenario, choices: Choices) -> Self {
         Self { scenario, choices }
     }
 
-    /// The scenario with every default and everything chosen spelled out.
+    /// The scenario with every default and every choice written out.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// What was chosen for it.
+    /// The choices for it.
     pub fn choices(&self) -> &Choices {
         &self.choices
     }
 
-    /// The same run, and its robot, with something changed. All that was chosen stays, such as gains and the path in time; keys of robot and motion,
-    /// which choices were made by, have no effect.
+    /// The same run and robot with a change. All choices, such as gains and the path in time, stay
+    /// as they are; changed keys of robot and motion on which choices depend have no effect.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be then.
+    /// If the changed scenario is impossible.
     pub fn with(
         &self,
         robot: &Robot,
@@ -118,48 +118,48 @@ impl Resolved {
         Ok((changed, robot))
     }
 
-    /// The step of physics, in seconds.
+    /// Physics step, in seconds.
     pub fn physics_dt_s(&self) -> f64 {
         self.choices.physics_dt_s
     }
 
-    /// The period of the control, in seconds: a whole number of physics steps.
+    /// Control period, in seconds: a whole number of physics steps.
     pub fn control_dt_s(&self) -> f64 {
         self.scenario.run.control_dt_s
     }
 
-    /// The rate that wheels are held to, in rad/s; infinite where there is no limit.
+    /// Limit of the wheel rates, in rad/s; infinite without one.
     pub fn wheel_rate_limit_rad_s(&self) -> f64 {
         self.choices.wheel_rate_limit_rad_s
     }
 
-    /// The path in time that is desired, where the scenario has a `[reference]`, or a log's path.
+    /// The desired path in time, if the scenario has a `[reference]` or a log's path.
     pub fn reference(&self) -> Option<&Reference> {
         self.choices.reference.as_ref()
     }
 
-    /// What the controller takes the robot for: the robot itself, unless the scenario says otherwise.
+    /// The robot that the controller believes in: the real one, unless the scenario says otherwise.
     pub fn believed<'a>(&'a self, robot: &'a Robot) -> &'a Robot {
         self.choices.believed.as_deref().unwrap_or(robot)
     }
 
-    /// The same in words; `None` where it knows its robot.
+    /// The same in words; `None` if the controller knows the real robot.
     pub fn belief_in_words(&self, robot: &Robot) -> Option<String> {
         let believed = self.choices.believed.as_deref()?;
         Some(belief::in_words(robot, believed))
     }
 
-    /// The kinematics of a robot as its servos start it.
+    /// The kinematics of a robot with its servos at their start.
     pub fn kinematics(&self, robot: &Robot) -> Result<(Kinematics, ContactKinematics), Error> {
         kinematics_of(&self.choices.joint_targets.standing(robot))
     }
 
-    /// Adds what a person should know, before all else.
+    /// Adds a warning before all others.
     pub fn remark_first(&mut self, remark: String) {
         self.choices.warnings.insert(0, remark);
     }
 
-    /// Where its motion asks for more than grip or motors give, as far as that is known beforehand.
+    /// The predicted excess of the motion over grip or motors, if there is one.
     pub fn announced(&self) -> Option<&Announced> {
         self.choices.announced.as_ref()
     }
@@ -169,12 +169,12 @@ impl Resolved {
         self.choices.reference_point_m
     }
 
-    /// Where the robot starts.
+    /// The robot's start pose.
     pub fn start(&self) -> Pose {
         self.scenario.robot.start()
     }
 
-    /// What a person should know about the input, although it can be run.
+    /// Warnings about the input, although it can be run.
     pub fn warnings(&self) -> &[String] {
         &self.choices.warnings
     }

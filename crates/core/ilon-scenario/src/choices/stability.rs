@@ -38,7 +38,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use crate::Error;
 use crate::scenario::{Scenario, Task, WheelLaw};
 
-/// How the wheels answer a command along one direction of motion.
+/// The response of the wheels to a command along one direction of motion.
 #[derive(Clone, Copy, Debug)]
 struct Answer {
     /// w, in 1/s.
@@ -49,7 +49,7 @@ struct Answer {
     feedforward_per_s: f64,
 }
 
-/// A period, and how old the pose is that is decided on in it.
+/// A period, and the age of the pose used in it.
 #[derive(Clone, Copy, Debug)]
 struct Timing {
     /// T.
@@ -58,19 +58,22 @@ struct Timing {
     age_s: f64,
 }
 
-/// An error of the pose along one direction, its gain left open; without an answer the wheels follow at once.
+/// The control loop of a pose error along one direction, without its gain; without an `Answer` the
+/// wheels follow at once.
 #[derive(Clone, Copy, Debug)]
 struct ErrorLoop {
     timing: Timing,
     answer: Option<Answer>,
 }
 
-/// Poses that are older than so many periods are looked at in longer ones.
+/// The oldest pose in periods for which the bound is computed; older poses use longer periods.
+/// Chosen.
 const MOST_PERIODS: f64 = 20.0;
 
 impl Timing {
-    /// With a period so long that the pose is [`MOST_PERIODS`] of it old. What is decided on is held for half a period in the mean, so that age and
-    /// half a period together stay as they are: the bound on the gain then stays to 3e-4.
+    /// With a period so long that the pose is [`MOST_PERIODS`] of it old. A decision is held for
+    /// half a period on average, so age plus half a period is kept: the bound on the gain is then
+    /// accurate to 3e-4.
     fn coarsened(&self) -> Self {
         let Self { period_s, age_s } = *self;
         if age_s <= MOST_PERIODS * period_s {
@@ -87,12 +90,13 @@ impl Timing {
 impl ErrorLoop {
     /// The product K T from which on the error does not decay.
     fn limit(&self) -> f64 {
-        /// No loop bears more.
+        /// No loop is stable beyond this. Chosen.
         const MOST: f64 = 8.0;
         self.largest((MOST, 40), Self::decays)
     }
 
-    /// The product K T from which on the error passes zero, at most that from which on it does not decay.
+    /// The product K T from which on the error passes zero, at most that from which on it does not
+    /// decay.
     fn overshoots_from(&self) -> f64 {
         self.largest((self.limit(), 24), |of, product| !of.overshoots(product))
     }
@@ -104,7 +108,8 @@ impl ErrorLoop {
         coarsened.overshoots(product * timing.period_s / self.timing.period_s)
     }
 
-    /// The largest product up to `most` that is good, by so many halvings, of poses that are not too old to look at.
+    /// The largest product up to `most` that satisfies `is_good`, by a number of bisections, for
+    /// poses that are not too old.
     fn largest(&self, (most, halvings): (f64, u32), is_good: fn(&Self, f64) -> bool) -> f64 {
         let timing = self.timing.coarsened();
         let coarsened = Self { timing, ..*self };
@@ -120,17 +125,17 @@ impl ErrorLoop {
         high / periods
     }
 
-    /// Whether an error that stood long, with the robot at rest, passes zero under a product K T.
+    /// Whether an error of a robot at rest, constant until now, passes zero under a product K T.
     fn overshoots(&self, product: f64) -> bool {
-        /// What is less is rounding, as a share of the error.
+        /// Smaller errors are rounding, as a share of the error. Chosen.
         const ROUNDING: f64 = 1e-10;
-        /// When it has decayed.
+        /// The error counts as decayed below this. Chosen.
         const DECAYED: f64 = 1e-8;
         const MOST_PERIODS: usize = 5000;
         let over = self.over_a_period(product);
         let e = self.rates().nrows() - 2;
         let mut state = DVector::zeros(over.nrows());
-        // The error now, and as it was seen in the periods before.
+        // The current error, and the measured ones of the periods before.
         state.rows_range_mut(e..).fill(1.0);
         for _ in 0..MOST_PERIODS {
             state = &over * state;
@@ -146,9 +151,10 @@ impl ErrorLoop {
 
     /// Whether the error decays under a product K T.
     fn decays(&self, product: f64) -> bool {
-        /// After so many doublings a part in 10^7 below the bound is told from one above.
+        /// After this number of doublings, 1e-7 below the bound is distinguished from above.
+        /// Chosen.
         const DOUBLINGS: usize = 30;
-        /// What has shrunk or grown to this does so for good.
+        /// The power has decayed or grown for good at this factor. Chosen.
         const SMALL: f64 = 1e-6;
         let mut over = self.over_a_period(product);
         for _ in 0..DOUBLINGS {
@@ -161,15 +167,16 @@ impl ErrorLoop {
         false
     }
 
-    /// What a period makes of the state: v, i and x, where there is an answer; e; and e as it was seen in the periods before.
+    /// The transition matrix of a period: of v, i and x, if there is an `Answer`; e; and e as
+    /// measured in the periods before.
     fn over_a_period(&self, product: f64) -> DMatrix<f64> {
         let Timing { period_s, age_s } = self.timing;
         let age = age_s / period_s;
-        // So many whole periods, and a part of one, between the look and the decision.
+        // Whole periods, and a fraction of one, between measurement and decision.
         let whole = (age + 1e-9).floor();
         let part = (age - whole).max(0.0);
         let own = self.rates();
-        // The last row and column are of u, which is held.
+        // The last row and column are those of u, which is held.
         let size = own.nrows() - 1;
         let e = size - 1;
         let moves = |share: f64| (&own * (share * period_s)).exp();
@@ -193,7 +200,7 @@ impl ErrorLoop {
             advance(&mut over, row, row, &whole_period);
         }
         if looks > 0 {
-            // The newest look is between this decision and the next.
+            // The newest measurement is between this decision and the next.
             advance(&mut over, size, e, &moves(1.0 - part));
             for row in 1..looks {
                 over[(size + row, size + row - 1)] = 1.0;
@@ -214,7 +221,7 @@ impl ErrorLoop {
             Some(answer) => {
                 let (w, s) = (answer.proportional_per_s, answer.integral_per_s2);
                 let c = answer.feedforward_per_s;
-                // What has no effect shall vanish, and not stand for an error that stays.
+                // A state without effect must vanish, and not count as an error that stays.
                 let own = 1.0 / self.timing.period_s;
                 let of_i = if s == 0.0 {
                     [0.0, -own, 0.0]
@@ -265,11 +272,12 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
     }
 }
 
-/// How the wheels answer along the directions in which a position error, and a heading error, are led back.
+/// How the wheels answer along the directions in which a position error, and a heading error, are
+/// led back.
 fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec<Answer>; 2] {
     let section = &scenario.wheel_loop;
     if section.law != WheelLaw::Pid {
-        // Laws that know the robot make the loop that they are asked for, in each direction.
+        // Laws that know the robot have the requested bandwidth in each direction.
         let w = model.bandwidth_rad_s(section.bandwidth_rad_s, physics_dt_s);
         let answer = Answer {
             proportional_per_s: w,
@@ -294,7 +302,7 @@ fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec
         }
     };
     let along = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
-    // Of a positive definite matrix, which every inertia is.
+    // The matrix is positive definite, like every inertia.
     let root = along(&inertia).cholesky().and_then(|c| c.l().try_inverse());
     let values = root.map(|root| (root * along(&push) * root.transpose()).symmetric_eigenvalues());
     let position = values.iter().flat_map(|values| values.iter());
@@ -312,7 +320,7 @@ struct UsedGain {
     of_heading: bool,
 }
 
-/// Which gains a scenario's guidance uses.
+/// The gains that a scenario's guidance uses.
 fn gains(scenario: &Scenario) -> Vec<UsedGain> {
     let section = &scenario.guidance;
     let position = || UsedGain {
@@ -350,17 +358,19 @@ fn gains(scenario: &Scenario) -> Vec<UsedGain> {
         .collect()
 }
 
-/// The largest gain on the heading, or on the position, that a scenario's guidance uses; 0 without one.
+/// The largest gain on the heading, or on the position, that a scenario's guidance uses; 0 without
+/// one.
 fn most_per_s(scenario: &Scenario, of_heading: bool) -> f64 {
     let gains = gains(scenario).into_iter();
     let of_kind = gains.filter(|gain| gain.of_heading == of_heading);
     of_kind.map(|gain| gain.per_s).fold(0.0, f64::max)
 }
 
-/// The products of a gain and the period at which an error stops to settle.
+/// The products of a gain and the period at which an error no longer settles.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    /// From which on it passes zero, with wheels that follow at once or with the scenario's own loops; infinite where it does not under the scenario's gains.
+    /// From which on it passes zero, with wheels that follow at once or with the scenario's own
+    /// loops; infinite if it does not under the scenario's gains.
     overshoots_from: f64,
     /// Under the wheel loops of the scenario.
     unstable_from: f64,
@@ -368,7 +378,7 @@ struct Bounds {
     hopeless_from: f64,
 }
 
-/// What the gains of a guidance can be at its period, its poses and its wheel loops.
+/// The limits of a guidance's gains at its period, its poses and its wheel loops.
 #[derive(Clone, Copy, Debug)]
 pub struct Stability {
     timing: Timing,
@@ -377,8 +387,8 @@ pub struct Stability {
 }
 
 impl Stability {
-    /// Of a scenario whose guidance follows a reference, in physics steps of some seconds; `None` of a law with springs, which has limits of
-    /// its own.
+    /// For a scenario whose guidance follows a reference, with a physics step in seconds; `None`
+    /// for a law with springs, which has its own limits.
     pub fn of(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> Option<Self> {
         if scenario.wheel_loop.law == WheelLaw::Passive {
             return None;
@@ -426,12 +436,12 @@ impl Stability {
         }
     }
 
-    /// What a person should know of the gains of a scenario.
+    /// Remarks the gains of a scenario.
     ///
     /// # Errors
-    /// [`Error::Invalid`], where an error cannot settle.
+    /// [`Error::Invalid`] if an error cannot settle.
     pub fn remark(&self, scenario: &Scenario) -> Result<Option<String>, Error> {
-        /// Rounding shall not let a bound through.
+        /// Rounding must not pass a bound. Chosen.
         const ALMOST: f64 = 1.0 - 1e-9;
         let period_s = self.timing.period_s;
         let poses = match self.timing.age_s > 0.0 {
@@ -522,9 +532,10 @@ mod tests {
         ErrorLoop { timing, answer }.limit()
     }
 
-    /// The polynomial z^(d+1) - z^d + p has a double root at z = d / (d + 1), where p = d^d / (d + 1)^(d + 1); beyond it the slowest roots are
-    /// complex. Of poses a part f of a period old it is z^2 - z + p ((1 - f) z + f), with a double root where (1 - p (1 - f))^2 = 4 p f. A lag of 1 / w
-    /// seen at once is critical near w = 4 K where periods are short.
+    /// The polynomial z^(d+1) - z^d + p has a double root at z = d / (d + 1), where p = d^d / (d +
+    /// 1)^(d + 1); beyond it the slowest roots are complex. Of poses a part f of a period old it is
+    /// z^2 - z + p ((1 - f) z + f), with a double root where (1 - p (1 - f))^2 = 4 p f. A lag of 1
+    /// / w seen at once is critical near w = 4 K where periods are short.
     #[test]
     fn an_error_passes_zero_from_a_double_root_on() {
         let found = |periods_old: f64, w: Option<f64>, period_s: f64| {
@@ -543,7 +554,7 @@ mod tests {
             let d = f64::from(d);
             let exact = d.powf(d) / (d + 1.0).powf(d + 1.0);
             let found = found(d, None, 0.02);
-            // Just beyond the root an error passes zero by less than is looked at.
+            // Just beyond the root an error passes zero by less than the resolution.
             assert!((found / exact - 1.0).abs() < 0.03, "{d}: {found} {exact}");
         }
         // 1 / (e l) of a pose 1 s old, at 10 ms; with half a period more of what is held.
@@ -560,8 +571,9 @@ mod tests {
         assert!((lagged / 2.5 - 1.0).abs() < 0.03, "{lagged}");
     }
 
-    /// Wheels that follow at once: 2 cos(d pi / (2 d + 1)) of poses d whole periods old. Of poses a part f of a period old the polynomial
-    /// is z^2 - z + p ((1 - f) z + f), by Jury's criterion stable below 2 / (1 - 2 f) and 1 / f.
+    /// Wheels that follow at once: 2 cos(d pi / (2 d + 1)) of poses d whole periods old. Of poses a
+    /// part f of a period old the polynomial is z^2 - z + p ((1 - f) z + f), by Jury's criterion
+    /// stable below 2 / (1 - 2 f) and 1 / f.
     #[test]
     fn wheels_that_follow_at_once_have_the_bounds_of_levin_and_jury() {
         for d in 0..6 {
@@ -570,7 +582,8 @@ mod tests {
             let found = limit(d, None);
             assert!((found - exact).abs() < 1e-5, "{d}: {found} {exact}");
         }
-        // Of poses so old that longer periods stand for these, to what the bound says of itself.
+        // Poses so old that longer periods are used instead, within the stated accuracy of the
+        // bound.
         for d in [21.0, 50.0, 300.0, 1e4] {
             let exact = 2.0 * (d * PI / (2.0 * d + 1.0)).cos();
             let found = limit(d, None);
@@ -588,9 +601,10 @@ mod tests {
         }
     }
 
-    /// Loops without an integral are a lag of 1 / w: with a = exp(-w T) the polynomial is (z - 1)(z - a) + p (b1 z + b0), b1 = 1 - (1 - a) / (w T)
-    /// and b0 = (1 - a) / (w T) - a, stable below 2 (1 + a) / (b1 - b0) and (1 - a) / b0. Very fast ones follow at once, and very slow ones with
-    /// an integral are those of the double lag.
+    /// Loops without an integral are a lag of 1 / w: with a = exp(-w T) the polynomial is
+    /// (z - 1)(z - a) + p (b1 z + b0), b1 = 1 - (1 - a) / (w T) and b0 = (1 - a) / (w T) - a,
+    /// stable below 2 (1 + a) / (b1 - b0) and (1 - a) / b0. Very fast ones follow at once, and very
+    /// slow ones with an integral are those of the double lag.
     #[test]
     fn loops_have_the_bounds_of_their_polynomials() {
         for w_t in [0.1, 0.6, 2.0, 4.0, 8.0, 30.0] {

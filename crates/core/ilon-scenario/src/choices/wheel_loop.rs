@@ -1,4 +1,4 @@
-//! The wheel loops of a scenario: the gains that it gives or leaves to the program.
+//! The wheel loops of a scenario: gains from the scenario, or chosen by the program.
 
 use ilon_control::{
     DynamicModel, LoopTiming, PassiveTorqueSettings, TiltLoop, WheelGains, WheelLoop,
@@ -9,7 +9,8 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
 
-/// Writes the period and the gains that a `[wheel_loop]` section leaves out, and the program chooses, into it. Gives the period, in seconds.
+/// Fills in the period and the gains that a `[wheel_loop]` section leaves open. Returns the period,
+/// in seconds.
 pub fn choose_gains(
     section: &mut scenario::WheelLoop,
     model: &DynamicModel,
@@ -79,10 +80,11 @@ pub fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
     Ok(DynamicModel::new(robot)?)
 }
 
-/// Writes what a passive law's section leaves out, and the guidance's gains that follow from it, into a scenario.
+/// Fills in the springs and dampers that a passive law's section leaves open, and the guidance's
+/// gains that follow from them.
 ///
 /// # Errors
-/// [`Error::Control`] for a robot that has no such law.
+/// [`Error::Control`] if the robot has no such law.
 pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Error> {
     if scenario.wheel_loop.law != WheelLaw::Passive {
         return Ok(());
@@ -90,7 +92,7 @@ pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Erro
     let dt_s = match (scenario.wheel_loop.period_s, scenario.run.physics_dt_s) {
         (Some(period_s), _) => period_s,
         (None, Step::Seconds(dt_s)) => dt_s,
-        // A step that is chosen is short enough for dampers of this period.
+        // A chosen step is short enough for dampers of this period.
         (None, Step::Auto(_)) => scenario.run.control_dt_s.min(LONGEST_FOR_SPRINGS_S),
     };
     let own = passive_settings(scenario, robot, dt_s)?;
@@ -108,10 +110,11 @@ pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Erro
     Ok(())
 }
 
-/// The longest physics step that springs which are left out allow for where the step is chosen, in seconds.
+/// The longest physics step for which open springs are chosen, if the step is chosen too, in
+/// seconds. Chosen.
 const LONGEST_FOR_SPRINGS_S: f64 = 1e-3;
 
-/// What a scenario says of a passive law, about the body's origin.
+/// The settings of a scenario's passive law, about the body's origin.
 pub fn passive_settings(
     scenario: &Scenario,
     robot: &Robot,
@@ -120,7 +123,7 @@ pub fn passive_settings(
     let (control_dt_s, sensor) = (scenario.run.control_dt_s, &scenario.sensors.pose);
     let period =
         |rate_hz: Option<f64>| rate_hz.map_or(control_dt_s, |hz| control_dt_s.max(1.0 / hz));
-    // A filter brings each pose up to the present.
+    // A filter extrapolates each pose to the present.
     let (pose_period_s, pose_delay_s) = match scenario.sensors.fusion {
         Some(_) => (control_dt_s, 0.0),
         None => (period(sensor.rate_hz), sensor.latency_s),
@@ -133,7 +136,8 @@ pub fn passive_settings(
         pose_delay_s,
     )?;
     let said = scenario.wheel_loop.passive.clone().unwrap_or_default();
-    // Along and about: what is said, completed by the other half's own ratio of damping^2 to stiffness.
+    // For translation and for rotation: the given values; a missing partner keeps the default ratio
+    // of damping^2 to stiffness.
     let complete = |own: (f64, f64), said: (Option<f64>, Option<f64>)| match said {
         (Some(stiffness), Some(damping)) => (stiffness, damping),
         (Some(stiffness), None) => (stiffness, own.1 * libm::sqrt(stiffness / own.0)),

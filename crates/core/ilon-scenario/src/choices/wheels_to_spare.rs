@@ -1,21 +1,26 @@
-//! Whether less than real rollers give way by decides which wheels of a robot touch the ground.
+//! Checks whether differences smaller than the deflection of real rollers decide which wheels of a
+//! robot touch the ground.
 //!
-//! Four wheels on a rigid chassis stand on a plane with contacts of stiffness k each. Where one of them ends d higher than the plane of the others, a load of
-//! k d / 4 goes from each wheel of its diagonal to the other diagonal, so that under a load N on each wheel all touch while k d < 4 N. Where hubs rise
-//! and fall by t, two of a diagonal may be up while the other two are down, d = 2 t: all touch while k t < 2 N.
+//! Four wheels on a rigid chassis stand on a plane with contacts of stiffness k each. If one of
+//! them is d higher than the plane of the others, a load of k d / 4 moves from each wheel of its
+//! diagonal to the other diagonal, so that under a load N on each wheel all touch while k d < 4 N.
+//! If hubs rise and fall by t, two wheels of a diagonal may be up while the other two are down, d =
+//! 2 t: all touch while k t < 2 N.
 
 use ilon_robot::{Robot, RollerForm, Scale, Wheel};
 
-/// Heights that rounding makes, in metres.
+/// Height differences by rounding, in metres. Chosen.
 const EXACT_M: f64 = 1e-9;
 
-/// A height by which wheels to spare differ, in metres, what it is, and the largest stiffness of contacts in N/m with which all wheels stay down.
+/// A height difference of redundant wheels, in metres, its cause, and the largest contact stiffness
+/// in N/m with which all wheels stay down.
 struct Uneven {
     words: String,
     bears_n_m: f64,
 }
 
-/// What is to be said of a robot with wheels to spare on contacts of a stiffness in N/m, where none is said that of a robot of its size.
+/// Remarks on a robot with redundant wheels on contacts of a given stiffness in N/m, by default
+/// that for a robot of its size.
 pub fn remark(
     robot: &Robot,
     contact_stiffness_n_m: Option<f64>,
@@ -51,7 +56,7 @@ pub fn remark(
     })
 }
 
-/// Of hubs that rise and fall as rollers pass.
+/// The rise and fall of hubs as rollers pass.
 fn of_hubs(robot: &Robot, load_n: f64) -> Option<Uneven> {
     let wheels = robot.wheels.iter().filter(|wheel| !wheel.is_round());
     let travels_m = wheels.map(|wheel| wheel.hub_heights().travel_m);
@@ -67,7 +72,7 @@ fn of_hubs(robot: &Robot, load_n: f64) -> Option<Uneven> {
     })
 }
 
-/// Of a wheel that ends higher than the plane on which the others stand.
+/// A wheel that is higher than the plane of the others.
 fn of_standing(robot: &Robot, load_n: f64) -> Option<Uneven> {
     let pose = robot.standing_pose()?;
     let gaps = robot.wheels.iter().map(|wheel| (pose.gap_m(wheel), wheel));

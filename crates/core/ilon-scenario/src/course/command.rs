@@ -1,18 +1,18 @@
-//! What wheels and joints are told, and what of it is recorded.
+//! Commands to wheels and joints, and their record.
 
 use ilon_robot::{Pose, Twist};
 
-/// What the wheels shall do until the next command, one number a wheel in the robot's order.
+/// The command to the wheels until the next one, one number per wheel in the robot's order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WheelCommand<'a> {
-    /// Wheel rates in rad/s, for the wheel loops to reach.
+    /// Wheel rates in rad/s, tracked by the wheel loops.
     Rates(&'a [f64]),
-    /// Torques in N m; the motors' limits still stand.
+    /// Torques in N m, within the motors' limits.
     Torques(&'a [f64]),
 }
 
 impl WheelCommand<'_> {
-    /// The numbers, whatever they are of.
+    /// The numbers, of either kind.
     pub fn numbers(&self) -> &[f64] {
         match self {
             Self::Rates(numbers) | Self::Torques(numbers) => numbers,
@@ -20,28 +20,29 @@ impl WheelCommand<'_> {
     }
 }
 
-/// What the numbers are that a controller has written.
+/// The kind of numbers that a controller has written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Commanded {
-    /// Wheel rates in rad/s, for the wheel loops to reach.
+    /// Wheel rates in rad/s, tracked by the wheel loops.
     #[default]
     Rates,
-    /// Torques in N m, held for the control period; the motors' limits still stand.
+    /// Torques in N m, held for the control period, within the motors' limits.
     Torques,
 }
 
-/// What was decided at the start of a control period, as it is recorded. Twists are the body origin's.
+/// The decision at the start of a control period, as it is recorded. Twists are those of the body's
+/// origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decided<'a> {
-    /// What the reference wants; `None` of what follows none.
+    /// The reference; `None` without one.
     pub desired: Option<ilon_control::Desired>,
-    /// Where a log says that the real robot was; `None` without one.
+    /// The real robot's pose from a log; `None` without one.
     pub measured: Option<Pose>,
-    /// The twist asked for in the body frame, before any saturation.
+    /// The commanded twist in the body frame, before saturation.
     pub command_twist_in_body: Twist,
-    /// What is left of it after saturation.
+    /// The same after saturation.
     pub granted_twist_in_body: Twist,
-    /// The guidance's tasks, highest priority first; none of what has no guidance.
+    /// The guidance's tasks, highest priority first; empty without guidance.
     pub tasks: &'a [ilon_control::TaskShare],
     /// The rate commanded of each wheel, in rad/s; zero where torques are.
     pub wheel_rates_rad_s: &'a [f64],
@@ -49,25 +50,26 @@ pub struct Decided<'a> {
     pub commanded: Commanded,
 }
 
-/// What the servo of a joint between bodies is told, in rad and N m where it turns, in m and N where it slides.
+/// A command to the servo of a joint between bodies, in rad and N m for a revolute joint, in m and
+/// N for a prismatic one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JointCommand {
-    /// A target, and how fast it moves on from there, in rad/s or m/s: 0 of one that stands.
+    /// A target position and its rate, in rad/s or m/s; 0 for a constant target.
     Position {
-        /// Where it is.
+        /// The position.
         position: f64,
-        /// How fast it moves on.
+        /// Its rate.
         rate: f64,
     },
-    /// How fast the target moves on from where the joint is.
+    /// The rate at which the target moves on from the joint's position.
     Rate(f64),
-    /// The torque or force that acts, within the servo's effort, in place of holding the joint anywhere.
+    /// The torque or force that acts, within the servo's effort, instead of a position being held.
     Effort(f64),
 }
 
 impl JointCommand {
-    /// Whether all of its numbers are.
+    /// Whether all of its numbers are finite.
     pub fn is_finite(self) -> bool {
         match self {
             Self::Position { position, rate } => position.is_finite() && rate.is_finite(),

@@ -1,8 +1,9 @@
-//! Where the servos of joints between bodies are sent, how fast, or with what torque or force: by the scenario's setpoints, by a log, or by whoever drives
-//! the plant.
+//! Targets of the servos of joints between bodies: positions, rates, or torques and forces, from
+//! the scenario's setpoints, a log, or the program that drives the plant.
 //!
-//! A servo that is given a rate u has a target that moves on at it from where the joint is, dq_t/dt = u, so that it follows without sagging further and
-//! further; held back, as by a stop or a load beyond its effort, the target runs ahead by no more than what the effort can hold, effort / stiffness.
+//! A rate u moves the target on from the joint's position, dq_t/dt = u, so that the servo follows
+//! without sagging more and more. If the joint is blocked, by a stop or a load beyond its effort,
+//! the target leads by no more than the effort can hold, effort / stiffness.
 
 use std::sync::Arc;
 
@@ -20,32 +21,33 @@ pub struct JointTargets {
     joints: Vec<Driven>,
 }
 
-/// A joint that a servo drives.
+/// A joint driven by a servo.
 #[derive(Clone, Debug)]
 struct Driven {
-    /// Its place among the robot's joints.
+    /// Its index among the robot's joints.
     index: usize,
     aim: Aim,
-    /// Its servo, whose target is where it begins, and its limits.
+    /// Its servo, whose target is the start position, and its limits.
     servo: JointServo,
     limits: [f64; 2],
-    /// Where the target of a rate is; `None` until one is given.
+    /// The target under a rate command; `None` before the first one.
     runs_at: Option<f64>,
 }
 
-/// What sends its servo.
+/// The source of its commands.
 #[derive(Clone, Debug)]
 enum Aim {
-    /// Setpoints: time in seconds and number, what that is, and how it goes between them. At least one.
+    /// Setpoints: times in seconds and numbers, their quantity, and the interpolation. At least
+    /// one.
     Setpoints(Arc<[[f64; 2]]>, Quantity, Between),
     /// The rows of a log.
     Logged(Arc<JointLog>),
-    /// Somebody from outside.
+    /// Commands of the caller.
     Given(JointCommand),
 }
 
 impl Aim {
-    /// What it is, in a sentence.
+    /// A description for messages.
     fn words(&self) -> &'static str {
         match self {
             Self::Setpoints(..) => "the setpoints",
@@ -56,10 +58,11 @@ impl Aim {
 }
 
 impl JointTargets {
-    /// Where a scenario, and its log, send a robot's joints.
+    /// The targets of a robot's joints by a scenario and its log.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for setpoints in the other kind of joint's unit, or beyond its limits.
+    /// [`Error::Invalid`] for setpoints in the unit of the other kind of joint, or beyond its
+    /// limits.
     pub fn new(scenario: &Scenario, played: &Played, robot: &Robot) -> Result<Self, Error> {
         let mut joints = Vec::new();
         for (index, of) in robot.joints.iter().enumerate() {
@@ -98,12 +101,13 @@ impl JointTargets {
         Ok(Self { joints })
     }
 
-    /// A robot as its servos start it, its joints counted from there.
+    /// The robot with its joints at the start of their servos, and joint positions counted from
+    /// there.
     pub fn standing(&self, robot: &Robot) -> Robot {
         robot.posed(&self.at(0.0, robot))
     }
 
-    /// A robot whose servos begin where they are sent first: a log is read after the robot.
+    /// The robot with its servos at their first targets: a log is read after the robot.
     pub fn begun(&self, robot: &Robot) -> Robot {
         let mut robot = robot.clone();
         let positions = self.at(0.0, &robot);
@@ -115,8 +119,9 @@ impl JointTargets {
         robot
     }
 
-    /// Where the servos send a robot's joints at a time, in rad or m; zero of a joint that nothing drives and that follows none. One that is told a rate, a torque or a force counts
-    /// as where it begins.
+    /// The servo targets of a robot's joints at a time, in rad or m; zero for a joint that is
+    /// neither driven nor coupled to one. Under a rate, torque or force command, the start position
+    /// counts.
     pub fn at(&self, t_s: f64, robot: &Robot) -> Vec<f64> {
         let mut positions = vec![0.0; robot.joints.len()];
         for driven in &self.joints {
@@ -129,7 +134,7 @@ impl JointTargets {
         positions
     }
 
-    /// Says which joints setpoints or a log ask for a faster target than their servos let it be.
+    /// Remarks joints whose setpoints or log move the target faster than the servo's rate limit.
     pub fn beyond_rate_limits(&self, robot: &Robot) -> Vec<String> {
         let remark = |driven: &Driven| {
             let limit = driven.servo.rate_limit;
@@ -151,7 +156,7 @@ impl JointTargets {
         self.joints.iter().filter_map(remark).collect()
     }
 
-    /// Tells a joint's servo something from now on.
+    /// Commands a joint's servo from now on.
     pub fn give(&mut self, joint: usize, command: JointCommand) {
         let mut joints = self.joints.iter_mut();
         if let Some(driven) = joints.find(|driven| driven.index == joint) {
@@ -159,7 +164,7 @@ impl JointTargets {
         }
     }
 
-    /// Tells the servos what they do in a step of so many seconds, whose middle is at a time in seconds.
+    /// Commands the servos for a step of length `dt_s` with its middle at `middle_s`, in seconds.
     pub fn send(&mut self, middle_s: f64, dt_s: f64, world: &mut World) {
         for driven in &mut self.joints {
             let sent = driven.send(middle_s, dt_s, world);
@@ -169,7 +174,7 @@ impl JointTargets {
 }
 
 impl Driven {
-    /// What it is told at a time in seconds.
+    /// The command at a time in seconds.
     fn command_at(&self, t_s: f64) -> JointCommand {
         let (points, quantity, between) = match &self.aim {
             Aim::Setpoints(points, quantity, between) => (points, quantity, *between),
@@ -187,8 +192,9 @@ impl Driven {
         }
     }
 
-    /// The command for a step of so many seconds, whose middle is at a time in seconds: of setpoints and logs with the mean rate of the target, for
-    /// it may change within the step.
+    /// The command for a step of length `dt_s` with its middle at `middle_s`, in seconds. For
+    /// setpoints and logs it has the mean rate of the target over the step, which may change within
+    /// it.
     fn command_over(&self, middle_s: f64, dt_s: f64) -> JointCommand {
         let command = self.command_at(middle_s);
         let is_given = matches!(self.aim, Aim::Given(_));
@@ -205,7 +211,7 @@ impl Driven {
         }
     }
 
-    /// The greatest rate of its target that setpoints or a log ask for, in rad/s or m/s, and when that begins, in seconds.
+    /// The fastest target rate of setpoints or log, in rad/s or m/s, and its start, in seconds.
     fn fastest(&self) -> (f64, f64) {
         let faster = |one: (f64, f64), other: (f64, f64)| if other.0 > one.0 { other } else { one };
         let moves = |from: [f64; 2], to: [f64; 2]| (to[1] - from[1]).abs() / (to[0] - from[0]);
@@ -241,16 +247,16 @@ impl Driven {
         }
     }
 
-    /// Lets the target move on at a rate for a step.
+    /// Moves the target on at a rate for a step.
     fn run(&mut self, rate: f64, dt_s: f64, world: &mut World) -> Result<(), WorldError> {
         let robot = world.robot();
         let at = robot.joint_positions()[self.index];
         let ahead = self.servo.effort / self.servo.stiffness;
         let [lower, upper] = self.limits;
-        // What it bears at the beginning is in where its target is then.
+        // The initial target includes the deflection by the current load.
         let target = || robot.joint_targets().nth(self.index).unwrap_or(at);
         let from = self.runs_at.unwrap_or_else(target);
-        // Not `clamp`: where a simulation has come to numbers that are none, it says so itself.
+        // Not `clamp`, which panics on NaN: a diverged simulation reports that itself.
         let held = |place: f64| {
             let near = place.max(at - ahead).min(at + ahead);
             near.max(lower).min(upper)
@@ -263,17 +269,17 @@ impl Driven {
     }
 }
 
-/// Where a scenario without a log starts the joints between a robot's bodies, in rad or m: driven ones where their servos are sent first, all others at
-/// zero.
+/// The start positions of the joints between a robot's bodies in a scenario without a log, in rad
+/// or m: the first targets of driven joints, zero for all others.
 ///
 /// # Errors
-/// [`Error::Invalid`] for setpoints in the other kind of joint's unit, or beyond its limits.
+/// [`Error::Invalid`] for setpoints in the unit of the other kind of joint, or beyond its limits.
 pub fn start_positions(scenario: &Scenario, robot: &Robot) -> Result<Vec<f64>, Error> {
     let targets = JointTargets::new(scenario, &Played::default(), robot)?;
     Ok(targets.at(0.0, robot))
 }
 
-/// What the setpoints of a joint say, in its unit.
+/// The setpoints of a joint, in its unit.
 fn points(asked: &Joint, of: &BodyJoint) -> Result<(Quantity, Vec<[f64; 2]>), Error> {
     let turns = of.kind == JointKind::Turns;
     let said = asked.setpoints.first().map(JointSetpoint::values);
@@ -304,7 +310,7 @@ fn points(asked: &Joint, of: &BodyJoint) -> Result<(Quantity, Vec<[f64; 2]>), Er
     Ok((quantity, points?))
 }
 
-/// Refuses a setpoint that a joint cannot be at.
+/// Refuses a setpoint outside a joint's range.
 fn check(of: &BodyJoint, t_s: f64, position: f64) -> Result<(), Error> {
     let [lower, upper] = of.limits;
     if (lower..=upper).contains(&position) {
@@ -319,7 +325,7 @@ fn check(of: &BodyJoint, t_s: f64, position: f64) -> Result<(), Error> {
     ))
 }
 
-/// What is set at a time, and how fast that changes.
+/// The interpolated value at a time, and its rate.
 fn at_time(points: &[[f64; 2]], between: Between, t_s: f64) -> [f64; 2] {
     let next = points.partition_point(|point| point[0] <= t_s);
     if next == 0 || next == points.len() {
@@ -343,7 +349,8 @@ fn at_time(points: &[[f64; 2]], between: Between, t_s: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// The rate is that of the positions, the target rests at smooth setpoints, and stays before the first and after the last.
+    /// The rate is the derivative of the positions; the target rests at smooth setpoints, and is
+    /// constant before the first and after the last.
     #[test]
     fn a_target_goes_through_its_setpoints() {
         let points = [[1.0, 0.2], [2.0, 0.5], [4.0, -0.5]];
@@ -371,7 +378,8 @@ mod tests {
         }
     }
 
-    /// A step in which the target changes its rate goes by the mean rate over it, wherever in the step that is.
+    /// A step in which the target's rate changes uses the mean rate over it, wherever the change
+    /// is.
     #[test]
     fn a_step_over_a_setpoint_has_the_mean_rate() {
         let points = [[0.0, 0.0], [0.504, 0.504], [1.0, 0.504]];
@@ -386,7 +394,7 @@ mod tests {
         );
     }
 
-    /// The least jerk asks for 15/8 of the mean rate at most.
+    /// The least-jerk profile peaks at 15/8 of the mean rate.
     #[test]
     fn the_greatest_rate_of_setpoints_is_found() {
         let points = [[0.5, 0.0], [1.1, 1.5], [3.0, -0.5]];

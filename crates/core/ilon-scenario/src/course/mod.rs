@@ -1,4 +1,5 @@
-//! What a scenario asks of wheels, joints and body at each time of the run: paths and waypoints, logs that are played back, targets of joints.
+//! The demand on wheels, joints and body at each time of the run: paths and waypoints, logs, joint
+//! targets.
 
 pub mod command;
 pub mod joint_targets;

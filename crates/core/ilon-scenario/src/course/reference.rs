@@ -1,4 +1,4 @@
-//! The reference of a scenario, as the control tracks it.
+//! The reference of a scenario, as `ilon-control` tracks it.
 
 use ilon_control::{Heading, Reference};
 use ilon_robot::Pose;
@@ -11,7 +11,7 @@ use crate::scenario::{self, Scenario};
 /// The reference of a scenario, if it has one.
 ///
 /// # Errors
-/// Where it cannot be, or its waypoints cannot be read.
+/// If it is impossible, or its waypoints cannot be read.
 pub fn reference_of(scenario: &Scenario) -> Result<Option<Reference>, Error> {
     let section = scenario.reference.as_ref();
     section
@@ -72,7 +72,7 @@ fn reference(section: &scenario::Tracked, scenario: &Scenario) -> Result<Referen
             heading,
         } => {
             let heading = heading_of(heading);
-            // A path that is timed afresh needs some times of its own all the same.
+            // A path that gets a new timing still needs some times.
             let untimed = section.timing.is_some() && times_s.is_empty() && file.is_none();
             let speed_m_s = &speed_m_s.or(untimed.then_some(1.0));
             let listed = waypoints::Listed {
@@ -142,8 +142,8 @@ mod tests {
         Ok(reference_of(&scenario)?.expect("it has one"))
     }
 
-    /// Waypoints need times, which are listed, in a file or those of a speed; a speed of the program's own stands in for them only where the path
-    /// is timed afresh anyway, and beside no times of the path's.
+    /// Waypoints need times, from the list, a file or a speed. A default speed replaces them only
+    /// if the path gets a new timing anyway, and never beside times of the path.
     #[test]
     fn a_speed_stands_in_only_for_times_that_have_no_effect() {
         let untimed = made(POINTS).unwrap_err().to_string();
@@ -158,7 +158,7 @@ mod tests {
             format!("{POINTS}reference.waypoints.speed_m_s = 0.5\n{TIMED}"),
         ] {
             let reference = made(&keys).unwrap_or_else(|error| panic!("{error}: {keys}"));
-            // The same path, whenever: from rest at the first point on.
+            // The same path in any timing: from rest at the first point.
             let start = reference.at(0.0).pose.position_m();
             assert!(start.norm() < 1e-9, "{start}: {keys}");
         }

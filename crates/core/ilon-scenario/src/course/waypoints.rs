@@ -10,13 +10,13 @@ use crate::Error;
 use crate::foreign::{Table, TableFormat, quoted};
 use crate::scenario::is_computable;
 
-/// The columns that a file of waypoints may have.
+/// The possible columns of a waypoint file.
 const COLUMNS: [&str; 4] = ["t_s", "x_m", "y_m", "heading_deg"];
 
-/// The longest file of waypoints that is read, in bytes: a million of them.
+/// The largest waypoint file that is read, in bytes: about a million points. Chosen.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Waypoints as they stand in a scenario.
+/// Waypoints listed in a scenario.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Listed<'a> {
     pub points_m: &'a [[f64; 2]],
@@ -29,8 +29,8 @@ impl Listed<'_> {
         self.points_m.is_empty() && self.times_s.is_empty() && self.headings_deg.is_empty()
     }
 
-    /// The path through them. Its times are those that are listed, or come from a mean speed in m/s; its headings those that are
-    /// listed, else `heading`.
+    /// The path through them. Times are the listed ones, or follow from a mean speed in m/s;
+    /// headings are the listed ones, else `heading`.
     pub fn path(self, speed_m_s: Option<f64>, heading: Heading) -> Result<Reference, Error> {
         let count = self.points_m.len();
         if count == 0 {
@@ -66,8 +66,8 @@ impl Listed<'_> {
     }
 }
 
-/// The path through points at times, which have a name for what is said of them, or at a mean speed in m/s. `fault` makes an error of what is
-/// wrong and how to repair it.
+/// The path through points at times, or at a mean speed in m/s. Messages name points by the given
+/// name, and `fault` makes an error of a message and a help text.
 fn through(
     points_m: Vec<Vector2<f64>>,
     times: &str,
@@ -91,8 +91,8 @@ fn through(
     made.map_err(|error| fault(&error.to_string(), "correct the waypoints"))
 }
 
-/// Reads a path. Its times come from the file, or from a mean speed in m/s; its headings from the file where it has
-/// them, else from `heading`.
+/// Reads a path. Times come from the file, or follow from a mean speed in m/s; headings come from
+/// the file if it has them, else from `heading`.
 pub(super) fn read(
     path: &Path,
     files: &FileAccess,
@@ -148,7 +148,8 @@ pub(super) fn read(
 /// Refuses columns that would be ignored.
 fn refuse_other_columns(table: &Table<'_>) -> Result<(), Error> {
     let is_known = |name: &&String| COLUMNS.contains(&name.as_str());
-    // Of a file that is something else nothing is shown: a scenario of a stranger may name any.
+    // Nothing is shown of a file that is not a list of waypoints: an untrusted scenario may name
+    // any file.
     if !table.names().iter().any(|name| is_known(&name)) {
         return Err(table.fault(
             "it is no file of waypoints: its first line names none of their columns",
@@ -287,7 +288,7 @@ mod tests {
             foreign.starts_with("it is no file of waypoints"),
             "{foreign}"
         );
-        // Of one that does, no more than a person needs.
+        // If it is one, not more than a person needs.
         let long = "a".repeat(10_000);
         let told = told(&format!("x_m,{long}\n"));
         assert!(told.len() < 100, "{told}");

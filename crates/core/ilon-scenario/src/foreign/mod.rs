@@ -1,16 +1,16 @@
-//! Tables of numbers in files that somebody else named, and what messages may show of such files.
+//! Tables of numbers in files of unknown origin, and what messages may show of them.
 //!
-//! A study or a scenario of a stranger may name any file as a log. What stands in it is shown only as far as it is a log: names of columns
-//! above rows of numbers, and cells that could be numbers.
+//! An untrusted study or scenario may name any file as a log. Its content is shown only as far as
+//! it is a log: column names above rows of numbers, and cells that could be numbers.
 
 mod table;
 
 pub use table::{Column, MOST_ROWS, Table, TableFormat};
 
-/// The most of a name or value that a message quotes, in characters.
+/// The largest part of a name or value that a message quotes, in characters. Chosen.
 const QUOTED: usize = 40;
 
-/// The beginning of a text, which may be of any length, on one line.
+/// The beginning of a text of any length, on one line.
 pub fn quoted(text: &str) -> String {
     let mut letters = text.chars().filter(|letter| !letter.is_control());
     let beginning: String = letters.by_ref().take(QUOTED).collect();
@@ -20,23 +20,24 @@ pub fn quoted(text: &str) -> String {
     }
 }
 
-/// A cell that should hold a number: as it stands where it is made of what numbers, dates and times are made of, and `text` where it is not.
+/// A cell that should be a number: shown if it has only characters of numbers, dates and times,
+/// otherwise replaced by `text`.
 fn cell(text: &str) -> String {
     let of_numbers = |letter: char| letter.is_ascii_digit() || "+-.,:eE ".contains(letter);
-    // "inf" is a number to whoever wrote it.
+    // "inf" is a number too.
     match text.chars().all(of_numbers) || text.parse::<f64>().is_ok() {
         true => format!("\"{}\"", quoted(text)),
         false => "text".to_owned(),
     }
 }
 
-/// Whether two lines that follow each other are the head of a log: names without a number among them, and a row of which most cells that
-/// are filled are numbers, two of them at least.
+/// Whether two successive lines are the head of a log: names without a number, and a row in which
+/// most filled cells are numbers, at least two of them.
 fn is_head_of_log(
     names: impl IntoIterator<Item = impl AsRef<str>>,
     row: impl IntoIterator<Item = impl AsRef<str>>,
 ) -> bool {
-    // Decimals may be written with a comma.
+    // Decimals may have a comma.
     let is_number = |cell: &str| cell.trim().replacen(',', ".", 1).parse::<f64>().is_ok();
     let (mut numbers, mut others) = (0, 0);
     for cell in row {

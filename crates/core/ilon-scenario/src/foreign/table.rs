@@ -1,4 +1,4 @@
-//! Tables of numbers as text: a line with the names of columns, and rows of numbers below it.
+//! Tables of numbers as text: a line with column names, and rows of numbers.
 
 use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Read, Take};
@@ -10,22 +10,22 @@ use super::{cell, is_head_of_log, quoted};
 use crate::Error;
 use crate::scenario::{SIZES, nearest};
 
-/// The most rows of a table, or messages of a bag, that are read.
+/// The most rows of a table, or messages of a bag, that are read. Chosen.
 pub const MOST_ROWS: usize = 20_000_000;
 
-/// How a table is written.
+/// The format of a table.
 #[derive(Clone, Copy, Debug)]
 pub struct TableFormat<'a> {
-    /// What stands between two columns.
+    /// The delimiter between columns.
     pub delimiter: u8,
-    /// The line that names the columns, counted from 1; 0 where there is none. Rows begin after it.
+    /// The line with the column names, counted from 1; 0 if there is none. Rows begin after it.
     pub header_line: usize,
-    /// Whether decimals may be written with a comma.
+    /// Whether decimals may have a comma.
     pub decimal_comma: bool,
     /// The largest number in SI units.
     pub largest: f64,
-    /// The section in which a person states all this, as help names it. Where there is none, a line that begins with `#` is a comment, and
-    /// every line has as many values as there are names.
+    /// The section of this format, for help texts. Without one, a line that begins with `#` is a
+    /// comment, and every line has as many values as there are names.
     pub section: Option<&'a str>,
 }
 
@@ -41,34 +41,35 @@ impl Default for TableFormat<'_> {
     }
 }
 
-/// A column that is needed.
+/// A column that is read.
 #[derive(Clone, Debug)]
 pub struct Column {
     place: usize,
     name: String,
-    /// By what its numbers are multiplied to be in SI units.
+    /// The factor to SI units.
     pub factor: f64,
 }
 
-/// A table that is read row by row: what it says of columns is of the row that it stands at.
+/// A table that is read row by row; values are those of the current row.
 pub struct Table<'a> {
     path: &'a Path,
     format: TableFormat<'a>,
     names: Vec<String>,
-    /// Whether numbers stand below the names: of other files nothing is shown.
+    /// Whether numbers follow the names: nothing is shown of other files.
     is_log: bool,
     reader: ::csv::Reader<BufReader<Take<Box<dyn Read>>>>,
     record: ::csv::ByteRecord,
-    /// What came of reading the row in `record`, where it was only looked at so far.
+    /// The result of reading ahead the row in `record`.
     ahead: Option<Result<bool, ::csv::Error>>,
     rows: usize,
 }
 
 impl<'a> Table<'a> {
-    /// Opens a table of at most `most_bytes`, and reads the names of its columns.
+    /// Opens a table of at most `most_bytes`, and reads its column names.
     ///
     /// # Errors
-    /// [`Error::Read`] where the file cannot be read, [`Error::Contents`] where it is too large or its columns are divided otherwise.
+    /// [`Error::Read`] if the file cannot be read, [`Error::Contents`] if it is too large or has
+    /// another delimiter.
     pub fn open(
         path: &'a Path,
         files: &FileAccess,
@@ -132,10 +133,10 @@ impl<'a> Table<'a> {
         &self.names
     }
 
-    /// The column with this name, if there is one; its numbers are multiplied by `factor`.
+    /// The column with this name, if there is one; `factor` converts to SI units.
     ///
     /// # Errors
-    /// [`Error::Contents`] where several have it.
+    /// [`Error::Contents`] if several have it.
     pub fn find(&self, name: &str, factor: f64) -> Result<Option<Column>, Error> {
         let mut places = (0..self.names.len()).filter(|place| self.names[*place] == name);
         let Some(place) = places.next() else {
@@ -158,7 +159,8 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// The column at a place, counted from 0. It is called by its number: of a file that is no log no name is shown that nobody gave.
+    /// The column at an index from 0. It is named by its number: of a file that is not a log, only
+    /// names given by the user are shown.
     pub fn column_at(&self, place: usize, factor: f64) -> Column {
         Column {
             place,
@@ -167,7 +169,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// What to say of a column that is missing, and of the key by which a person names it.
+    /// The error for a missing column; `key` is the one that names it.
     pub fn missing(&self, name: &str, key: &str) -> Error {
         let names = || self.names.iter().map(String::as_str);
         let near = nearest(name, names()).filter(|_| self.is_log);
@@ -189,10 +191,10 @@ impl<'a> Table<'a> {
         self.fault(format!("the column `{}` is missing", quoted(name)), help)
     }
 
-    /// Goes on to the next row; `false` where there is none.
+    /// Advances to the next row; `false` at the end.
     ///
     /// # Errors
-    /// [`Error::Contents`] of a line that is no row, and where there are more than [`MOST_ROWS`].
+    /// [`Error::Contents`] for a line that is not a row, and for more than [`MOST_ROWS`].
     pub fn next_row(&mut self) -> Result<bool, Error> {
         let is_row = self.advance()?;
         self.rows += usize::from(is_row);
@@ -203,12 +205,12 @@ impl<'a> Table<'a> {
         Ok(is_row)
     }
 
-    /// What is wrong with the file, and how to repair it.
+    /// A fault of the file, and how to repair it.
     pub fn fault(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         Error::contents(self.path, message, help)
     }
 
-    /// Whether there was another line.
+    /// Reads a line; `false` at the end.
     fn advance(&mut self) -> Result<bool, Error> {
         let read = match self.ahead.take() {
             Some(read) => read,
@@ -222,7 +224,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A file whose values are divided by something else has one column, named by the whole line.
+    /// Refuses a file with another delimiter: it has a single column, named by the whole line.
     fn refuse_another_delimiter(&self) -> Result<(), Error> {
         let [only] = self.names.as_slice() else {
             return Ok(());
@@ -245,10 +247,10 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// What stands in a column of the row.
+    /// The text of a column in the row.
     ///
     /// # Errors
-    /// [`Error::Contents`] where the row ends before it.
+    /// [`Error::Contents`] if the row is too short.
     pub fn text(&self, column: &Column) -> Result<Cow<'_, str>, Error> {
         let cell = self.record.get(column.place).map(String::from_utf8_lossy);
         cell.ok_or_else(|| {
@@ -264,10 +266,11 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The number in a column of the row, in SI units; `None` of a cell that is empty or says that there is none.
+    /// The number of a column in the row, in SI units; `None` for an empty cell or a marker of a
+    /// missing value.
     ///
     /// # Errors
-    /// [`Error::Contents`] where something else stands there.
+    /// [`Error::Contents`] for any other content.
     pub fn number(&self, column: &Column) -> Result<Option<f64>, Error> {
         let text = self.text(column)?;
         let is = |word: &str| text.eq_ignore_ascii_case(word);
@@ -296,10 +299,10 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The number in a column of the row that may not be empty, in SI units.
+    /// The number of a column in the row that must not be empty, in SI units.
     ///
     /// # Errors
-    /// [`Error::Contents`] where none stands there.
+    /// [`Error::Contents`] without one.
     pub fn needed(&self, column: &Column) -> Result<f64, Error> {
         self.number(column)?.ok_or_else(|| {
             self.fault(
@@ -313,7 +316,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// What is wrong with a cell that must be something else.
+    /// The fault of a cell with a wrong content.
     pub fn wrong(&self, column: &Column, must: &str, help: impl Into<String>) -> Error {
         let found = self.text(column).unwrap_or_default();
         self.fault(
@@ -327,14 +330,14 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// What is wrong with a number that is too large or too small.
+    /// The fault of a number that is too large or too small.
     pub fn beyond(&self, column: &Column) -> Error {
         let (least, most) = (SIZES.start(), self.format.largest);
         let must = format!("0 or of a size between {least:e} and {most:e}");
         self.wrong(column, &must, "write a number that can be computed with")
     }
 
-    /// The line in which the row begins.
+    /// The line number at which the row begins.
     fn line(&self) -> usize {
         let line = self.record.position().map_or(0, ::csv::Position::line);
         self.format.header_line.saturating_sub(1) + line as usize

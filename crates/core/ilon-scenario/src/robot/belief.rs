@@ -1,8 +1,9 @@
 //! The robot that the controller believes in.
 //!
-//! It is the real robot with other wheels, in the real wheels' order: a wheel that the controller takes for another has the other's place, axis, angle
-//! and radius, and one that it takes to turn the other way has its axis reversed. So its kinematics give the rates of the real wheels as they are
-//! wired, and what their encoders say goes straight into them.
+//! It is the real robot with other wheels, in the real wheels' order: a wheel that the controller
+//! takes for another one has that one's place, axis, angle and radius, and a wheel believed to turn
+//! the other way has its axis reversed. So its kinematics give the rates of the real wheels as they
+//! are wired, and accept their encoders' values directly.
 
 use std::f64::consts::PI;
 
@@ -16,17 +17,17 @@ use crate::Error;
 use crate::robot::remedy;
 use crate::scenario::{Believed, BelievedWheel, Scenario};
 
-/// What differs by less is the same but for a file's digits, in metres and radians.
+/// Differences below this are digits of a file, in metres and radians. Chosen.
 const SAME: f64 = 1e-9;
 
-/// Levers below this are none, in metres.
+/// Levers below this count as zero, in metres. Chosen.
 const LEAST_LEVER_M: f64 = 1e-9;
 
-/// The robot that a scenario's controller believes in; `None` where it knows its robot.
+/// The robot that a scenario's controller believes in; `None` if it knows the real one.
 ///
 /// # Errors
-/// [`Error::Invalid`] where it speaks of wheels that the robot does not have, or no controller could drive what it believes in, and what a file's reader
-/// says.
+/// [`Error::Invalid`] if it names wheels that the robot does not have, or no controller could drive
+/// the believed robot; also errors of reading a file.
 pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Error> {
     let Some(section) = &scenario.controller.robot else {
         return Ok(None);
@@ -84,9 +85,9 @@ pub fn in_words(robot: &Robot, believed: &Robot) -> String {
         ("axis", |wheel| axis_rad(wheel).to_degrees(), "°"),
         ("gamma", |wheel| wheel.gamma_rad.to_degrees(), "°"),
     ];
-    /// Of mm and degrees: what rounds away.
+    /// In mm and degrees: smaller differences are rounding. Chosen.
     const LEAST: f64 = 1e-4;
-    /// Wheels that are spoken of one by one.
+    /// The most wheels that are described one by one. Chosen.
     const MOST: usize = 3;
     let mut phrases = Vec::new();
     let mut pairs: Vec<[Wheel; 2]> = Vec::new();
@@ -138,12 +139,12 @@ fn axis_rad(wheel: &Wheel) -> f64 {
     libm::atan2(n.y, n.x)
 }
 
-/// The wheels of the file that the controller goes by, in the robot's order.
+/// The wheels of the file that the controller uses, in the robot's order.
 fn of_file(scenario: &Scenario, robot: &Robot) -> Result<Vec<Wheel>, Error> {
     let section = scenario.controller.robot.as_ref();
     let file = section.and_then(|section| section.file.as_ref());
     let path = scenario.resolve(file.map_or_else(|| "".as_ref(), |file| file.as_path()));
-    // The scenario's own options, but for what is of its own robot's file.
+    // The scenario's options, without those for its own robot's file.
     let own = scenario
         .robot
         .load_options(&scenario.folder, &scenario.files);
@@ -171,7 +172,7 @@ fn of_file(scenario: &Scenario, robot: &Robot) -> Result<Vec<Wheel>, Error> {
     Ok(pairs.map(|(own, other)| as_in(own, other)).collect())
 }
 
-/// A wheel with the place, the axis, the radius and the rollers of another.
+/// A wheel with the place, axis, radius and rollers of another.
 fn as_in(own: &Wheel, other: &Wheel) -> Wheel {
     Wheel {
         name: own.name.clone(),
@@ -184,7 +185,7 @@ fn as_in(own: &Wheel, other: &Wheel) -> Wheel {
     }
 }
 
-/// Puts into a wheel what is believed of all.
+/// Applies the beliefs about all wheels to a wheel.
 fn alike(wheel: &mut Wheel, section: &Believed) -> Result<(), Error> {
     let radius_m = section.wheel_radius_m.unwrap_or(wheel.radius_m);
     let gamma_rad = section.gamma_deg.map(|gamma_deg| {
@@ -214,7 +215,8 @@ fn alike(wheel: &mut Wheel, section: &Believed) -> Result<(), Error> {
     Ok(())
 }
 
-/// How far a wheel's rim goes while the robot turns by one radian about the body's origin, in metres: |b . u_gamma| / cos(gamma), Indiveri 2009, eq. (5).
+/// Displacement of a wheel's rim per radian of rotation about the body's origin, in metres: |b .
+/// u_gamma| / cos(gamma), Indiveri 2009, eq. (5).
 fn lever_of(wheel: &Wheel) -> f64 {
     let along = wheel
         .roller_rolling_direction()
@@ -222,7 +224,7 @@ fn lever_of(wheel: &Wheel) -> f64 {
     (along / libm::cos(wheel.gamma_rad)).abs()
 }
 
-/// Puts into a wheel what is believed of it alone.
+/// Applies the beliefs about a single wheel to it.
 fn single(wheel: &mut Wheel, section: &BelievedWheel) {
     let radius_m = section.radius_m.unwrap_or(wheel.radius_m);
     let gamma_rad = section.gamma_deg.map_or(wheel.gamma_rad, f64::to_radians);
@@ -249,8 +251,9 @@ fn differ(one: f64, other: f64) -> bool {
     (one - other).abs() > SAME
 }
 
-/// Gives a wheel another radius and another angle gamma: as a like wheel of that size, with the rollers' axes turned about the lines from the hub axis
-/// through their middles. They are barrels then, whatever the real ones are.
+/// Gives a wheel another radius and another angle gamma: a similar wheel of that size, with the
+/// rollers' axes rotated about the lines from the hub axis through their middles. Its rollers are
+/// barrels, whatever the real ones are.
 fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
     if !differ(radius_m, wheel.radius_m) && !differ(gamma_rad, wheel.gamma_rad) {
         return;
@@ -264,7 +267,7 @@ fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
         };
         roller.length_m *= even_m(radius_m, scale * thick_m, gamma_rad)
             / even_m(wheel.radius_m, thick_m, wheel.gamma_rad);
-        // Counter-clockwise seen from above, of the roller that points down.
+        // Counter-clockwise seen from above, for the roller that points down.
         let mut up = -roller.center_in_hub_m;
         up.z = 0.0;
         let turn = Rotation3::from_axis_angle(&Unit::new_normalize(up), turned_rad);

@@ -1,4 +1,4 @@
-//! The robot of a scenario, read.
+//! Reads the robot of a scenario.
 
 use ilon_formats::LoadRobot;
 use ilon_formats::Loaded;
@@ -8,15 +8,15 @@ use crate::Error;
 use crate::robot::remedy;
 use crate::scenario::Scenario;
 
-/// Reads the robot of a scenario, with the motors and the rollers' surfaces that the scenario gives it.
+/// Reads the robot of a scenario, with the scenario's motors and roller surfaces.
 ///
 /// # Errors
-/// [`Error::Robot`], with all that is wrong with the file and which keys would do.
+/// [`Error::Robot`], with all faults of the file and the keys that would repair them.
 pub fn load_robot(scenario: &Scenario) -> Result<Robot, Error> {
     load(scenario).map(|loaded| loaded.robot)
 }
 
-/// Like [`load_robot`]; keeps the text that the robot was read from.
+/// Like [`load_robot`], but keeps the text that the robot was read from.
 ///
 /// # Errors
 /// Like [`load_robot`].
@@ -27,10 +27,10 @@ pub fn load(scenario: &Scenario) -> Result<Loaded, Error> {
     Ok(loaded)
 }
 
-/// Reads the robot of a scenario as its file, and the scenario's `[robot]`, have it.
+/// Reads the robot of a scenario from its file and the scenario's `[robot]`.
 ///
 /// # Errors
-/// Where the file cannot be read, or is no robot that ilon can drive.
+/// If the file cannot be read, or is not a robot that ilon can drive.
 pub fn load_file(scenario: &Scenario) -> Result<Loaded, Error> {
     let options = scenario
         .robot

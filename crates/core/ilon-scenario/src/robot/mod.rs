@@ -1,4 +1,5 @@
-//! The robot of a scenario: its file read, what would let a refused file be used, and what the controller takes the robot for.
+//! The robot of a scenario: reading its file, remedies for a refused file, and the controller's
+//! belief.
 
 pub mod belief;
 mod load;
@@ -11,7 +12,7 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::nearest;
 
-/// The index of a wheel by its joint's name; `what` is about it, for a message.
+/// The index of a wheel by its joint's name; `what` is the context for a message.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a wheel that the robot does not have.

@@ -1,7 +1,8 @@
-//! Which options would let a robot's file be used, in the words of whoever can set them.
+//! Options with which a refused robot file can be used, worded for the user's interface.
 //!
-//! `ilon-robot` says what is wrong with a file and which options would do. How they are asked for is a matter of where the
-//! file was named: [`Keys`] words them for a scenario, and a program with other doors words them in its own way.
+//! `ilon-robot` reports the faults of a file and the options that would help. How to set an option
+//! depends on where the file was named: [`Keys`] words it for a scenario, and a program with
+//! another interface in its own way.
 
 use std::path::Path;
 
@@ -11,22 +12,24 @@ use ilon_robot::Robot;
 
 use crate::Error;
 
-/// Options are proposed for robots whose fastest direction is less than this many times as fast as their slowest; built ones are below ten.
+/// Options are proposed only for robots whose fastest direction is less than this many times as
+/// fast as their slowest; built robots are below ten. Chosen.
 const MOST_CONDITION: f64 = 50.0;
 
-/// How options of reading a robot are asked for.
+/// The wording of the options of reading a robot.
 pub trait Wording {
-    /// How a person says where a package lies.
+    /// How to set the location of a package.
     fn package(&self, name: &str) -> String;
 
-    /// All that only a person can say, with what else it takes, where `options` were given.
+    /// The questions that only a person can answer, with the other options needed, given that
+    /// `options` were set.
     fn question(&self, question: &Question, options: &LoadOptions) -> String;
 
-    /// That `proposal` works, where `options` were given.
+    /// That `proposal` works, given that `options` were set.
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String;
 }
 
-/// As keys of a scenario's `[robot]`.
+/// Worded as keys of a scenario's `[robot]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Keys;
 
@@ -59,7 +62,7 @@ impl Wording for Keys {
     }
 }
 
-/// The options of a question, with VALUE for each argument of the file that is asked for.
+/// The options of a question, with VALUE for each requested argument of the file.
 pub fn with_blank_arguments(question: &Question) -> LoadOptions {
     let mut options = question.options.clone();
     for remedy in &question.asked {
@@ -70,7 +73,7 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
     options
 }
 
-/// What a person fills in for an answer, in words: the blanks of [`Wording::question`], with what they mean.
+/// Describes the blanks of [`Wording::question`] that a person has to fill in.
 pub fn blanks(question: &Question) -> String {
     let asked = |is: fn(&Remedy) -> bool| question.asked.iter().any(is);
     let mut blanks = Vec::new();
@@ -148,7 +151,7 @@ fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
     keys
 }
 
-/// Names as TOML has them in a list.
+/// Names as a TOML list.
 fn quoted(names: &[String]) -> String {
     let names = names
         .iter()
@@ -156,32 +159,32 @@ fn quoted(names: &[String]) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// An angle without the noise of its last digits.
+/// An angle without the rounding noise of its last digits.
 pub fn rounded(degrees: f64) -> String {
     let rounded = (1e6 * degrees).round() / 1e6;
     format!("{}", rounded + 0.0)
 }
 
-/// Why a robot's file cannot be used, and what would do.
+/// Why a robot's file is refused, and what would help.
 #[derive(Debug)]
 pub struct Refusal {
-    /// Everything that is wrong with it; at least one.
+    /// All of its faults; at least one.
     pub faults: Vec<RobotError>,
-    /// What would do about all of it, in words.
+    /// Remedies for all of them, in words.
     pub closing: Vec<String>,
-    /// What was read with the options that are proposed, where any are.
+    /// The robot read with the proposed options, if there are any.
     pub loaded: Option<Box<Loaded>>,
 }
 
 impl Refusal {
-    /// Of a file that could not be read, for `first`, with some options.
+    /// The refusal of a file that could not be read with `options`; `first` is its first fault.
     pub fn of(
         first: RobotError,
         path: &Path,
         options: &LoadOptions,
         wording: &impl Wording,
     ) -> Self {
-        // A robot that hardly moves one way was understood wrongly, though it could be run.
+        // A robot that hardly moves in one direction was misunderstood, even if it can be run.
         let drives = |robot: &Robot| {
             Kinematics::new(robot).is_ok()
                 && Arrangement::of(robot).is_ok_and(|of| of.condition < MOST_CONDITION)
@@ -222,7 +225,7 @@ impl Refusal {
     }
 }
 
-/// Everything that is wrong with a robot's file, with options that work, where there are any.
+/// All faults of a robot's file, with options that work if there are any.
 pub fn diagnosed(
     first: RobotError,
     path: &Path,
@@ -237,8 +240,8 @@ pub fn diagnosed(
 mod tests {
     use super::*;
 
-    /// What closes the refusal of three omni wheels that stand 0.2 m from the middle and turn the robot about it by a lever, in metres. Their
-    /// chassis has no inertia, which a repair works out.
+    /// The closing remedies for three omni wheels 0.2 m from the middle that turn the robot with a
+    /// given lever, in metres. Their chassis has no inertia, which a repair computes.
     fn closing(lever_m: f64) -> Vec<String> {
         let part = |name: &str, inertia: &str| {
             format!(
@@ -252,7 +255,7 @@ mod tests {
                 std::f64::consts::TAU * f64::from(i) / 3.0,
                 format!("omni_{i}"),
             );
-            // With the hub's axis, y of its frame, along the tangent there is no lever.
+            // With the hub axis, y of its frame, along the tangent, the lever is zero.
             let yaw = angle + (lever_m / 0.2).asin();
             let (s, c) = angle.sin_cos();
             text += &part(&name, disc);
@@ -272,8 +275,8 @@ mod tests {
 
     #[test]
     fn no_robot_is_proposed_that_hardly_moves_one_way() {
-        // The columns of M are orthogonal, of lengths sqrt(3 / 2), sqrt(3 / 2) and sqrt(3) lever: the condition is 0.2 m / (sqrt(2) lever), 0.7, 7
-        // and 71.
+        // The columns of M are orthogonal, of lengths sqrt(3 / 2), sqrt(3 / 2) and sqrt(3) lever:
+        // the condition is 0.2 m / (sqrt(2) lever), 0.7, 7 and 71.
         let works = |closing: &[String]| closing.iter().any(|words| words.contains("works"));
         assert!(works(&closing(0.2)));
         assert!(works(&closing(0.02)));

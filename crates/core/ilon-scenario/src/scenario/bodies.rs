@@ -1,4 +1,4 @@
-//! `[[world.bodies]]`: what lies about in the world and can be pushed.
+//! `[[world.bodies]]`: objects in the world that can be pushed.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -92,13 +92,13 @@ pub struct SphereShape {
     pub radius_m: f64,
 }
 
-/// Friction of a body of which nothing is said.
+/// The default friction of a body.
 fn friction() -> f64 {
     0.5
 }
 
 impl Body {
-    /// Refuses a body of no shape or of several.
+    /// Refuses a body without a shape or with several.
     fn object(&self, key: &str) -> Result<(), Objection> {
         let shapes = [
             self.cuboid.is_some(),
@@ -136,7 +136,7 @@ impl Body {
     }
 }
 
-/// Refuses bodies of one name, and of no shape or several.
+/// Refuses bodies with the same name, and without a shape or with several.
 pub(super) fn object(bodies: &[Body]) -> Result<(), Objection> {
     for (index, body) in bodies.iter().enumerate() {
         let key = format!("world.bodies.{index}");
@@ -168,7 +168,8 @@ mod tests {
     const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
     const BODY: &str = "[[world.bodies]]\nname = \"box\"\nmass_kg = 1\nx_m = 1\ny_m = 0\n";
 
-    /// What is said against a scenario with these bodies, and the text at which it points; nothing where it is taken.
+    /// The objection to a scenario with these bodies, and the text that it points at; `None` if it
+    /// is accepted.
     fn said(bodies: &str) -> Option<(String, String)> {
         let text = format!("{RUN}{bodies}");
         match Scenario::from_toml(&text, "test", "") {

@@ -80,12 +80,12 @@ pub struct BelievedWheel {
 }
 
 impl Controller {
-    /// Whether it says nothing.
+    /// Whether it is empty.
     pub(super) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Refuses wheels that are taken for one and the same.
+    /// Refuses two wheels that are taken for the same one.
     pub(super) fn object(&self) -> Result<(), Objection> {
         let wheels = self.robot.iter().flat_map(|robot| &robot.wheels);
         let taken = wheels.filter_map(|(name, wheel)| Some((name, wheel.taken_for.as_ref()?)));

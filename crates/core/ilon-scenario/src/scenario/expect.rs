@@ -1,4 +1,4 @@
-//! `[expect]`: bounds on what a run must come to.
+//! `[expect]`: bounds on the results of a run.
 
 use std::collections::BTreeMap;
 
@@ -71,7 +71,7 @@ pub enum Must {
 }
 
 impl SignalBound {
-    /// The bound by itself.
+    /// The bound without its window.
     pub fn bound(&self) -> Bound {
         Bound {
             min: self.min,
@@ -102,12 +102,13 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Whether a value keeps to the bound. NaN never does.
+    /// Whether a value satisfies the bound. NaN never does.
     pub fn holds(&self, value: f64) -> bool {
         self.breach(value) <= 0.0
     }
 
-    /// How far a value is beyond the limit that it breaks, as a share of that limit; `None` where it holds, and of a limit of zero.
+    /// The breach of a value as a share of the broken limit; `None` if it holds, or the limit is
+    /// zero.
     pub fn share_beyond(&self, value: f64) -> Option<f64> {
         let breach = self.breach(value);
         let limit = match (self.min, self.max, self.equal) {
@@ -118,7 +119,7 @@ impl Bound {
         (breach > 0.0 && breach.is_finite() && limit != 0.0).then(|| breach / limit.abs())
     }
 
-    /// How far a value is beyond the bound; zero or less where it holds, infinite of NaN.
+    /// The distance of a value beyond the bound; zero or less if it holds, infinite for NaN.
     pub fn breach(&self, value: f64) -> f64 {
         let Self {
             min,
@@ -162,7 +163,8 @@ impl Expect {
         self.bounds.is_empty() && self.signals.is_empty() && self.tolerances.is_empty()
     }
 
-    /// Refuses what says nothing of a run: bounds that nothing can break, and such as nothing can meet.
+    /// Refuses meaningless expectations: bounds that can never be broken, and bounds that can never
+    /// be met.
     pub(super) fn object(&self) -> Result<(), Objection> {
         for (name, bound) in &self.bounds {
             if name.starts_with("design.") {
@@ -182,7 +184,7 @@ impl Expect {
         Ok(())
     }
 
-    /// Refuses bounds on how a reference is tracked, which a run in open loop has none of.
+    /// Refuses bounds on the tracking of a reference in an open-loop run, which has none.
     pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
         let of_tracking = |name: &&String| {
             name.starts_with("position_")
@@ -201,9 +203,11 @@ impl Expect {
         }
     }
 
-    /// Checks that every expectation on a signal looks at a row of the run: one that looks at none says nothing of it.
+    /// Checks that every expectation on a signal covers a row of the run; without rows it tests
+    /// nothing.
     ///
-    /// A run that was cut short for a look is none the worse for it, so that this is asked where a scenario is a test.
+    /// A run that was shortened for a quick look may ignore this, so it is checked only if a
+    /// scenario is a test.
     ///
     /// # Errors
     /// [`Error::Invalid`], with the expectation at fault.
@@ -232,7 +236,7 @@ impl Expect {
                 }
                 until_s => until_s.unwrap_or(f64::INFINITY),
             };
-            // A signal that must have settled by a time is looked at from then on.
+            // A signal that must have settled by a time is checked from then on.
             let (from_s, end_s) = match must {
                 Must::Settle => (until_s.unwrap_or(0.0), f64::INFINITY),
                 Must::Always | Must::Eventually => (from_s, end_s),
@@ -260,7 +264,7 @@ impl Expect {
     }
 }
 
-/// Refuses a bound that nothing can break, and one that nothing can meet.
+/// Refuses a bound that can never be broken, and one that can never be met.
 fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objection> {
     let Bound {
         min,
@@ -369,7 +373,7 @@ impl TryFrom<Table> for Expect {
     }
 }
 
-/// Gathers the bounds of a table and of the tables in it under their dotted names.
+/// Collects the bounds of a table and its sub-tables under their dotted names.
 fn collect(
     table: Table,
     prefix: &str,
@@ -493,7 +497,7 @@ mod tests {
 
     const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";
 
-    /// What is said of a scenario, and the text at which it points.
+    /// The objection to a scenario, and the text that it points at.
     fn told(further: &str) -> (String, String) {
         let text = format!("{RUN}{further}");
         match Scenario::from_toml(&text, "test", "") {

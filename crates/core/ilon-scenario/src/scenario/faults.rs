@@ -1,4 +1,4 @@
-//! `[[faults]]`: what goes wrong on purpose.
+//! `[[faults]]`: injected faults.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -194,19 +194,19 @@ fn a_tenth() -> f64 {
     0.1
 }
 
-/// Whether a time lies in a window that may be open towards the end.
+/// Whether a time lies in a window that may have no end.
 pub fn within(t_s: f64, from_s: f64, until_s: Option<f64>) -> bool {
     t_s >= from_s - TIME_SLACK_S && until_s.is_none_or(|until_s| t_s < until_s - TIME_SLACK_S)
 }
 
 impl Fault {
-    /// Whether it is there at a time in seconds.
+    /// Whether it is active at a time in seconds.
     pub fn is_on(&self, t_s: f64) -> bool {
         let (from_s, until_s) = self.window_s();
         within(t_s, from_s, until_s)
     }
 
-    /// The wheel that it is about, if it is about one.
+    /// The wheel that it affects, if it is a single one.
     pub fn wheel(&self) -> Option<&str> {
         match self {
             Self::MotorLost { wheel, .. }

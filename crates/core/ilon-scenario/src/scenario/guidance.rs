@@ -44,7 +44,7 @@ pub struct Guidance {
 }
 
 impl Guidance {
-    /// The largest gain on a position error in any direction, in 1/s.
+    /// The largest gain on a position error over all directions, in 1/s.
     pub fn position_gain_most_per_s(&self) -> f64 {
         match self.position_gain_matrix_per_s {
             // The larger eigenvalue of a symmetric matrix.

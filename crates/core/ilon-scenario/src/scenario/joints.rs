@@ -1,4 +1,4 @@
-//! `[robot.joints.NAME]`: what joints that are neither a wheel's nor a roller's do.
+//! `[robot.joints.NAME]`: joints other than those of wheels and rollers.
 
 use ilon_formats::{JointOptions, RoleOption};
 use schemars::JsonSchema;
@@ -113,7 +113,7 @@ impl Between {
 }
 
 impl Joint {
-    /// As the robot's file is read with it.
+    /// The options for reading the robot's file.
     pub(super) fn options(&self) -> JointOptions {
         // A run begins at the first setpoint.
         let first = self.setpoints.first();
@@ -127,7 +127,7 @@ impl Joint {
         }
     }
 
-    /// What is wrong with its setpoints, and what to do.
+    /// The fault of its setpoints, and how to repair it.
     pub(super) fn object(&self, name: &str) -> Result<(), Objection> {
         let key = |of: &str| format!("robot.joints.{name}.{of}");
         if self.setpoints.is_empty() {

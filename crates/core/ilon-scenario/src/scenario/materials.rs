@@ -1,4 +1,4 @@
-//! `[materials]`: what rollers of one material do on a floor of another.
+//! `[materials]`: contact properties of pairs of roller and floor materials.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,9 @@
-//! The scenario file: what a person writes down about one run.
+//! The scenario file: the description of one run.
 //!
-//! A scenario is TOML. Unknown keys are refused, defaults stand beside each field, paths are relative to the file, and
-//! degrees exist here only, in keys that end in `_deg`. Each file here is a section of it; `reading` has how its text becomes a [`Scenario`],
-//! `checks` what keys of several sections must have in common.
+//! A scenario is TOML. Unknown keys are refused, defaults are documented at each field, paths are
+//! relative to the file, and degrees occur only here, in keys that end in `_deg`. Each file of this
+//! module is a section; `reading` converts text to a [`Scenario`], and `checks` has the conditions
+//! across several sections.
 
 mod bodies;
 mod checks;

@@ -1,4 +1,4 @@
-//! `[reference]` and `[twist]`: the motion asked of the robot.
+//! `[reference]` and `[twist]`: the commanded motion of the robot.
 
 use std::path::PathBuf;
 
@@ -143,10 +143,10 @@ pub enum Timing {
 }
 
 impl Tracked {
-    /// The share of the limits where none is given.
+    /// The default share of the limits.
     const SHARE: f64 = 0.9;
 
-    /// A path in its own time.
+    /// A path with its own timing.
     pub fn as_made(path: Reference) -> Self {
         Self {
             timing: None,
@@ -156,7 +156,7 @@ impl Tracked {
         }
     }
 
-    /// The file of waypoints that it names, if it names one.
+    /// The waypoint file that it names, if it names one.
     pub fn file(&self) -> Option<&PathBuf> {
         match &self.path {
             Reference::Waypoints { file, .. } => file.as_ref(),
@@ -164,7 +164,7 @@ impl Tracked {
         }
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub fn file_mut(&mut self) -> Option<&mut PathBuf> {
         match &mut self.path {
             Reference::Waypoints { file, .. } => file.as_mut(),
@@ -172,7 +172,7 @@ impl Tracked {
         }
     }
 
-    /// The share of grip, torques and wheel rates that the fastest timing may take.
+    /// The share of grip, torques and wheel rates that the fastest timing may use.
     pub fn share_of_limits(&self) -> f64 {
         self.share_of_limits.unwrap_or(Self::SHARE)
     }

@@ -1,4 +1,4 @@
-//! `[playback]`: the motion of a log.
+//! `[playback]`: motion from a log.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `[robot]`: which robot, and how it starts.
+//! `[robot]`: the robot and its start.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -77,7 +77,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Where the robot starts.
+    /// The robot's start pose.
     pub fn start(&self) -> Pose {
         Pose {
             x_m: self.x_m,
@@ -86,7 +86,8 @@ impl Robot {
         }
     }
 
-    /// How the robot's file is to be read, with paths that start from `folder`, out of the files that may be read.
+    /// The options for reading the robot's file, with paths relative to `folder` and the permitted
+    /// files.
     pub fn load_options(&self, folder: &Path, files: &FileAccess) -> LoadOptions {
         let package = |(name, dir): (&String, &PathBuf)| Package {
             name: name.clone(),
@@ -131,7 +132,7 @@ pub enum Argument {
 }
 
 impl std::fmt::Display for Argument {
-    /// As xacro takes it on its command line.
+    /// As on xacro's command line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Truth(truth) => truth.fmt(f),

@@ -1,4 +1,4 @@
-//! `[rollers]`: what the rollers touch the ground with.
+//! `[rollers]`: shape, bearings and tread of the rollers.
 
 use std::collections::BTreeMap;
 
@@ -106,15 +106,15 @@ pub struct Tread {
 }
 
 impl RollerSurface {
-    /// Whether nothing is said.
+    /// Whether it is empty.
     pub(super) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Puts what is said here of the rollers in the place of what the robot's file says of them.
+    /// Overrides the roller properties of the robot's file with those of this section.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where a tread has no stiffness, or a roller cannot be so long.
+    /// [`Error::Invalid`] if a tread has no stiffness, or a roller cannot be that long.
     pub fn apply(&self, robot: &mut Robot) -> Result<(), Error> {
         for wheel in &mut robot.wheels {
             let surface = &mut wheel.surface;
@@ -142,7 +142,7 @@ impl RollerSurface {
         Ok(())
     }
 
-    /// Says how the rollers of a wheel turn on their axles.
+    /// Sets how the rollers of a wheel turn on their axles.
     fn put_on_axles(&self, surface: &mut RobotSurface, rollers: &[Roller]) {
         if let Some(bearings) = self.bearings {
             let radius_m = rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
@@ -153,7 +153,7 @@ impl RollerSurface {
         surface.axle_radius_m = self.axle_radius_m.unwrap_or(surface.axle_radius_m);
     }
 
-    /// Says what the rollers are made of.
+    /// Sets the materials of the rollers.
     fn apply_materials(&self, robot: &mut Robot) -> Result<(), Error> {
         for wheel in &mut robot.wheels {
             let said = self.wheel_materials.get(&wheel.name);
@@ -176,7 +176,7 @@ impl RollerSurface {
         }
     }
 
-    /// How rollers are made, with what is left out here from what the robot's file says.
+    /// The manufacturing parameters, with missing ones from the robot's file.
     fn made_over(&self, below: &RollersAsMade) -> RollersAsMade {
         let mut made = below.clone();
         made.crown = self.crown.unwrap_or(made.crown);
@@ -206,7 +206,7 @@ impl RollerSurface {
 }
 
 impl Tread {
-    /// This tread, with what it leaves out from another.
+    /// This tread, with missing values from another.
     fn laid_over(&self, below: Option<RobotTread>, wheel: &str) -> Result<RobotTread, Error> {
         let stiffness_n_m = self
             .stiffness_n_m
@@ -233,7 +233,7 @@ impl Tread {
     }
 }
 
-/// Refuses friction on axles of which nobody says how thick they are.
+/// Refuses friction on axles of unknown radius.
 fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
     if surface.axle_friction == 0.0 || surface.axle_radius_m > 0.0 {
         return Ok(());
@@ -246,7 +246,7 @@ fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
     ))
 }
 
-/// Rollers of a wheel that cannot be made so, in words.
+/// The error for a wheel whose rollers cannot be made like this.
 fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
     let help = match fault {
         NotMade::AsModelled => {
@@ -347,7 +347,8 @@ mod tests {
 
     #[test]
     fn a_longer_roller_is_as_a_description_makes_it() {
-        // The same factor in the description of the robot: lengths and moments agree to what the file's digits hold.
+        // The same factor in the robot's description: lengths and moments agree to the file's
+        // digits.
         let mut options = ilon_formats::LoadOptions::default();
         options.spec = toml::from_str("rollers.length_factor = 1.3").unwrap();
         let described = Robot::load_with(ROBOT, &options).unwrap().robot;
@@ -364,7 +365,7 @@ mod tests {
 
     #[test]
     fn a_scenario_makes_rollers_as_a_description_does() {
-        // Key by key: the description's crown stays where the scenario says a length.
+        // Key by key: the description's crown is kept if the scenario sets a length.
         let lines =
             "rollers.crown = 0.8\nrollers.length_factor = 0.9\nrollers.radius_spread_m = 1e-4";
         let mut options = ilon_formats::LoadOptions::default();
@@ -379,13 +380,13 @@ mod tests {
             assert_eq!(a.made, b.made);
             for (one, other) in a.rollers.iter().zip(&b.rollers) {
                 let (p, q) = (a.barrel(one), b.barrel(other));
-                // What the file's fifteen digits leave.
+                // Accuracy of the file's fifteen digits.
                 assert!((p.wheel_radius_m / q.wheel_radius_m - 1.0).abs() < 1e-9);
                 assert!((p.half_length_m / q.half_length_m - 1.0).abs() < 1e-9);
                 assert!((one.axial_inertia_kg_m2 / other.axial_inertia_kg_m2 - 1.0).abs() < 1e-6);
             }
         }
-        // And where the section is empty, nothing is touched.
+        // An empty section changes nothing.
         let before = robot.wheels[0].rollers.clone();
         RollerSurface::default().apply(&mut robot).unwrap();
         assert_eq!(before, robot.wheels[0].rollers);

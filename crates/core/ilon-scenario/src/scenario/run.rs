@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Half of what separates a time that is a sum of steps from the time that it means, in seconds: the rounding of `12.3` shall move
-/// nothing by a step.
+/// Tolerance for times that are sums of steps, in seconds: the rounding of `12.3` must not shift
+/// anything by a step. Chosen.
 pub const TIME_SLACK_S: f64 = 1e-9;
 
 /// Duration and time steps.
@@ -50,17 +50,18 @@ impl Default for Run {
 }
 
 impl Run {
-    /// Whether the scenario leaves it open how long the run is: as long as the log that is played back.
+    /// Whether the scenario leaves the duration open: it is then that of the log.
     pub fn is_open(&self) -> bool {
         is_open(&self.duration_s)
     }
 
-    /// How many control periods the run has: its duration, rounded to whole ones, and at least one.
+    /// Number of control periods of the run: its duration, rounded to whole ones, and at least one.
     pub fn control_periods(&self) -> u64 {
         (self.duration_s / self.control_dt_s).round().max(1.0) as u64
     }
 
-    /// How many rows its trace has: the first control instant, each `record_every`-th after it, and the end.
+    /// Number of rows of its trace: the first control instant, each `record_every`-th after it, and
+    /// the end.
     pub fn row_count(&self) -> u64 {
         let every = u64::from(self.record_every.max(1));
         1 + self.control_periods().div_ceil(every)
@@ -71,7 +72,7 @@ impl Run {
         self.control_dt_s * f64::from(self.record_every.max(1))
     }
 
-    /// When the last row of its trace is, in seconds: at the end.
+    /// Time of the last row of its trace, in seconds: the end.
     pub fn last_row_s(&self) -> f64 {
         self.control_periods() as f64 * self.control_dt_s
     }
@@ -101,7 +102,7 @@ impl Default for Step {
     }
 }
 
-/// A time that has no end, until the log says when it ends.
+/// An infinite duration, until the log sets it.
 fn until_its_log_ends() -> f64 {
     f64::INFINITY
 }

@@ -1,4 +1,4 @@
-//! `[sensors]`: what the robot knows of its own motion.
+//! `[sensors]`: the robot's measurements of its own motion.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

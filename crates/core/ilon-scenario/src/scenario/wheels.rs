@@ -1,4 +1,4 @@
-//! `[wheel_loop]` and `[motors]`: from wheel rates asked for to torques.
+//! `[wheel_loop]` and `[motors]`: from commanded wheel rates to torques.
 
 use std::collections::BTreeMap;
 
@@ -237,7 +237,7 @@ impl Default for MotorStrength {
 }
 
 impl Motors {
-    /// Puts what is said here of the drives in the place of what the robot's file says of them.
+    /// Overrides the drives of the robot's file with the values of this section.
     pub fn apply(&self, robot: &mut Robot) {
         for drive in robot.wheels.iter_mut().map(|wheel| &mut wheel.drive) {
             let set = |value: &mut f64, said: Option<f64>| *value = said.unwrap_or(*value);

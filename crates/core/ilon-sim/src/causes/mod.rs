@@ -1,13 +1,14 @@
-//! What makes a difference to a run: the run repeated with one thing changed, its twin.
+//! Ablation: the run is repeated with one thing changed (its *twin*) to measure what that thing
+//! does.
 //!
-//! | file | answers |
+//! | file | contents |
 //! |---|---|
-//! | `null` | which causes a scenario has, and what it is without each |
-//! | `remedies` | what is worth a try |
-//! | `twin` | one twin, to its end |
-//! | `twins` | all of them beside the run |
-//! | `path` | how far a run and its twin were apart |
-//! | `suspects` | what the usual suspects do to a robot in standard motions |
+//! | `null` | the causes of a scenario, and the scenario without each |
+//! | `remedies` | changes worth trying |
+//! | `twin` | one twin, run to its end |
+//! | `twins` | all twins of a run, in parallel with it |
+//! | `path` | the distance between a run and its twin |
+//! | `suspects` | the effect of common defects in standard motions |
 
 mod null;
 mod path;
@@ -21,16 +22,18 @@ pub(crate) use remedies::has_remedies;
 pub use suspects::{Drift, Lineup, Suspect, suspects};
 pub(crate) use twins::{TwinOutcomes, Twins};
 
-/// Which causes are left out, one after the other, to see what each does to a run.
+/// Which causes are removed, one at a time, to measure the effect of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Causes {
     /// None: the run alone.
     #[default]
     None,
-    /// What the scenario names: faults, what lies on the floor, slope, free bodies, sensors' errors, joints that setpoints move, motors that differ, and what the controller believes; at
-    /// most eight. Remedies are tried where the run is short.
+    /// Those that the scenario names: faults, obstacles, slope, free bodies, sensor errors, joints
+    /// moved by setpoints, motors that differ, and a false belief of the controller; at most eight.
+    /// Remedies are tried if the run is short.
     Named,
-    /// All that can make a difference: also sliding, the rollers' geometry and make, bearings, motors, wheel loops, other joints and the control period.
+    /// All of these, and also sliding, geometry and manufacture of the rollers, bearings, motors,
+    /// wheel loops, other joints and the control period.
     All,
 }

@@ -1,17 +1,17 @@
-//! Where a run was at marked times: enough to say how far two runs were apart.
+//! The poses of a run at marked times, from which the distance between two runs follows.
 
 use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::Apart;
 
 use crate::simulate::RunLoop;
 
-/// The most times at which a run is looked at.
+/// The largest number of marks. Chosen.
 const MOST_MARKS: u64 = 2000;
 
-/// The most poses that are kept for a picture, but for the last.
+/// The largest number of poses drawn, besides the last one. Chosen.
 const MOST_DRAWN: usize = 150;
 
-/// A run's poses at marked control instants; of two runs of one scenario these are the same.
+/// Poses of a run at marked control instants. Two runs of one scenario have the same marks.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     /// Control instants from one mark to the next.
@@ -23,7 +23,8 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The path of a run of so many control periods, or of its twin, which has `parts` of them for each of these.
+    /// The path of a run of this many control periods, or of its twin, which has `parts` control
+    /// periods for each of them.
     pub fn of(control_periods: u64, parts: u64) -> Self {
         Self {
             every: parts * control_periods.div_ceil(MOST_MARKS).max(1),
@@ -34,7 +35,7 @@ impl Path {
         }
     }
 
-    /// Looks at a run at a control instant.
+    /// Records the run's state at a control instant.
     pub fn look(&mut self, run: &RunLoop) {
         let truth = run.truth();
         let upright = libm::cos(truth.roll_rad) * libm::cos(truth.pitch_rad);
@@ -45,7 +46,7 @@ impl Path {
         self.seen += 1;
     }
 
-    /// Its poses for a picture: time in seconds, x and y in metres and heading in radians, rounded.
+    /// Poses for a picture: time in seconds, x and y in metres, heading in radians, rounded.
     pub fn drawn(&self) -> Vec<[f64; 4]> {
         let rounded = |x: f64| (1e5 * x).round() * 1e-5;
         let every = self.marks.len().div_ceil(MOST_DRAWN).max(1);
@@ -55,7 +56,7 @@ impl Path {
             .collect()
     }
 
-    /// How far a run that went this way was from its twin.
+    /// The distance between this path and its twin's.
     pub fn apart(&self, twin: &Self) -> Apart {
         let mut apart = Apart {
             twin_leaned_rad: twin.leaned_rad,

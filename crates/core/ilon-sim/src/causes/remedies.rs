@@ -1,20 +1,21 @@
-//! Remedies that a run gives reason to try.
+//! Remedies that the figures of a run suggest.
 
 use ilon_trace::{Cause, Summary};
 
 use super::null::Null;
 use crate::scenario::{Kinematics, Motion, Saturation, Scenario, WheelLaw};
 
-/// What the rollers' geometry takes of a motion from here on is worth a command that allows for it.
+/// From this loss of motion to the rollers' geometry on, contact kinematics are tried (a share).
+/// Chosen.
 const GEOMETRY_TAKES: f64 = 3e-3;
-/// What the wheel loops lack of it from here on is worth stiffer loops.
+/// From this lag of the wheel loops on, stiffer loops are tried (a share of the motion). Chosen.
 const LOOPS_LACK: f64 = 0.02;
-/// What sliding takes of the motors' work from here on is worth another start.
+/// From this loss to sliding on, a gentler start is tried (a share of the motors' work). Chosen.
 const SLIDING_TAKES: f64 = 0.03;
-/// A task that waits for this share of a run is worth a higher limit.
+/// From this share of the run with a saturated task on, a higher limit is tried. Chosen.
 const TASKS_WAIT: f64 = 0.2;
 
-/// The remedies, each with the change of the scenario that it is.
+/// The remedies, each with its change of the scenario.
 pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
     let mut remedies: Vec<(Cause, Null)> = Vec::new();
     let mut add = |key: String, words: &str, change: Null| {
@@ -89,19 +90,19 @@ pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
     remedies
 }
 
-/// Whether there is something to try.
+/// Whether there is a remedy to try.
 pub(crate) fn has_remedies(scenario: &Scenario, summary: &Summary) -> bool {
     !of(scenario, summary).is_empty()
 }
 
-/// Between which links of the chain from asked to real a motion is lost.
+/// Two links of the chain from commanded to real motion, between which motion is lost.
 #[derive(Clone, Copy)]
 enum Link {
     Loops,
     Geometry,
 }
 
-/// The largest share of a component of the motion asked for that is lost there.
+/// The largest share of a commanded component of motion that is lost in this link.
 fn lacks(summary: &Summary, link: Link) -> f64 {
     let (Some(asked), Some(ideal), Some(contact)) = (
         summary.twist_asked_mean,

@@ -1,4 +1,5 @@
-//! What the usual suspects do to a robot in standard motions: which of them would look like what somebody sees of a real one.
+//! The effect of common defects on a robot in standard motions, to compare with what a real robot
+//! shows.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -18,39 +19,43 @@ use crate::scenario::{Fault, MaterialPair, MotorStrength, Scenario, Setting};
 use crate::simulate::{Resolved, resolve};
 use crate::standard_motions::{MOTIONS, StandardMotion, standard_motions};
 
-/// What a suspect does in a motion: the robot with it minus the robot without it, for each metre of the way, or for each turn on the spot.
+/// The effect of a defect in a motion: the robot's end pose with the defect minus that without it,
+/// per metre of way or per turn on the spot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Drift {
-    /// How far ahead it ends, by the heading without it, in m/m or m/turn.
+    /// Offset ahead along the heading of the healthy robot, in m/m or m/turn.
     pub ahead_m: f64,
-    /// How far to the left, in m/m or m/turn.
+    /// Offset to the left, in m/m or m/turn.
     pub left_m: f64,
-    /// How far turned to the left, in rad/m or rad/turn.
+    /// Rotation to the left, in rad/m or rad/turn.
     pub turned_rad: f64,
-    /// Below these, in metres and radians, it cannot be told from none.
+    /// Resolution in metres and radians: smaller effects cannot be told from zero.
     pub floor: [f64; 2],
 }
 
-/// Something that is often amiss with a robot, in some amount.
+/// A common defect of a robot, in a given amount.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Suspect {
-    /// What it is and how much of it, in words.
+    /// Its description with the amount.
     pub words: String,
-    /// The wheel that it is about, if it is about one.
+    /// The wheel that has the defect, if it is one wheel's.
     pub wheel: Option<String>,
-    /// What it does in each of [`MOTIONS`](crate::standard_motions::MOTIONS); `None` where the motion could not be driven with it, or was not to be.
+    /// Its effect in each of [`MOTIONS`](crate::standard_motions::MOTIONS); `None` if the robot
+    /// could not be driven in it, or the motion was left out.
     pub drifts: Vec<Option<Drift>>,
-    /// The amounts that make sense, as multiples of the usual one: below 0 where it may be the other way round.
+    /// The sensible range of amounts, as multiples of the usual amount; negative if the defect can
+    /// have the opposite sign.
     #[serde(skip)]
     pub times: (f64, f64),
 }
 
-/// What each of the usual suspects does to a robot in standard motions of one metre, or one turn, under a scenario's conditions, `settings`.
+/// The effect of each common defect in standard motions of one metre or one turn, under the
+/// conditions in `settings`.
 ///
 /// # Errors
-/// Where the robot cannot be driven, or a setting makes no sense.
+/// If the robot cannot be driven, or a setting is invalid.
 pub fn suspects(
     robot: &Robot,
     settings: &[Setting],
@@ -60,7 +65,8 @@ pub fn suspects(
     Ok(Lineup::of(robot, settings, files, lengths)?.at_usual_amounts())
 }
 
-/// The usual suspects of a robot, and the standard motions in which each can be tried in any amount.
+/// The common defects of a robot, and the standard motions in which each can be tried in any
+/// amount.
 pub struct Lineup {
     robot: Robot,
     motions: Vec<Option<Motion>>,
@@ -68,10 +74,11 @@ pub struct Lineup {
 }
 
 impl Lineup {
-    /// Drives the motions, each over so many metres, or turns on the spot; those without a length are left out.
+    /// Drives each motion over its length in metres, or turns on the spot; motions with the length
+    /// `None` are left out.
     ///
     /// # Errors
-    /// Where the robot cannot be driven, or a setting makes no sense.
+    /// If the robot cannot be driven, or a setting is invalid.
     pub fn of(
         robot: &Robot,
         settings: &[Setting],
@@ -85,16 +92,16 @@ impl Lineup {
         })
     }
 
-    /// Every suspect in its usual amount.
+    /// Every defect in its usual amount.
     pub fn at_usual_amounts(&self) -> Vec<Suspect> {
         let all = (0..self.usual.len()).into_par_iter();
         all.map(|index| self.in_amount(index, 1.0)).collect()
     }
 
-    /// A suspect, by its place, in so many times its usual amount: its runs are made.
+    /// Runs the motions with the defect at `index`, in `times` its usual amount.
     ///
     /// # Panics
-    /// For a place beyond the last.
+    /// If `index` is out of range.
     pub fn in_amount(&self, index: usize, times: f64) -> Suspect {
         let usual = &self.usual[index];
         let change: Null = Box::new({
@@ -112,8 +119,8 @@ impl Lineup {
         }
     }
 
-    /// How far the robot without faults ends from where the command leads, in each motion: what its rollers' geometry, its bearings and its
-    /// conditions do anyway.
+    /// The offset of the robot without defects from the end of the commanded motion, in each
+    /// motion: the effect of its rollers' geometry, its bearings and the conditions.
     pub fn healthy(&self) -> Vec<Option<Drift>> {
         let motions = self.motions.iter();
         motions
@@ -122,15 +129,15 @@ impl Lineup {
     }
 }
 
-/// A motion, and the way of the robot in it.
+/// A motion, and the path of the healthy robot in it.
 struct Motion {
     resolved: Resolved,
     path: Path,
-    /// What half the step moves it by, in metres and radians.
+    /// Change of the end pose at half the step, in metres and radians.
     floor: [f64; 2],
-    /// How many metres it goes, or how often it turns.
+    /// Its length in metres, or its number of turns.
     amount: f64,
-    /// The robot's drift from the command without faults.
+    /// The healthy robot's drift from the command.
     healthy: Drift,
 }
 
@@ -143,7 +150,7 @@ impl Motion {
             scenario.run.physics_dt_s = crate::scenario::Step::Seconds(half_s);
         })?;
         let apart = path.apart(&half);
-        // What is less is rounding, in metres and radians.
+        // Smaller differences are rounding, in metres and radians.
         let floor = [apart.most_m.max(1e-5), apart.most_rad.max(1e-5)];
         let turns = summary.turned_rad / TAU;
         let stands = summary.travelled_m < 0.05 * summary.turned_rad;
@@ -176,7 +183,8 @@ impl Motion {
     }
 }
 
-/// How far a robot that keeps its mean twist ends from where the commanded twist leads over such an amount, for each metre or turn.
+/// The offset of a robot that keeps its mean twist from the end of the commanded twist over
+/// `amount`, per metre or turn.
 fn drift_from_command(summary: &Summary, stands: bool, amount: f64) -> Drift {
     let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean) else {
         return Drift::default();
@@ -197,10 +205,10 @@ fn drift_from_command(summary: &Summary, stands: bool, amount: f64) -> Drift {
     }
 }
 
-/// Where a body comes from the origin at a constant twist in its own frame.
+/// The pose that a body reaches from the origin at a constant twist in its own frame.
 fn at_constant_twist(twist: Twist, lasts_s: f64) -> Pose {
     let angle = twist.omega_rad_s * lasts_s;
-    // sin(a) / a and (1 - cos(a)) / a, to rounding where a is small.
+    // sin(a) / a and (1 - cos(a)) / a, with their limits at small a.
     let (along, across) = match angle.abs() < 1e-6 {
         true => (1.0, 0.5 * angle),
         false => (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / angle),
@@ -213,7 +221,7 @@ fn at_constant_twist(twist: Twist, lasts_s: f64) -> Pose {
     }
 }
 
-/// The way of a robot with something changed, and its figures.
+/// The path and the figures of a changed robot.
 fn way(
     resolved: &Resolved,
     robot: &Robot,
@@ -230,7 +238,7 @@ fn way(
     }
 }
 
-/// The standard motions of a robot, driven over so many metres or turns.
+/// The standard motions of a robot, each driven over its length in metres or turns.
 fn motions(
     robot: &Robot,
     settings: &[Setting],
@@ -252,15 +260,15 @@ fn motions(
     all.par_iter().zip(lengths.par_iter()).map(drive).collect()
 }
 
-/// How a suspect changes scenario and robot, in so many times its usual amount.
+/// Applies a defect to scenario and robot; the first argument is the multiple of its usual amount.
 type Apply = Arc<dyn Fn(f64, &mut Scenario, &mut Robot) + Send + Sync>;
 
-/// A usual suspect.
+/// A common defect.
 struct Usual {
-    /// What it is, in so many times its usual amount.
+    /// Its description at a multiple of the usual amount.
     words: Box<dyn Fn(f64) -> String + Send + Sync>,
     wheel: Option<String>,
-    /// The amounts that make sense.
+    /// The sensible range of multiples.
     times: (f64, f64),
     apply: Apply,
 }
@@ -274,8 +282,16 @@ impl Usual {
         Self {
             words: Box::new(words),
             wheel: None,
+            is_of_rollers: false,
             times,
             apply: Arc::new(apply),
+        }
+    }
+
+    fn of_rollers(self) -> Self {
+        Self {
+            is_of_rollers: true,
+            ..self
         }
     }
 
@@ -287,20 +303,20 @@ impl Usual {
     }
 }
 
-/// A number to two digits, without its sign.
+/// The magnitude of a number with two digits.
 fn digits(x: f64) -> String {
     let rounded: f64 = format!("{:.1e}", x.abs()).parse().unwrap_or(x);
     ilon_trace::number(rounded)
 }
 
-/// One word for an amount above 0 and another for one below.
+/// One word for a positive and another for a negative amount.
 fn either(times: f64, above: &'static str, below: &'static str) -> &'static str {
     if times < 0.0 { below } else { above }
 }
 
-/// The usual suspects.
+/// All common defects.
 fn usual(robot: &Robot) -> Vec<Usual> {
-    // A centre of mass stays well between the wheels.
+    // The centre of mass has to stay well between the wheels.
     let reach = |of: fn(&Wheel) -> f64| {
         let reaches = robot.wheels.iter().map(|wheel| of(wheel).abs());
         let times = 0.8 * reaches.fold(0.0, f64::max) / 0.05;
@@ -343,7 +359,8 @@ fn usual(robot: &Robot) -> Vec<Usual> {
                     wheel.surface.axle_radius_m = RollerBearings::Bushings.axle_radius_m(radius_m);
                 }
             },
-        ),
+        )
+        .of_rollers(),
         Usual::new(
             (-5.0, 5.0),
             |times| {
@@ -385,10 +402,13 @@ fn usual(robot: &Robot) -> Vec<Usual> {
     ];
     let of_wheels = robot.wheels.iter().flat_map(|wheel| of_wheel(&wheel.name));
     suspects.extend(of_wheels);
+    if robot.wheels.iter().all(Wheel::has_tyre) {
+        suspects.retain(|suspect| !suspect.is_of_rollers);
+    }
     suspects
 }
 
-/// A wheel smaller by so many per cent: it rolls as much less as a wheel whose encoder reads as much too much.
+/// A wheel smaller by `percent`: it rolls less by as much as if its encoder read too much.
 fn smaller(wheel: &str, percent: f64) -> Fault {
     Fault::EncoderScaled {
         wheel: wheel.to_owned(),
@@ -398,9 +418,9 @@ fn smaller(wheel: &str, percent: f64) -> Fault {
     }
 }
 
-/// What is often amiss with one wheel.
+/// Common defects of one wheel.
 fn of_wheel(name: &str) -> [Usual; 5] {
-    /// Causes without an amount.
+    /// For defects without an amount.
     const ONCE: (f64, f64) = (1.0, 1.0);
     let name = || name.to_owned();
     let [n0, n1, n2, n3, n4] = std::array::from_fn(|_| name());
@@ -425,7 +445,8 @@ fn of_wheel(name: &str) -> [Usual; 5] {
                     until_s: None,
                 });
             },
-        ),
+        )
+        .of_rollers(),
         Usual::new(
             ONCE,
             move |_| format!("dust under {n2}: a tenth of the grip"),
@@ -462,7 +483,7 @@ fn of_wheel(name: &str) -> [Usual; 5] {
     suspects.map(|suspect| suspect.about(&name()))
 }
 
-/// Leaves one wheel a tenth of the floor's grip, by a material for it.
+/// Reduces one wheel's grip to a tenth of the floor's, by a material of its own.
 fn dust(scenario: &mut Scenario, robot: &mut Robot, dusty: &str) {
     const FLOOR: &str = "floor";
     const CLEAN: &str = "clean";

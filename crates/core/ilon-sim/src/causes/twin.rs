@@ -1,4 +1,4 @@
-//! A run's twin: the same resolved scenario, the same robot, the same seeds, with one thing changed.
+//! A run's twin: the same resolved scenario, robot and seeds, with one thing changed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,17 +10,17 @@ use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::{Resolved, RunLoop};
 
-/// What a twin came to.
+/// The outcome of a twin.
 pub(super) struct TwinOutcome {
     change: Change,
-    /// Its figures and its path, or why it has none.
+    /// Its figures and its path, or the reason why it could not be run.
     pub ran: Result<(Summary, Path), String>,
-    /// What it took, in surfaces looked at; 0 where it could not be run.
+    /// Its cost, in surfaces tested for contact; 0 if it could not be run.
     pub effort: u64,
 }
 
 impl TwinOutcome {
-    /// As a trace keeps it, beside the path of the run.
+    /// The outcome as a trace stores it, compared with the run's path.
     pub fn beside(self, run: &Path) -> Twin {
         let poses = match (&self.change, &self.ran) {
             (Change::Without(_), Ok((_, path))) => path.drawn(),
@@ -37,17 +37,17 @@ impl TwinOutcome {
     }
 }
 
-/// When a twin ends before its run does.
+/// When a twin stops early.
 #[derive(Clone, Copy)]
 pub(super) struct Limits<'a> {
-    /// Once this is set.
+    /// As soon as this flag is set.
     pub stop: &'a AtomicBool,
-    /// Once it has looked at more surfaces than this.
+    /// When it has tested more surfaces than this.
     pub effort: u64,
 }
 
 impl Limits<'_> {
-    /// It runs to its end.
+    /// No limits.
     pub fn none() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
         Self {
@@ -57,7 +57,8 @@ impl Limits<'_> {
     }
 }
 
-/// Runs a scenario that was resolved for a robot with something of both changed, to its end. Gives `None` where it met its limits.
+/// Runs a resolved scenario with a change of scenario or robot to its end. Returns `None` if it
+/// reached its limits.
 pub(super) fn twin(
     resolved: &Resolved,
     robot: &Robot,
@@ -109,7 +110,8 @@ fn run(
     Ok(Some((summary, path)))
 }
 
-/// How many surfaces a search for contacts looks at: the rollers, and of rollers as modelled their shapes.
+/// The number of surfaces tested in one contact search: the rollers, or all shapes of modelled
+/// rollers.
 fn surfaces(robot: &Robot) -> u64 {
     let rollers = robot.wheels.iter().flat_map(|wheel| &wheel.rollers);
     let of_roller = |roller: &Roller| match &roller.form {

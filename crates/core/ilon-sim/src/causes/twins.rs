@@ -1,4 +1,4 @@
-//! The twins of a run, which go on beside it.
+//! The twins of a run, which run in parallel with it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,10 +15,11 @@ use super::twin::{Limits, TwinOutcome, twin};
 use crate::scenario::{Scenario, Step};
 use crate::simulate::Resolved;
 
-/// A plain run leaves out at most so many causes.
+/// The largest number of causes that a run removes without being asked. Chosen.
 const MOST_NAMED: usize = 8;
-/// A plain run tries remedies where all its twins look at no more surfaces than this, which takes 0.2 to 0.5 s of CPU in a release build. It is counted and not
-/// timed, so that every machine makes the same twins.
+/// A run tries remedies without being asked if all its twins together test no more surfaces than
+/// this, which takes 0.2 to 0.5 s of CPU in a release build. The cost is counted, not timed, so
+/// that every machine makes the same twins.
 const MOST_UNASKED: u64 = 800_000;
 
 /// A run's twins.
@@ -33,30 +34,31 @@ pub(crate) struct Twins {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tries {
     No,
-    /// In runs so short that nobody waits for it.
+    /// Only in runs so short that the remedies cost little.
     IfShort,
     Yes,
 }
 
-/// What the twins of a run came to.
+/// The outcomes of the twins of a run.
 #[must_use]
 #[derive(Default)]
 pub(crate) struct TwinOutcomes {
     came: Vec<TwinOutcome>,
-    /// Whether remedies were not tried because that would have taken too long.
+    /// Whether remedies were left out because they would have taken too long.
     pub is_untried: bool,
 }
 
 impl TwinOutcomes {
-    /// As a trace keeps them, beside the path of the run.
+    /// The outcomes as a trace stores them, compared with the run's path.
     pub fn beside(self, run: &Path) -> Vec<Twin> {
         self.came.into_iter().map(|came| came.beside(run)).collect()
     }
 }
 
 impl Twins {
-    /// Of a scenario that was resolved for a robot: those that leave causes out, and where the scenario says so those at half its step. The header is
-    /// that of its trace; `stands` is where the robot's joints stand as the run begins, in rad or m.
+    /// The twins of a resolved scenario: those without one cause each and, if the scenario asks for
+    /// it, those at half its step. `header` is that of the run's trace; `stands` holds the joint
+    /// positions at the start, in rad or m.
     pub fn of(
         resolved: &Resolved,
         robot: &Robot,
@@ -115,13 +117,14 @@ impl Twins {
         })
     }
 
-    /// Runs the twins beside `work`, which stays in its thread; gives what both came to. Where `work` fails they are stopped.
+    /// Runs the twins in parallel with `work`, which stays in its thread, and returns both results.
+    /// If `work` fails, the twins are stopped.
     ///
-    /// A thread of rayon's has other runs to share the processors with: it runs them after `work`, one after another. Which it is changes no
-    /// bit.
+    /// On a thread of a rayon pool, which has other runs to do, the twins run after `work`, one
+    /// after another. The results are the same to the bit.
     ///
     /// # Errors
-    /// What `work` gives.
+    /// Those of `work`.
     pub fn beside<T, E>(
         &self,
         work: impl FnOnce() -> Result<T, E>,
@@ -153,7 +156,8 @@ impl Twins {
         Ok((worked, self.with_remedies(came, all_came, alone)))
     }
 
-    /// What the twins came to, and what the remedies do that the run at half the step gives reason for, where they are to be tried.
+    /// The outcomes of the twins, and of the remedies that the run at half the step suggests, if
+    /// remedies are to be tried.
     fn with_remedies(
         &self,
         mut came: Vec<TwinOutcome>,
@@ -170,7 +174,7 @@ impl Twins {
         let remedies = half.map_or_else(Vec::new, |(summary, _)| {
             remedies::of(self.resolved.scenario(), summary)
         });
-        // A remedy takes what the run does, and that takes half of what half the step does.
+        // A remedy costs as much as the run, and the run half as much as the twin at half the step.
         let each = came.first().map_or(0, |half| half.effort / 2);
         let effort: u64 = came.iter().map(|twin| twin.effort).sum();
         let is_short = all_came && effort + each * remedies.len() as u64 <= MOST_UNASKED;
@@ -188,7 +192,8 @@ impl Twins {
         TwinOutcomes { came, is_untried }
     }
 
-    /// What each twin may take. Half the step alone is there for remedies, and ends where these would not be tried.
+    /// The limit of each twin's cost. A twin at half the step that exists only for the remedies
+    /// stops where these would not be tried.
     fn most_effort(&self) -> u64 {
         let is_for_remedies = self.changes.len() == 1 && !self.resolved.scenario().run.converge;
         match self.tries {
@@ -197,7 +202,7 @@ impl Twins {
         }
     }
 
-    /// A twin to its end; `None` where it met its limits.
+    /// Runs a twin to its end; `None` if it reached its limits.
     fn twin(&self, (change, null): &(Change, Null), limits: Limits<'_>) -> Option<TwinOutcome> {
         twin(&self.resolved, &self.robot, change.clone(), null, limits)
     }
@@ -216,12 +221,13 @@ fn half_split() -> Null {
     })
 }
 
-/// Other noise.
+/// Another noise seed.
 fn other_seed() -> Null {
     Box::new(|scenario, _| scenario.sensors.seed = scenario.sensors.seed.wrapping_add(1))
 }
 
-/// All that the scenario names left out, the last first: what is left of a list keeps its places.
+/// Removes all causes that the scenario names. The last comes first, so that the indices of the
+/// remaining ones stay valid.
 fn without_all(nulls: Vec<Arc<Null>>) -> Null {
     Box::new(move |scenario, robot| {
         let nulls = nulls.iter().rev();
@@ -229,7 +235,7 @@ fn without_all(nulls: Vec<Arc<Null>>) -> Null {
     })
 }
 
-/// Whether a seed makes a difference.
+/// Whether the noise seed has an effect.
 fn is_noisy(scenario: &Scenario) -> bool {
     let sensors = &scenario.sensors;
     let pose = &sensors.pose;

@@ -1,4 +1,4 @@
-//! Holds a run against the scenario's `[expect]`, and against a baseline.
+//! Compares a run with the scenario's `[expect]`, and with a baseline.
 
 mod signals;
 mod verdict;
@@ -12,17 +12,17 @@ use ilon_trace::{Rows, Summary, quantities};
 use crate::Run;
 use crate::scenario::Expect;
 
-/// Holds a run against its own `[expect]`: first the quantities of the summary by name, then the signals in the order of
-/// the file.
+/// Compares a run with its own `[expect]`: first the quantities of the summary by name, then the
+/// signals in the order of the file.
 pub fn judge(run: &Run) -> Vec<Verdict> {
     let Ok(verdicts) = judge_rows(run);
     verdicts
 }
 
-/// Like [`judge`], of a run whose rows need not lie in memory.
+/// Like [`judge`], for a run whose rows need not be in memory.
 ///
 /// # Errors
-/// Where the rows cannot be read.
+/// If the rows cannot be read.
 pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
     let expect = &run.scenario.expect;
     let mut verdicts = judge_summary(expect, &run.summary);
@@ -30,7 +30,7 @@ pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
     Ok(verdicts)
 }
 
-/// Holds the figures of a run against bounds, in the order of their names.
+/// Compares the figures of a run with bounds, in alphabetical order.
 fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
     expect
         .bounds

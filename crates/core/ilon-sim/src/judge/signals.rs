@@ -6,16 +6,17 @@ use super::verdict::Verdict;
 use crate::Error;
 use crate::scenario::{Bound, Must, SignalBound, TIME_SLACK_S, nearest};
 
-/// Signals that follow from recorded ones: distance from the desired position, and magnitude of the heading error.
+/// Signals derived from recorded ones: distance from the desired position, and magnitude of the
+/// heading error.
 const DERIVED: [&str; 2] = ["position_error_m", "heading_error_rad"];
 
-/// What stands in a name for every wheel.
+/// The part of a signal's name that stands for every wheel.
 const EVERY_WHEEL: &str = "wheel*_";
 
-/// Makes sure that all signals are recorded of such a run.
+/// Checks that a run records all these signals.
 ///
 /// # Errors
-/// [`Error::Invalid`] with the nearest name that is; never with that of another wheel.
+/// [`Error::Invalid`] with the most similar recorded name, never that of another wheel.
 pub fn check_names<'a>(
     names: impl IntoIterator<Item = &'a str>,
     header: &Header,
@@ -55,7 +56,7 @@ pub fn check_names<'a>(
     Ok(())
 }
 
-/// How signals are named.
+/// Describes how signals are named.
 fn of_wheels(header: &Header) -> String {
     let names = header.wheels.iter().enumerate();
     let names: Vec<String> = names
@@ -68,7 +69,7 @@ fn of_wheels(header: &Header) -> String {
     )
 }
 
-/// Holds a run against bounds; of a bound on every wheel the worst wheel counts.
+/// Compares a run with bounds; a bound on every wheel is judged by the worst wheel.
 pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Verdict>, R::Error> {
     if bounds.is_empty() {
         return Ok(Vec::new());
@@ -93,17 +94,17 @@ pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Ver
     Ok(verdicts.collect())
 }
 
-/// A bound on one signal, and the instant that counts of those that have been seen.
+/// A bound on one signal, and the decisive instant among those seen so far.
 struct Watch<'b> {
     bound: &'b SignalBound,
     limits: Bound,
     name: String,
-    /// Its time, in seconds, and the value there.
+    /// The decisive time in seconds, and the value there.
     counts: Option<(f64, f64)>,
 }
 
 impl<'b> Watch<'b> {
-    /// One on the signal that the bound names, or on that of each wheel.
+    /// One watch on the signal that the bound names, or one for each wheel.
     fn of_each_signal(bound: &'b SignalBound, header: &Header) -> Vec<Self> {
         let on = |name: String| Self {
             bound,
@@ -120,7 +121,7 @@ impl<'b> Watch<'b> {
             .collect()
     }
 
-    /// Looks at more rows.
+    /// Takes in further rows.
     fn add(&mut self, chunk: &Trace) {
         let times_s = chunk.records().iter().map(|record| record.t_s);
         for (t_s, value) in times_s.zip(values(chunk, &self.name)) {
@@ -150,7 +151,7 @@ impl<'b> Watch<'b> {
         }
     }
 
-    /// Whether a value counts more than those before it. Of equally good or bad instants the first counts.
+    /// Whether a value is more decisive than those before it. Among equal ones the first counts.
     fn outweighs(&self, value: f64) -> bool {
         let Some((_, before)) = self.counts else {
             return true;
@@ -158,14 +159,14 @@ impl<'b> Watch<'b> {
         let breach = self.limits.breach(value);
         let order = breach.total_cmp(&self.limits.breach(before));
         match (self.bound.must, self.bound.until_s) {
-            // Without a time to settle by, being there at the end is what counts.
+            // Without a settling time the last value decides.
             (Must::Settle, None) => true,
             (Must::Always | Must::Settle, _) => order.is_gt(),
             (Must::Eventually, _) => order.is_lt(),
         }
     }
 
-    /// The verdict, and how far the signal was beyond the bound where it counts.
+    /// The verdict, and the breach at the decisive instant.
     fn verdict(self) -> (Verdict, f64) {
         let breach = match self.counts {
             Some((_, value)) => self.limits.breach(value),
@@ -205,7 +206,7 @@ fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bo
     }
 }
 
-/// The values of a signal, recorded or derived; `None` where there is none.
+/// The values of a signal, recorded or derived; `None` in rows without a value.
 fn values(trace: &Trace, name: &str) -> Vec<Option<f64>> {
     let derived = |of: fn((f64, f64)) -> f64| {
         let errors = trace.records().iter();
@@ -226,7 +227,8 @@ mod tests {
 
     use super::*;
 
-    /// Ten records a tenth of a second apart: x falls from 9 to 0, wheel 1 turns twice as fast as wheel 0.
+    /// Ten records a tenth of a second apart: x falls from 9 to 0, wheel 1 turns twice as fast as
+    /// wheel 0.
     fn falling() -> Trace {
         let header = Header {
             wheels: vec![WheelHeader::default(); 2],
@@ -304,7 +306,7 @@ mod tests {
         assert!(verdict(text).held);
         let missed = verdict(&format!("{text}until_s = 0.4"));
         assert!(!missed.held);
-        // The nearest that it came: 5 at 0.4 s.
+        // The nearest approach: 5 at 0.4 s.
         assert_eq!((missed.measured, missed.at_s), (Some(5.0), Some(0.4)));
         assert!(verdict(&format!("{text}until_s = 0.5")).held);
     }

@@ -1,22 +1,22 @@
-//! What came of one expectation, in words.
+//! The verdict on one expectation, as text.
 
 use ilon_trace::{number, quantities, to_microseconds};
 
-/// What came of one expectation.
+/// The verdict on one expectation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Verdict {
     /// The quantity's dotted name.
     pub quantity: String,
-    /// The bound in words, such as `<= 0.01`.
+    /// The bound as text, such as `<= 0.01`.
     pub bound: String,
-    /// What was measured, of a signal where it was worst; `None` where it does not apply to this run.
+    /// The measured value, of a signal at its worst; `None` if it does not apply to this run.
     pub measured: Option<f64>,
-    /// When a signal was worst, in seconds; `None` of a quantity of the whole run.
+    /// Time of the worst value of a signal, in seconds; `None` for a quantity of the whole run.
     pub at_s: Option<f64>,
-    /// How far it was beyond the limit that it broke, as a share of that limit; `None` where it held, and of a limit of zero.
+    /// Breach as a share of the broken limit; `None` if the bound held, or the limit is zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_beyond: Option<f64>,
-    /// Whether it held.
+    /// Whether the bound held.
     pub held: bool,
 }
 
@@ -55,7 +55,7 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-/// A value with six digits; with all of them, where so few would be those of its bound.
+/// A value with six digits, or with all digits if six would look equal to the bound.
 fn readable(value: f64, bound: &str) -> String {
     let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
     let rounded = number(rounded);

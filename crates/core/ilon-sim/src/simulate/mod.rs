@@ -1,4 +1,4 @@
-//! Runs: a plant, what drives it, and what records it, from the beginning to the figures.
+//! Runs: a plant, its driver and its recorder, from the start to the figures.
 
 mod remarks;
 mod run;

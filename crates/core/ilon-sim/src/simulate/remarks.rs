@@ -1,4 +1,4 @@
-//! What a person should know of a run that is over, or of a robot that has come to rest at its start.
+//! Warnings about a finished run, or about a robot that has settled at its start.
 
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
@@ -6,20 +6,22 @@ use ilon_trace::quantities::{self, Measure};
 use ilon_trace::{Convergence, Quantity, Summary, Twin};
 use ilon_world::{FreeBodyId, World};
 
-/// A contact that misses its law by more than this, in m/s, is no rigid contact any more.
+/// Above this residual of the contact law, in m/s, a contact is no longer rigid. Chosen.
 const WORST_RESIDUAL_M_S: f64 = 1e-3;
 
-/// Energy that is missing from the balance, or too much in it, beyond this share of what was turned over means that something was not
-/// resolved by the step. So does a loss that falls below zero by as much.
+/// An energy that the balance does not explain, beyond this share of the energy turned over, means
+/// that the step did not resolve something. So does a loss below zero by this share. Chosen.
 const WORST_UNEXPLAINED: f64 = 0.01;
 
-/// Wheels whose rates are off by this share of the fastest that is asked for do not just lag: their loops swing, where they cannot settle.
+/// Wheels whose rates are off by this share of the fastest target do not merely lag: their loops
+/// oscillate, if these are unstable. Chosen.
 const SWINGING: f64 = 0.05;
 
-/// A wheel that is in the air for more than this part of the run does not carry the robot.
+/// A wheel in the air for more than this share of the run does not carry the robot. Chosen.
 const MOST_AIRBORNE: f64 = 0.5;
 
-/// Of how far the joints between bodies have moved from zero where the robot stands at the start: what its springs give way by.
+/// Remarks how far the joints between bodies are from zero at the start: the deflection of the
+/// robot's springs.
 pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
     let place = |(joint, position): (&BodyJoint, &f64)| match joint.kind {
         JointKind::Turns => format!("`{}` at {position:.4} rad", joint.name),
@@ -36,7 +38,7 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
 
 /// Of free bodies that were too heavy for what they lay on.
 pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
-    /// What is pressed deeper than this, in wheel radii, was carried by nothing.
+    /// A body pressed deeper than this, in wheel radii, was not supported. Chosen.
     const DEEP: f64 = 0.1;
     let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
     let deep_m = DEEP * radii_m.fold(f64::INFINITY, f64::min);
@@ -54,7 +56,7 @@ pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
     world.free_bodies().iter().filter_map(remark).collect()
 }
 
-/// Of what came of the run.
+/// Remarks on the figures of a run.
 pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     let mut remarks = Vec::new();
     if let (true, Some(off_rad_s), Some(most_rad_s)) = (
@@ -82,7 +84,8 @@ pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     remarks
 }
 
-/// Of wheels that were in the air for most of the run: of one or two that do not carry the robot, or of so many that it hops.
+/// Remarks wheels in the air for most of the run: one or two that do not carry the robot, or so
+/// many that it hops.
 fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
     let wheels = summary.wheels.iter();
     let aloft = wheels.filter_map(|wheel| {
@@ -90,7 +93,7 @@ fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
         Some(format!("`{}` for {:.0} %", wheel.name, 100.0 * share))
     });
     let aloft: Vec<String> = aloft.collect();
-    // Two wheels or fewer carry nothing: the others carry the robot in turn.
+    // Two wheels or fewer cannot carry the robot, so it stands on others in turn.
     let hops = aloft.len() + 2 > summary.wheels.len();
     let what = match (aloft.len(), hops) {
         (0, _) => return None,
@@ -104,7 +107,7 @@ fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
     ))
 }
 
-/// Of energies that do not add up, and of losses that gave energy.
+/// Remarks energies that do not balance, and losses that added energy.
 fn of_energy(energy: &Energy) -> Vec<String> {
     const REMEDY: &str = "the step does not resolve what happened, or the wheel loops are stiffer than can be computed with; shorten \
                           `run.physics_dt_s` or lower `wheel_loop.bandwidth_rad_s`";
@@ -149,8 +152,9 @@ fn of_energy(energy: &Energy) -> Vec<String> {
     remarks
 }
 
-/// Of figures that move at half the step by more than their stated accuracy, and of a run that could not be repeated at it. Where nobody asked, only of
-/// where the robot goes.
+/// Remarks figures that change at half the step by more than their stated accuracy, and a run that
+/// could not be repeated at half the step. If this was not requested, only figures of the robot's
+/// path count.
 pub fn of_convergence(converge: &Convergence, twins: &[Twin], was_asked: bool) -> Vec<String> {
     let halves = twins.iter().filter(|twin| twin.change.is_noise());
     let failed = halves.filter_map(|twin| twin.error.as_ref());
@@ -207,7 +211,7 @@ mod tests {
         for wheel in &mut summary.wheels {
             wheel.lost_contact = Some(0.6);
         }
-        // None of them carries the robot all the time, and together they do.
+        // No wheel carries the robot all the time, but together they do.
         let [hops] = &of_summary(&summary, false)[..] else {
             panic!("one remark for all");
         };
@@ -224,7 +228,8 @@ mod tests {
         assert!(of_summary(&summary, false)[0].contains("-6900.0 %"));
     }
 
-    /// A loss below zero by a hundredth of what the motors put in is no rounding, nor is sliding that took more than there was.
+    /// A loss below zero by a hundredth of the motors' work is not rounding, nor is sliding that
+    /// took more energy than there was.
     #[test]
     fn losses_that_give_and_sliding_that_takes_more_than_there_is_are_remarked() {
         let remarks = |slip_j: f64, bearing_j: f64, impact_j: f64| {

@@ -1,23 +1,24 @@
-//! A finished run, and how far one is.
+//! A finished run, and the progress of an unfinished one.
 
 use ilon_trace::{Summary, Trace};
 
 use crate::scenario::Scenario;
 
-/// A finished run, with its trace in memory or, of a run of any length, as it was [`Recorded`](ilon_trace::Recorded).
+/// A finished run. Its trace is in memory, or, for a run of any length,
+/// [`Recorded`](ilon_trace::Recorded).
 #[derive(Clone, Debug)]
 pub struct Run<T = Trace> {
-    /// The scenario as it was run: every default and everything chosen by the program spelled out.
+    /// The scenario as it was run, with every default and every choice of the program written out.
     pub scenario: Scenario,
     /// What was recorded.
     pub trace: T,
     /// The figures of the run.
     pub summary: Summary,
-    /// What a person should know about the input, although it could be run.
+    /// Warnings about the input, although it could be run.
     pub warnings: Vec<String>,
 }
 
-/// How far a run is.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {

@@ -1,4 +1,4 @@
-//! A run under way.
+//! A run in progress.
 
 use std::convert::Infallible;
 
@@ -25,28 +25,28 @@ use ilon_scenario::robot::load;
 /// Runs a scenario.
 ///
 /// # Errors
-/// Where the robot cannot be read, or the scenario asks for something that cannot be.
+/// If the robot cannot be read, or the scenario is impossible.
 pub fn run(scenario: &Scenario) -> Result<Run, Error> {
     Ok(Simulation::new(scenario)?.run())
 }
 
-/// Why a run under a controller from outside has no figures at half its step.
+/// Why a run under a caller's controller has no figures at half its step.
 const NOT_REPEATED: &str = "`run.converge` has no effect under a controller of your own: it cannot be started again from the beginning";
 
-/// A run under way: what is simulated, step by step.
+/// A run in progress, advanced step by step.
 pub struct Simulation {
     run: RunLoop,
-    /// The same run with one thing changed, which goes on beside it.
+    /// The same run with one thing changed each, run in parallel.
     twins: Option<Twins>,
-    /// Whether it was too long to try remedies unasked.
+    /// Whether remedies were left out because the run is too long.
     is_untried: bool,
-    /// Whether a controller from outside drives it.
+    /// Whether a caller's controller drives it.
     is_foreign: bool,
     warnings: Vec<String>,
 }
 
 impl Simulation {
-    /// Puts the scenario's robot into its world, at rest.
+    /// Places the scenario's robot in its world, at rest.
     ///
     /// # Errors
     /// Like [`run`].
@@ -61,10 +61,10 @@ impl Simulation {
         )
     }
 
-    /// Puts a robot into the scenario's world, whatever file the scenario names.
+    /// Places `robot` in the scenario's world, regardless of the file that the scenario names.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be.
+    /// If the scenario is impossible.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         Self::of(
             &resolve(scenario, robot)?,
@@ -74,15 +74,16 @@ impl Simulation {
         )
     }
 
-    /// Puts a robot that [`load_file`](super::load_file) read before, for this scenario or one like it, into the scenario's world.
+    /// Places a robot that [`load_file`](super::load_file) read before, for this scenario or a
+    /// similar one, in the scenario's world.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be.
+    /// If the scenario is impossible.
     pub fn with_loaded(scenario: &Scenario, loaded: &Loaded) -> Result<Self, Error> {
         let mut robot = loaded.robot.clone();
         scenario.motors.apply(&mut robot);
         scenario.rollers.apply(&mut robot)?;
-        // One of many runs is not looked at: meshes that nobody sees are not read.
+        // One of many runs is not drawn, so visual meshes are not read.
         Self::of(
             &resolve(scenario, &robot)?,
             &robot,
@@ -91,8 +92,9 @@ impl Simulation {
         )
     }
 
-    /// Puts the scenario's robot into its world under a controller of one's own, in place of the guidance. The
-    /// scenario's `[reference]` tells that controller what is desired, and the summary what to measure against.
+    /// Places the scenario's robot in its world under the caller's controller instead of the
+    /// guidance. The scenario's `[reference]` gives that controller the desired motion, and the
+    /// summary the motion to measure against.
     ///
     /// # Errors
     /// Like [`run`].
@@ -106,10 +108,11 @@ impl Simulation {
         Self::of(&resolved, &loaded.robot, seen, Some(Box::new(controller)))
     }
 
-    /// Puts a robot into the scenario's world under a controller of one's own, whatever file the scenario names.
+    /// Places `robot` in the scenario's world under the caller's controller, regardless of the file
+    /// that the scenario names.
     ///
     /// # Errors
-    /// Where the scenario asks for something that cannot be.
+    /// If the scenario is impossible.
     pub fn with_robot_and_controller(
         scenario: &Scenario,
         robot: &Robot,
@@ -124,8 +127,8 @@ impl Simulation {
         )
     }
 
-    /// Puts the scenario's robot into its world, at rest, for a person to [`steer`](Self::steer). What the scenario asks of the robot does not
-    /// count, nor what it expects.
+    /// Places the scenario's robot in its world, at rest, for a person to [`steer`](Self::steer).
+    /// The scenario's motion and expectations are ignored.
     ///
     /// # Errors
     /// Like [`run`].
@@ -138,7 +141,7 @@ impl Simulation {
                 .filter(|playback| playback.drives == scenario::Drives::Joints),
             twist: Some(scenario::Twist::default()),
             expect: scenario::Expect::default(),
-            // Nobody steers twice in the same way.
+            // A steered run cannot be repeated.
             run: scenario::Run {
                 converge: false,
                 ..scenario.run.clone()
@@ -147,20 +150,20 @@ impl Simulation {
         };
         let loaded = load(&scenario)?;
         let seen = Appearance::of(&loaded);
-        // Nobody knows how fast the wheels will be asked to turn.
+        // The wheel rates that will be commanded are unknown.
         let resolved = resolve_for(&scenario, &loaded.robot, Driver::Own)?;
         let mut steered = Self::of(&resolved, &loaded.robot, seen, None)?;
         steered.steer(Twist::default());
         Ok(steered)
     }
 
-    /// Asks a [`steered`](Self::steered) robot for a twist of its body's origin, in the body frame, from the next control period on. It becomes wheel
-    /// rates as that of `[twist]` does.
+    /// Commands a twist of a [`steered`](Self::steered) robot: of its body's origin, in the body
+    /// frame, from the next control period on. It is converted to wheel rates like a `[twist]`.
     pub fn steer(&mut self, twist_in_body: Twist) {
         self.run.pilot.steer(twist_in_body);
     }
 
-    /// A plant, what drives it, and what records it.
+    /// Combines a plant, its driver and its recorder.
     fn of(
         resolved: &Resolved,
         robot: &Robot,
@@ -192,8 +195,9 @@ impl Simulation {
         Ok(simulation.explaining(Causes::None))
     }
 
-    /// Leaves causes out of the run, one after the other, in twins that go on beside it: what each does is in the summary's `effects`, and in the
-    /// header of the trace. A run under a caller's controller has no twins: the controller cannot be started again.
+    /// Removes causes from the run, one at a time, in twins that run in parallel. The effects are
+    /// in the summary's `effects` and in the trace's header. A run under a caller's controller has
+    /// no twins, because that controller cannot be restarted.
     pub fn explaining(mut self, causes: Causes) -> Self {
         if !self.is_foreign {
             let (resolved, robot) = (self.run.plant.resolved(), self.run.plant.robot());
@@ -213,7 +217,7 @@ impl Simulation {
         self.run.plant.clock().is_over()
     }
 
-    /// How far the run is.
+    /// The progress of the run.
     pub fn progress(&self) -> Progress {
         Progress {
             time_s: self.run.plant.clock().time_s(),
@@ -221,27 +225,27 @@ impl Simulation {
         }
     }
 
-    /// What was recorded so far, of a run that keeps it in memory.
+    /// The trace so far, if the run keeps it in memory.
     pub fn trace(&self) -> &Trace {
         self.run.recorder.trace()
     }
 
-    /// The scenario as it is run: every default and everything chosen by the program spelled out.
+    /// The scenario as it is run, with every default and every choice of the program written out.
     pub fn scenario(&self) -> &Scenario {
         self.run.plant.resolved().scenario()
     }
 
-    /// What is simulated, apart from what drives it.
+    /// The simulated plant, without its driver.
     pub fn plant(&self) -> &Plant {
         &self.run.plant
     }
 
-    /// The world as it is now.
+    /// The current state of the world.
     pub fn world(&self) -> &World {
         self.run.plant.world()
     }
 
-    /// What a person should know about the input, although it can be run.
+    /// Warnings about the input, although it can be run.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -251,7 +255,7 @@ impl Simulation {
         self.run_observed(|_| ())
     }
 
-    /// Runs to the end and tells of its progress once a control period.
+    /// Runs to the end and reports progress once a control period.
     pub fn run_observed(self, mut observe: impl FnMut(Progress)) -> Run {
         let watched = self.run_watched(|simulation| {
             observe(simulation.progress());
@@ -263,10 +267,11 @@ impl Simulation {
         }
     }
 
-    /// Runs to the end and shows itself once a control period; ends early where it is told so.
+    /// Runs to the end and passes itself to `watch` once a control period; an error of `watch` ends
+    /// the run.
     ///
     /// # Errors
-    /// What `watch` gives, as soon as it does.
+    /// The first error of `watch`.
     pub fn run_watched<E>(
         mut self,
         mut watch: impl FnMut(&Self) -> Result<(), E>,
@@ -278,11 +283,12 @@ impl Simulation {
         Ok(self.finish(trace, summary, cpu_s))
     }
 
-    /// Runs to the end into a recording, so that memory does not grow with the length of the run; shows itself and the
-    /// recording once a control period, and ends early where it is told so.
+    /// Runs to the end into a recording, so that memory does not grow with the length of the run.
+    /// Passes itself and the recording to `watch` once a control period; an error of `watch` ends
+    /// the run.
     ///
     /// # Errors
-    /// What `watch` gives, as soon as it does, and [`TraceError`] where the recording cannot be written.
+    /// The first error of `watch`, and [`TraceError`] if the recording cannot be written.
     pub fn run_recorded<E: From<TraceError>>(
         self,
         recording: Recording,
@@ -291,10 +297,10 @@ impl Simulation {
         self.run_recorded_beside(recording, &mut [], watch)
     }
 
-    /// Like [`Simulation::run_recorded`]; the rows go into other sinks too.
+    /// Like [`Simulation::run_recorded`]; the rows also go to other sinks.
     ///
     /// # Errors
-    /// Like [`Simulation::run_recorded`], and what a sink gives.
+    /// Like [`Simulation::run_recorded`], and those of a sink.
     pub fn run_recorded_beside<E: From<TraceError>>(
         mut self,
         mut recording: Recording,
@@ -315,7 +321,8 @@ impl Simulation {
         Ok(self.finish(recorded, summary, cpu_s))
     }
 
-    /// Steps until the run is done, beside its twins where there are some; gives what these came to too.
+    /// Steps until the run is done, in parallel with its twins if it has any; returns the twins'
+    /// outcomes too.
     fn drive_beside_twins<E>(
         &mut self,
         watch: impl FnMut(&mut Self) -> Result<(), E>,
@@ -331,7 +338,7 @@ impl Simulation {
         Ok((cpu_s, came.beside(&path)))
     }
 
-    /// Steps until the run is done; gives the CPU time that it took, in seconds, if the system tells.
+    /// Steps until the run is done; returns its CPU time in seconds, if the system reports it.
     fn drive_to_the_end<E>(
         &mut self,
         path: &mut Path,

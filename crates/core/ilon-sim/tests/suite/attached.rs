@@ -1,4 +1,5 @@
-//! What another simulator moves, and ground that leans as it says: the robot meets both as if they were its own.
+//! Bodies moved by another simulator, and ground tilted by the program: the robot feels both like
+//! its own.
 
 use std::path::Path;
 
@@ -15,8 +16,8 @@ fn plant(further: &str) -> Plant {
         .expect("it stands")
 }
 
-/// Gives a plant what a point mass puts on it that another simulator holds at a place of its body: W_0 = m (g - w x (w x r)) there, and
-/// A = m [1, -r x; r x, -r x r x].
+/// Gives a plant the wrench and inertia of a point mass that another simulator holds at a point of
+/// its body: W_0 = m (g - w x (w x r)) there, and A = m [1, -r x; r x, -r x r x].
 fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
     let body = plant.world().robot().state();
     let r = body.world_from_body * Vector3::from(place_m);
@@ -39,11 +40,13 @@ fn attach(plant: &mut Plant, mass_kg: f64, place_m: [f64; 3]) {
         .expect("a wrench");
 }
 
-/// How far a mass attached from outside leads from one that is carried, in metres, after it was driven along a curve for 0.4 s; and what energy
-/// of the mass the plant did not count as gone outside, in J, with how much there is.
+/// The distance in metres between a robot with an external mass and one with a payload, after a
+/// curve of 0.4 s; and the energy of the mass that the plant did not count as external, in J, with
+/// its total.
 fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     let place_m = [0.08, -0.05, 0.2];
-    // A payload takes the robot's centre of mass away from the origin, which then goes round it.
+    // A payload moves the robot's centre of mass away from the origin, which then rotates around
+    // it.
     let further = format!(
         "run.physics_dt_s = {dt_s}\n[[faults]]\npayload = {{ mass_kg = 4, x_m = -0.12, y_m = 0.08 }}\n"
     );
@@ -57,7 +60,7 @@ fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
                 + body.angular_in_body_rad_s.cross(&Vector3::from(place_m)));
         mass_kg * (0.5 * v.norm_squared() + 9.81 * (body.height_m + r.z))
     };
-    // The payload of the scenario is put on, from outside.
+    // The payload of the scenario is added externally.
     attach(&mut bears, mass_kg, place_m);
     for plant in [&mut carries, &mut bears] {
         let stands = plant.advance(WheelCommand::Rates(&[0.0; 4]), dt_s);
@@ -81,8 +84,9 @@ fn apart(mass_kg: f64, dt_s: f64) -> (f64, f64, f64) {
     (off_m, missing_j, energy_j(&bears) - start_j)
 }
 
-/// Masses of a twelfth of the robot's and of ten times that. What differs is that the other simulator says A and W_0 of the beginning of a step,
-/// where a payload turns with the body within it: an error of first order in the step, so half the step halves it.
+/// Masses of a twelfth of the robot's and of ten times that. The difference: the other simulator
+/// gives A and W_0 at the beginning of a step, while a payload rotates with the body within it.
+/// This error is of first order in the step, so half the step halves it.
 #[test]
 fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     for mass_kg in [1.0, 120.0] {
@@ -101,7 +105,8 @@ fn a_mass_that_another_simulator_moves_is_felt_as_one_that_is_carried() {
     }
 }
 
-/// A payload moves the robot's centre of mass, and with it what is attached from there: which of both came first changes nothing.
+/// A payload moves the robot's centre of mass, and with it the reference of an external mass: the
+/// order of the two does not matter.
 #[test]
 fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
     let place_m = [0.08, -0.05, 0.2];
@@ -112,7 +117,7 @@ fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
                 true => plant.carry_at(3.0, Some([-0.1, 0.07, 0.1])).unwrap(),
                 false => attach(&mut plant, 5.0, place_m),
             }
-            // A payload is put on when a step begins.
+            // A payload is added when a step begins.
             plant.advance(WheelCommand::Rates(&[0.0; 4]), 0.01).unwrap();
         }
         for _ in 0..30 {
@@ -124,7 +129,7 @@ fn a_payload_moves_the_centre_from_which_what_is_attached_counts() {
     let off_m = (one.x_m - other.x_m).hypot(one.y_m - other.y_m);
     let turned_rad = (one.heading_rad - other.heading_rad).abs();
     assert!(one.x_m.hypot(one.y_m) > 0.05, "it moves: {one:?}");
-    // What came first has made the robot sink by micrometres for 10 ms.
+    // The first of the two has made the robot sink by micrometres for 10 ms.
     assert!(off_m < 1e-5 && turned_rad < 1e-5, "{off_m} {turned_rad}");
 }
 
@@ -148,7 +153,7 @@ fn what_is_no_inertia_is_refused_and_nothing_ends_what_was() {
         let refused = plant.set_articulated_inertia(&bad).unwrap_err();
         assert!(refused.to_string().contains("no articulated inertia"));
     }
-    // A reset ends it: the robot falls back to what it does without.
+    // A reset ends it: the robot behaves as without.
     let start = plant.resolved().start();
     let mut moved = Vec::new();
     for _ in 0..2 {
@@ -188,7 +193,7 @@ fn ground_leans_as_it_is_set() {
     }
 }
 
-/// Where rapier's own solver moves the robot, what it would leave undone is refused.
+/// If rapier's own solver moves the robot, unsupported features are refused.
 #[test]
 fn rapiers_solver_refuses_what_it_does_not_do() {
     let mut plant = plant("world.solver.contacts = \"rapier\"");

@@ -1,5 +1,5 @@
-//! A controller that takes its robot for another: the robot moves as its wheels turn it, dead reckoning goes by what is believed, and the difference is
-//! neither the wheels' nor the floor's.
+//! A controller that believes in another robot: the real robot moves by its real wheels, dead
+//! reckoning uses the believed robot, and the difference is attributed to neither wheels nor floor.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ fn driven(robot: &str, motion: &str, belief: &str) -> Run {
     run(&scenario(robot, motion, belief).expect("a scenario")).expect("it runs")
 }
 
-/// A twist in open loop, of which means are taken from 1 s on.
+/// An open-loop twist, with means from 1 s on.
 fn twist(vx_m_s: f64, vy_m_s: f64, omega_rad_s: f64) -> String {
     format!(
         "twist = {{ vx_m_s = {vx_m_s}, vy_m_s = {vy_m_s}, omega_rad_s = {omega_rad_s}, rest_s = 0.0, ramp_s = 0.5, settle_s = 0.5 }}"
@@ -35,7 +35,8 @@ const AHEAD: [f64; 3] = [0.3, 0.0, 0.0];
 const LEFT: [f64; 3] = [0.0, 0.31, 0.0];
 const TURNING: [f64; 3] = [0.0, 0.0, 0.9];
 
-/// What the real robot's kinematics make of the wheels' targets at the end of a run, which is exact.
+/// The twist of the wheels' targets at the end of a run by the real robot's kinematics, which is
+/// exact.
 fn of_targets(run: &Run) -> [f64; 3] {
     numbers(run.trace.records().last().expect("rows").twist_target_ideal)
 }
@@ -50,7 +51,8 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], within: f64, what: &str) {
     assert!(off <= within, "{what}: {found:?} in place of {expected:?}");
 }
 
-/// The terms of the budget add up to what is missing of the motion asked for, to the rounding of thousands of sums of numbers below 1.
+/// The terms of the budget add up to the missing motion, to the rounding of thousands of sums of
+/// numbers below 1.
 fn assert_adds_up(run: &Run, what: &str) {
     let ledger = &run.summary.ledger;
     let sum = |of: fn(&ilon_trace::ledger::Integral) -> f64| -> f64 {
@@ -65,14 +67,15 @@ fn assert_adds_up(run: &Run, what: &str) {
     }
 }
 
-/// Beliefs about mecanum wheels at (+-0.15, +-0.16) m of 50 mm and 45 deg, in the order front left, front right, rear left, rear right. By the textbook
-/// each turns at w = (vx -+ vy -+ 0.31 omega) / 0.05, and the rates w move the robot by
-/// 0.05 / 4 [sum, -fl + fr + rl - rr, (-fl + fr - rl + rr) / 0.31].
+/// Beliefs about mecanum wheels at (+-0.15, +-0.16) m of 50 mm and 45 deg, in the order front left,
+/// front right, rear left, rear right. By the textbook each turns at w = (vx -+ vy -+ 0.31 omega) /
+/// 0.05, and the rates w move the robot by 0.05 / 4
+/// [sum, -fl + fr + rl - rr, (-fl + fr - rl + rr) / 0.31].
 #[test]
 fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let one = "controller.robot.wheels.front_left";
     for (asked, belief, expected) in [
-        // Larger wheels are turned less.
+        // Larger wheels turn less.
         (
             AHEAD,
             "controller.robot.wheel_radius_m = 0.0515".to_owned(),
@@ -88,7 +91,7 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             "controller.robot.wheel_radius_m = 0.0515".to_owned(),
             [0.0, 0.0, 0.9 / 1.03],
         ),
-        // A longer lever is turned more.
+        // A longer lever turns them more.
         (
             TURNING,
             "controller.robot.lever_m = 0.341".to_owned(),
@@ -107,7 +110,8 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             format!("{one}.reversed = true"),
             [0.3 * 2.0 / 4.0, 0.3 * 2.0 / 4.0, 0.3 * 2.0 / 4.0 / 0.31],
         ),
-        // To the left is (-1, 1, 1, -1), and becomes (1, -1, 1, -1): the robot turns to the right by 1 rad for 0.31 m.
+        // To the left is (-1, 1, 1, -1), and becomes (1, -1, 1, -1): the robot turns to the right
+        // by 1 rad for 0.31 m.
         (
             LEFT,
             format!(
@@ -115,7 +119,8 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             ),
             [0.0, 0.0, -1.0],
         ),
-        // Rollers at 40 deg need tan(40 deg) of the rate to the left, and those of the other hand turn the other way.
+        // Rollers at 40 deg need tan(40 deg) of the rate to the left, and those of the other
+        // handedness turn the other way.
         (
             LEFT,
             "controller.robot.gamma_deg = 40".to_owned(),
@@ -132,13 +137,13 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
             let [ahead, left, turn] = [rate + 1.0, 3.0 - rate, -1.0 - rate];
             [0.31 * ahead / 4.0, 0.31 * left / 4.0, turn / 4.0]
         }),
-        // To turn about (0.1, 0) m the origin goes to the right by 0.1 m a rad.
+        // For a rotation about (0.1, 0) m the origin moves to the right by 0.1 m per rad.
         (
             TURNING,
             "controller.robot.origin_x_m = 0.1".to_owned(),
             [0.0, -0.09, 0.9],
         ),
-        // Ahead is where it takes the front to be.
+        // It moves towards its believed front.
         (
             AHEAD,
             "controller.robot.origin_heading_deg = 90".to_owned(),
@@ -149,7 +154,8 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
         let found = driven(MECANUM, &twist(vx, vy, omega), &belief);
         assert_near(of_targets(&found), expected, 1e-12, &belief);
         assert_adds_up(&found, &belief);
-        // What the wheels did differs from their targets by no more than the loops' error, 0.1 %; to the left by the rollers' 2 % besides.
+        // The wheels follow their targets to the loops' error, 0.1 %; to the left the rollers add 2
+        // %.
         let wheels = numbers(found.summary.twist_ideal_mean.expect("means"));
         assert_near(wheels, expected, 2e-3, &belief);
         let budget = &found.summary.ledger;
@@ -163,7 +169,7 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
         );
         let of_wheels = budget.servo.path_m + 0.31 * budget.servo.turned_rad;
         assert!(of_wheels < 0.01, "{belief}: {of_wheels}");
-        // It takes itself to have done what it was asked.
+        // Its own estimate is the commanded pose.
         let end = found.trace.records().last().expect("rows");
         let turned = (asked[2] != 0.0).then_some(end.odometry_ideal.heading_rad);
         let went = turned.unwrap_or_else(|| end.odometry_ideal.position_m().norm());
@@ -173,7 +179,8 @@ fn mecanum_wheels_turn_the_real_robot_and_not_the_believed_one() {
     }
 }
 
-/// The map from twists to rates of three omni wheels, worked out here: a wheel at (x, y) whose axis points to theta rolls along theta - 90 deg.
+/// The map from twists to rates of three omni wheels, computed independently: a wheel at (x, y)
+/// whose axis points to theta rolls along theta - 90 deg.
 fn omni(wheels: [(f64, f64, f64, f64); 3]) -> Matrix3<f64> {
     Matrix3::from_rows(&wheels.map(|(x_m, y_m, theta_deg, radius_m)| {
         let along = f64::to_radians(theta_deg - 90.0);
@@ -189,7 +196,8 @@ const VOLKSBOT: [(f64, f64, f64, f64); 3] = [
     (-0.125, -RING, 240.0, 0.05),
 ];
 
-/// Three wheels can turn at any rates: the robot moves by A^-1 B v, with A the map of the real wheels and B that of the believed ones.
+/// Three wheels can turn at any rates: the robot moves by A^-1 B v, with A the map of the real
+/// wheels and B that of the believed ones.
 #[test]
 fn omni_wheels_move_the_robot_by_the_quotient_of_both_maps() {
     let [one, two, three] = VOLKSBOT;
@@ -242,7 +250,8 @@ fn omni_wheels_move_the_robot_by_the_quotient_of_both_maps() {
     }
 }
 
-/// 3 % larger wheels are believed in: the robot goes 0.97 of what was asked, and 30 mm a metre are missing from its reckoning, by either kinematics.
+/// A belief in 3 % larger wheels: the robot moves by 0.97 of the command, and dead reckoning misses
+/// 30 mm per metre, by either kinematics.
 #[test]
 fn dead_reckoning_goes_by_what_is_believed() {
     let belief = "controller.robot.wheel_radius_m = 0.0515";
@@ -250,13 +259,13 @@ fn dead_reckoning_goes_by_what_is_believed() {
         let belief = format!("{belief}\nguidance.kinematics = \"{kinematics}\"");
         let found = driven(MECANUM, &twist(0.3, 0.0, 0.0), &belief).summary;
         let ratio = found.twist_ratio_asked.vx.expect("it went ahead");
-        // Ahead mecanum wheels follow their kinematics, to what rollers slide as they hand over, 0.1 %.
+        // Ahead mecanum wheels follow their kinematics, except for 0.1 % of sliding at hand-overs.
         assert!((ratio - 1.0 / 1.03).abs() < 1e-3, "{ratio}");
         for drift in [found.odometry_ideal, found.odometry_contact] {
             let drift = drift.m_per_m.expect("it went");
             assert!((drift - 0.03).abs() < 1e-3, "{drift}");
         }
-        // Nobody blames the wheels or the floor: 3 / 103 of what was asked is the belief's.
+        // Neither wheels nor floor are blamed: 3 / 103 of the command is the belief's.
         let ledger = &found.ledger;
         let asked_m = 0.3 * 2.25;
         assert!((ledger.belief.x_m / asked_m - 3.0 / 103.0).abs() < 1e-3);
@@ -265,7 +274,8 @@ fn dead_reckoning_goes_by_what_is_believed() {
     }
 }
 
-/// A filter that has lost its poses goes by the wheels, and so by what is believed of them: 30 mm a metre too far.
+/// A filter without poses relies on the wheels, and so on the belief about them: 30 mm per metre
+/// too far.
 #[test]
 fn fusion_goes_by_what_is_believed() {
     let text = "controller.robot.wheel_radius_m = 0.0515\nsensors.fusion = {}\n[[faults]]\npose_lost = { from_s = 0.0 }";
@@ -275,7 +285,8 @@ fn fusion_goes_by_what_is_believed() {
     assert!((seen / real - 1.03).abs() < 1e-3, "{seen} {real}");
 }
 
-/// The guidance brings a robot back that goes 1 / 1.03 of what is asked: in the steady state K e = 0.03 v of 0.3 m/s, so that e = 3 mm at a gain of 3 / s.
+/// The guidance corrects a robot that moves at 1 / 1.03 of the command: in the steady state K e =
+/// 0.03 v with 0.3 m/s, so that e = 3 mm at a gain of 3 / s.
 #[test]
 fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
     let motion = "reference.line = { from_x_m = 0, from_y_m = 0, to_x_m = 2, to_y_m = 0, speed_m_s = 0.3 }\nguidance.position_gain_per_s = 3";
@@ -286,19 +297,23 @@ fn guidance_on_a_wrong_radius_stays_behind_by_what_its_gain_allows() {
         end.desired.expect("a reference").pose.x_m - end.truth.pose.x_m
     };
     let [without, with] = ["", "controller.robot.wheel_radius_m = 0.0515"].map(behind);
-    // After 2.5 s e^(-3 t) leaves 0.1 %; rollers that hand over move the robot by a tenth of a millimetre.
+    // After 2.5 s e^(-3 t) leaves 0.1 %; rollers that hand over move the robot by a tenth of a
+    // millimetre.
     assert!((with - without - 3e-3).abs() < 1e-4, "{with} {without}");
 }
 
-/// With the front wheels exchanged a command (vx, vy, omega) moves the robot by (vx, -L omega, -vy / L), L = 0.31 m: what is to correct the place turns it, and
-/// what is to correct the heading shifts it. Of gains of 1 / s the errors obey e_y' = L e_h, e_h' = e_y / L: they grow as cosh t and sinh t, and no gain
-/// helps. Nine rollers take 2 % sideways and 1 % of turns. A loop that integrates to the wheel's angle follows slow commands without a lag of first
-/// order, and a command that is held for 10 ms comes 5 ms late in the mean: a growth of sqrt(0.98 x 0.99) (1 - 0.005) = 0.980 / s. The first 10 ms and
-/// rollers that hand over leave some per cent of the millimetre that it begins with.
+/// With the front wheels exchanged a command (vx, vy, omega) moves the robot by (vx, -L omega, -vy
+/// / L), L = 0.31 m: what is to correct the place turns it, and what is to correct the heading
+/// shifts it. Of gains of 1 / s the errors obey e_y' = L e_h, e_h' = e_y / L: they grow as cosh t
+/// and sinh t, and no gain helps. Nine rollers take 2 % sideways and 1 % of turns. A loop that
+/// integrates to the wheel's angle follows slow commands without a lag of first order, and a
+/// command that is held for 10 ms comes 5 ms late in the mean: a growth of sqrt(0.98 x 0.99) (1 -
+/// 0.005) = 0.980 / s. The first 10 ms and rollers that hand over leave some per cent of the
+/// millimetre that it begins with.
 #[test]
 fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
     let exchanged = "controller.robot.wheels = { front_left.taken_for = \"front_right\", front_right.taken_for = \"front_left\" }";
-    // It begins 1 mm to the left of where it is to stand.
+    // It begins 1 mm to the left of its target.
     let motion = "reference.hold_pose = { x_m = 0, y_m = -1e-3, heading_deg = 0 }\nguidance.position_gain_per_s = 1\nguidance.heading_gain_per_s = 1";
     let ended = |belief: &str| {
         let found = driven(MECANUM, motion, belief);
@@ -321,7 +336,7 @@ fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
     );
 }
 
-/// A belief that is true changes no bit, and an empty section is no belief.
+/// A true belief changes no bit, and an empty section is no belief.
 #[test]
 fn a_true_belief_is_none() {
     let of = |belief: &str| {
@@ -340,7 +355,7 @@ fn a_true_belief_is_none() {
     }
 }
 
-/// Another robot's file says which wheels are believed in; by names where these are the same.
+/// Another robot's file defines the believed wheels; by names if these are the same.
 #[test]
 fn another_file_says_what_is_believed() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -359,7 +374,8 @@ fn another_file_says_what_is_believed() {
     );
 }
 
-/// What the header says of a belief names what was exchanged, reversed or measured wrongly, and nothing else.
+/// The header's description of a belief names what was exchanged, reversed or measured wrongly, and
+/// nothing else.
 #[test]
 fn a_belief_is_said_in_words() {
     let swapped = "front_left.taken_for = \"front_right\", front_right = { taken_for = \"front_left\", reversed = true }";
@@ -429,10 +445,13 @@ fn what_nobody_can_believe_is_refused() {
     }
 }
 
-/// Three omni wheels of radius rho at a distance L turn at w = s . v / rho + L omega / rho. A radius believed 1.03 times too large turns all of them 1.03 times
-/// too slowly; a lever believed 1.1 times as long turns the robot 1.1 times as far and leaves its ways; wheels that are taken for each other, the second and
-/// the third, drive by the permuted rates P w, M^+ P M v: for wheels at 60, 180 and 300 deg, or any such star, P is the mirror across the axis of the first,
-/// which keeps turns and the way across that axis or turns it round. Dead reckoning by the belief says what was asked in all of it.
+/// Three omni wheels of radius rho at a distance L turn at w = s . v / rho + L omega / rho. A
+/// radius believed 1.03 times too large turns all of them 1.03 times too slowly; a lever believed
+/// 1.1 times as long turns the robot 1.1 times as far and leaves its ways; wheels that are taken
+/// for each other, the second and the third, drive by the permuted rates P w, M^+ P M v: for wheels
+/// at 60, 180 and 300 deg, or any such star, P is the mirror across the axis of the first, which
+/// keeps turns and the way across that axis or turns it round. Dead reckoning by the belief says
+/// what was asked in all of it.
 #[test]
 fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let robot = "optiodom_omni3.toml";
@@ -448,7 +467,7 @@ fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let right =
         |asked: [f64; 3]| of_targets(&driven(robot, &twist(asked[0], asked[1], asked[2]), ""));
     let asked = [0.2, 0.1, 0.6];
-    // Nothing saturates: what is asked is what wheels are to do, to rounding.
+    // Nothing saturates: the targets equal the command to rounding.
     assert_near(right(asked), asked, 1e-12, "nothing believed");
     let believed = |belief: &str| {
         let found = driven(robot, &twist(asked[0], asked[1], asked[2]), belief);
@@ -477,7 +496,7 @@ fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
         b = names[2]
     );
     let found = believed(&exchanged);
-    // A mirror keeps lengths and the turn, and done twice it is nothing.
+    // A mirror keeps lengths and the rotation, and applied twice it is the identity.
     let length = |of: [f64; 3]| of[0].hypot(of[1]);
     assert!(
         (length(found) - length(asked)).abs() < 1e-9 && (found[2] - asked[2]).abs() < 1e-9,

@@ -1,4 +1,5 @@
-//! The terms of the error budget are what they are called: what hopping, contradicting rates and springs take is not slip, nor lag.
+//! Each term of the error budget has its own cause: losses to hopping, inconsistent rates and
+//! springs are neither slip nor lag.
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ fn driven(text: &str) -> Run {
     run(&scenario).expect("it runs")
 }
 
-/// Cylinders for rollers let the wheels hop. What they lack of the way while they are in the air is lift-off.
+/// Cylinders for rollers let the wheels hop. The motion lost in the air is lift-off.
 #[test]
 fn what_wheels_in_the_air_take_is_not_slip() {
     let found = driven(
@@ -19,7 +20,7 @@ fn what_wheels_in_the_air_take_is_not_slip() {
     );
     let ledger = &found.summary.ledger;
     assert!(found.summary.airborne_share.unwrap_or(0.0) > 0.3);
-    // The robot goes ahead along x.
+    // The robot moves along x.
     let (lift_off_m, slip_m) = (ledger.lift_off.x_m, ledger.slip.x_m.abs());
     assert!(
         lift_off_m > 0.1 && lift_off_m > 3.0 * slip_m,
@@ -27,7 +28,8 @@ fn what_wheels_in_the_air_take_is_not_slip() {
     );
 }
 
-/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s off the nearest motion, half of all.
+/// The front left wheel turns the wrong way: by r = w - M M^+ w each of four wheels is 3 of 6 rad/s
+/// off the nearest motion, half of all.
 #[test]
 fn what_rates_take_that_contradict_each_other_is_not_slip() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -53,7 +55,7 @@ fn what_rates_take_that_contradict_each_other_is_not_slip() {
     assert!(remarked, "{:?}", found.warnings);
 }
 
-/// A law without rate targets has wheels that lag behind none.
+/// With a law without rate targets no wheel lags.
 #[test]
 fn a_law_without_rate_targets_has_no_servo_term() {
     let found = driven(
@@ -61,6 +63,6 @@ fn a_law_without_rate_targets_has_no_servo_term() {
          run = { duration_s = 1.0, physics_dt_s = 0.001 }\n",
     );
     assert_eq!(found.summary.ledger.servo.path_m, 0.0);
-    // It gave way by something.
+    // It has a deflection.
     assert!(found.summary.position_error_final_m.unwrap_or(0.0) > 1e-3);
 }

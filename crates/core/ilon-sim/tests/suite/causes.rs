@@ -1,4 +1,5 @@
-//! What a cause did is the run minus the same run without it: nothing where it changes nothing, and otherwise what two runs made by hand differ by.
+//! The effect of a cause is the run minus the same run without it: zero if it changes nothing, and
+//! otherwise the difference of two separate runs.
 
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use ilon_sim::{Causes, Run, Scenario, Simulation, run};
 const OPEN: &str = "twist = { vx_m_s = 0.2, vy_m_s = 0.2, rest_s = 0.1, ramp_s = 0.4, schedule = [{ from_s = 0.9, omega_rad_s = 1.0 }] }";
 const CLOSED: &str = "reference.circle = { radius_m = 0.5, speed_m_s = 0.4 }";
 
-/// A second and a half of a robot that is driven in one of two ways.
+/// A run of 1.5 s with one of two motions.
 fn scenario(motion: &str, faults: &[String]) -> Scenario {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let faults = faults.join(", ");
@@ -23,7 +24,7 @@ fn explained(scenario: &Scenario, causes: Causes) -> Run {
     simulation.explaining(causes).run()
 }
 
-/// Of each kind of fault that has such a thing, one that does nothing, within a window.
+/// One fault without effect of each kind that allows it, within a window.
 fn null_faults(window: &str) -> Vec<String> {
     let kinds = [
         "encoder_scaled = { wheel = 'front_left', factor = 1.0, ",
@@ -44,7 +45,7 @@ fn null_faults(window: &str) -> Vec<String> {
 #[test]
 fn what_changes_nothing_made_no_difference() {
     for motion in [OPEN, CLOSED] {
-        // All through the run, within the ramp, and up to a change of motion.
+        // During the whole run, within the ramp, and up to a change of motion.
         for window in [
             "from_s = 0.0",
             "from_s = 0.2, until_s = 0.4",
@@ -108,7 +109,7 @@ fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
     }
 }
 
-/// What the pose sensor does matters under guidance alone.
+/// The pose sensor matters only under guidance.
 #[test]
 fn a_pose_that_nobody_looks_at_makes_no_difference() {
     let shifted = ["{ pose_shifted = { x_m = 0.1 } }".to_owned()];
@@ -119,7 +120,8 @@ fn a_pose_that_nobody_looks_at_makes_no_difference() {
     }
 }
 
-/// Wheels that are believed to be 3 % larger turn less: without that belief the robot goes 3 / 103 further, which two runs made by hand have too.
+/// Wheels believed to be 3 % larger turn less: without that belief the robot moves 3 / 103 further,
+/// the same as the difference of two separate runs.
 #[test]
 fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     let mut wrong = scenario(OPEN, &[]);
@@ -137,11 +139,11 @@ fn a_belief_makes_the_difference_that_leaving_it_out_takes_away() {
     assert_eq!(travelled.with, Some(summary.travelled_m));
     assert_eq!(travelled.without, Some(without.travelled_m));
     let share = travelled.difference / without.travelled_m;
-    // The robot's way is also bent by the turn that ends it, which is 3 / 103 less: of second order.
+    // The final rotation also bends the path, which is 3 / 103 less: second order.
     assert!((share + 3.0 / 103.0).abs() < 2e-3, "{share}");
 }
 
-/// A floor that is slippery and a push on it: each alone does less than both.
+/// A slippery floor and a push on it: each alone has less effect than both.
 #[test]
 fn two_causes_do_together_what_neither_does_alone() {
     let faults = [
@@ -164,8 +166,9 @@ fn two_causes_do_together_what_neither_does_alone() {
     );
 }
 
-/// Sideways the rollers' geometry takes 2 %, against which there is a remedy. A run of 30 s at steps of 3.3 ms looks 9,000 times at 36 rollers, and with half the step
-/// three times as often: 972,000 of the 800,000 surfaces that a plain run may.
+/// Sideways the rollers' geometry takes 2 %, for which there is a remedy. A run of 30 s at steps of
+/// 3.3 ms tests 36 rollers 9,000 times, and with half the step three times as often: 972,000
+/// surfaces, more than the 800,000 of an unasked run.
 #[test]
 fn remedies_are_tried_unasked_in_short_runs_alone() {
     let lateral = |duration_s: f64| {
@@ -188,7 +191,7 @@ fn remedies_are_tried_unasked_in_short_runs_alone() {
     assert!(tried(&asked) > 0 && !asks(&asked), "{:?}", asked.warnings);
 }
 
-/// No twin touches the run, and all come to the same on one thread and on several.
+/// No twin changes the run, and the results are the same on one thread and on several.
 #[test]
 fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     let faults = ["{ push = { impulse_y_n_s = 6.0, from_s = 0.5 } }".to_owned()];
@@ -214,7 +217,8 @@ fn effects_are_the_same_on_any_threads_and_leave_the_run_alone() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// The rollers' geometry takes 2 % of a motion to the left, and commands that allow for it give it back: it is tried before it is reported.
+/// The rollers' geometry takes 2 % of a motion to the left, and contact kinematics recover it: the
+/// remedy is tried before it is reported.
 #[test]
 fn a_remedy_was_tried() {
     let left = "twist = { vy_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4, settle_s = 0.3 }";
@@ -230,14 +234,14 @@ fn a_remedy_was_tried() {
         });
     let (remedy, twin) = tried.expect("a remedy was tried");
     assert_eq!(remedy.key, "guidance.kinematics = \"contact\"");
-    // Where they allow for it the robot does what is asked but for the wheel loops' give.
+    // With them the robot follows the command, except for the wheel loops' error.
     let reached = twin.figures["twist_mean.vy_m_s"];
     assert!((reached / 0.3 - 1.0).abs() < 1e-3, "{reached}");
     let before = found.summary.twist_mean.expect("a mean").vy_m_s;
     assert!((before / 0.3 - 0.98).abs() < 1e-3, "{before}");
 }
 
-/// An arm that swings, in `robot.joints` and with these keys.
+/// A swinging arm, with these keys in `robot.joints`.
 fn swinging(joint: &str, to_rad: f64) -> Scenario {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let text = format!(
@@ -254,7 +258,7 @@ fn end(summary: &ilon_sim::trace::Summary) -> [Option<f64>; 3] {
     [of.end_x_m, of.end_y_m, of.end_heading_rad]
 }
 
-/// What a cause's twin came to at the end.
+/// The final figures of a cause's twin.
 fn end_without(found: &Run, cause: &str) -> [Option<f64>; 3] {
     ["end_x_m", "end_y_m", "end_heading_rad"].map(|key| {
         let effect = found.summary.effects.get(cause, key);
@@ -264,14 +268,14 @@ fn end_without(found: &Run, cause: &str) -> [Option<f64>; 3] {
     })
 }
 
-/// The twin of an arm that swings is the robot whose file holds the arm where it begins.
+/// The twin of a swinging arm equals the robot whose file holds the arm at its start.
 #[test]
 fn a_joint_that_moves_is_held_where_it_begins() {
     let mut scenario = swinging("arm", 1.2);
     let found = explained(&scenario, Causes::Named);
     let moved = found.summary.effects.get("joints.arm", effects::APART_M);
     assert!(moved.is_some_and(|moved| moved.differs), "{moved:?}");
-    // The file's own way to hold it, with the step of the run.
+    // Held by the file, with the step of the run.
     scenario.run.physics_dt_s = found.scenario.run.physics_dt_s;
     scenario.world.solver.split_dt_s = found.scenario.world.solver.split_dt_s;
     scenario.wheel_loop = found.scenario.wheel_loop.clone();
@@ -282,7 +286,7 @@ fn a_joint_that_moves_is_held_where_it_begins() {
     arm.options.role = Some(ilon_sim::scenario::JointRole::Held);
     let by_hand = end(&run(&scenario).expect("it runs").summary);
     for (twin, by_hand) in end_without(&found, "joints.arm").into_iter().zip(by_hand) {
-        // The two add up the masses of bodies in another order, and what rolls keeps what it has.
+        // The two sum the bodies' masses in another order, and rolling bodies keep their motion.
         let off = twin.zip(by_hand).map(|(a, b)| (a - b).abs());
         assert!(off.is_some_and(|off| off < 1e-9), "{twin:?} {by_hand:?}");
     }
@@ -293,11 +297,11 @@ fn a_joint_that_is_sent_where_it_stands_makes_no_difference() {
     let found = explained(&swinging("arm", 0.0), Causes::Named);
     let ablations = effects::of_causes(&found.summary, &found.trace.header);
     assert_eq!(ablations.len(), 1);
-    // The servo gives way by what accelerations of the robot ask of it.
+    // The servo deflects by the robot's accelerations.
     assert!(!ablations[0].differs(), "{:?}", ablations[0]);
 }
 
-/// A control period and a law of the wheels are causes too: their twins are the runs with another.
+/// A control period and a wheel law are causes too: their twins are the runs with another one.
 #[test]
 fn other_control_is_what_the_scenario_with_it_gives() {
     let mut closed = scenario(CLOSED, &[]);
@@ -314,7 +318,7 @@ fn other_control_is_what_the_scenario_with_it_gives() {
     let by_hand = end(&run(&closed).expect("it runs").summary);
     assert_eq!(end_without(&found, "run.control_dt_s"), by_hand);
 
-    // However seldom rows are written: the twin's count of periods has a bound too.
+    // Also with few rows: the number of the twin's periods is limited too.
     let mut seldom = scenario(OPEN, &[]);
     seldom.run.record_every = u32::MAX;
     explained(&seldom, Causes::All);

@@ -1,14 +1,17 @@
-//! Robots of school contests: what teams publish of theirs, and what one of their class does here.
+//! Robots of school contests: published constants of teams, compared with a robot of their class in
+//! simulation.
 //!
-//! `contest/robots.csv` has the constants that FTC teams tuned for Pedro Pathing on mecanum wheels, as they stand in public repositories, in SI units:
-//! the speeds that full voltage gives ahead and sideways, and how the robot slows down when the motors are let go. Speeds and decelerations are of
-//! other teams but for five. Files were taken by the last digits of a number, without regard to its size; left out are the library's defaults
-//! (-41.278 and -59.7819 in/s^2), files that are twice, pairs of one number twice, placeholders, and what is below 20 or above 120 in/s, or below 10
-//! or above 150 in/s^2, or of the wrong sign.
+//! `contest/robots.csv` has the constants that FTC teams tuned for Pedro Pathing on mecanum wheels,
+//! from public repositories, in SI units: the speeds at full voltage ahead and sideways, and the
+//! decelerations after the motors are released. Speeds and decelerations are of different teams
+//! except for five. Files were selected by the last digits of a number, regardless of its size.
+//! Left out are the library's defaults (-41.278 and -59.7819 in/s^2), duplicate files, duplicate
+//! pairs of one number, placeholders, and values below 20 or above 120 in/s, below 10 or above 150
+//! in/s^2, or with the wrong sign.
 
 use ilon_sim::Scenario;
 
-/// A row has what its file was read for.
+/// A row has the values for which its file was read.
 struct Team {
     top_m_s: Option<[f64; 2]>,
     coasts_m_s2: Option<[f64; 2]>,
@@ -27,7 +30,7 @@ fn teams() -> Vec<Team> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// How many there are, and their lower quartile, median and upper quartile.
+/// Their number, and lower quartile, median and upper quartile.
 fn quartiles(values: impl Iterator<Item = f64>) -> (usize, [f64; 3]) {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -71,7 +74,8 @@ fn what_teams_publish_has_the_quartiles_that_are_quoted() {
     }
 }
 
-/// The speed that the shipped robot of that class has on full voltage along one axis, and how it coasts from there, in m/s and m/s^2.
+/// Speed of the shipped robot of that class at full voltage along one axis, and its deceleration
+/// when coasting from there, in m/s and m/s^2.
 fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
     const FREE_FROM_S: f64 = 2.0;
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -89,7 +93,7 @@ fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
     );
     let scenario = Scenario::from_toml(&text, "contest", folder).expect("a scenario");
     let run = ilon_sim::run(&scenario).expect("it can be run");
-    // Means over a tenth of a second, in which rollers change over many times.
+    // Means over a tenth of a second, with many hand-overs.
     let mean = |from_s: f64| {
         let rows = run.trace.records().iter();
         let rows = rows.filter(|row| (from_s..from_s + 0.1).contains(&row.t_s));
@@ -106,8 +110,9 @@ fn driven(way: [f64; 2], bearings: &str) -> [f64; 2] {
     [top_m_s, slows_m_s2]
 }
 
-/// Robots coast sideways as they do with 0.06 of the load on their rollers' axles, twice the class's bushings, and are slower sideways than that
-/// explains: no friction on axles gives both figures.
+/// The sideways deceleration corresponds to a friction of 0.06 on the rollers' axles, twice the
+/// class's bushings, but the robots are slower sideways than that explains: no axle friction gives
+/// both figures.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
@@ -122,7 +127,8 @@ fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
         [top_left / top, coasts_left]
     };
     let class = of("bearings = \"bushings\"");
-    // The figures of docs/rollers.md, to half of their last digit and what the windows of time may change.
+    // The figures of docs/rollers.md, to half of their last digit and the effect of the time
+    // windows.
     assert!(
         (class[0] - 0.954).abs() < 3e-3 && (class[1] - 1.32).abs() < 0.03,
         "{class:?}"
@@ -133,7 +139,7 @@ fn bushings_explain_how_teams_coast_and_not_how_fast_they_are_sideways() {
     assert!((sideways[0]..sideways[2]).contains(&twice[1]), "{twice:?}");
     assert!((twice[1] / sideways[1] - 1.0).abs() < 0.05, "{twice:?}");
     assert!(twice[0] > ratios[2], "{twice:?}");
-    // What slows it sideways to the published share lets it coast in half of the time.
+    // A friction that gives the published sideways speed halves the coasting time.
     let much = of("bearings = \"bushings\"\naxle_friction = 1.36");
     assert!((much[0] - ratios[1]).abs() < 0.01, "{much:?}");
     assert!(much[1] > 1.8 * sideways[1], "{much:?}");

@@ -1,4 +1,5 @@
-//! A run repeated at half its step: what moves depends on the step, and the run itself does not change.
+//! A run repeated at half its step: its change shows the dependence on the step, and the run itself
+//! is unchanged.
 
 use std::path::Path;
 
@@ -15,16 +16,17 @@ fn figure(summary: &Summary, key: &str) -> Moved {
     *summary.converge.get(key).expect("the figure applies")
 }
 
-/// Ice without friction that leans all at once, for a robot that stands on it.
+/// Frictionless ice that tilts at once under a standing robot.
 const LATE_TILT: &str = "twist = {}
 faults = [{ tilt = { amplitude_deg = 2.0, from_s = 0.5026 } }]
 world.floor.friction = 0.0
 run = { duration_s = 1.0, control_dt_s = 0.01, physics_dt_s = 0.01, converge = true }
 ";
 
-/// Ground leans over a step where it does in the step's middle. What begins at 0.5026 s acts from 0.5 s on in steps of 10 ms, for that which
-/// begins there has its middle at 0.505 s, and from 0.505 s on in steps of 5 ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2
-/// in the last row, at T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
+/// The tilt of a step is that in its middle. A tilt that begins at 0.5026 s acts from 0.5 s on in
+/// steps of 10 ms, because that step has its middle at 0.505 s, and from 0.505 s on in steps of 5
+/// ms. Without friction the robot slides down by g sin(2 deg) (T - t_0)^2 / 2 in the last row, at
+/// T = 1 s: 42.8 mm, and 0.495^2 / 0.5^2 of it at half the step.
 #[test]
 fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     let run = run(&scenario(LATE_TILT)).expect("it runs");
@@ -40,7 +42,8 @@ fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
     }
     let moved_m = expected_m(0.5) - expected_m(0.495);
     assert!((end.moved - moved_m).abs() < 1e-6, "{end:?}");
-    // A place is measured against the way, and against the robot where that went less far: its wheels stand 0.25 m and less from its origin.
+    // A position is relative to the path length, and to the robot's size if it moved less: its
+    // wheels are 0.25 m and less from its origin.
     assert!((moved_m / 0.25..0.02).contains(&end.share), "{end:?}");
     assert!(end.exceeds);
     let said = run
@@ -54,8 +57,8 @@ const AHEAD: &str = "twist = { vx_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4 }
 run = { duration_s = 1.5, control_dt_s = 0.01, physics_dt_s = 0.0025, converge = true }
 ";
 
-/// Straight ahead no roller slides, and the method is of second order: by `docs/measured.md` steps of 2.5 ms are 0.012 mm off those of 1.25 ms
-/// after two metres.
+/// Straight ahead no roller slides, and the method is of second order: by `docs/measured.md` steps
+/// of 2.5 ms differ by 0.012 mm from those of 1.25 ms after two metres.
 #[test]
 fn a_robot_that_rolls_stays_where_it_is_at_half_the_step() {
     let run = run(&scenario(AHEAD)).expect("it runs");
@@ -67,7 +70,8 @@ fn a_robot_that_rolls_stays_where_it_is_at_half_the_step() {
     assert!(!run.warnings.iter().any(|remark| remark.contains("half")));
 }
 
-/// With parts of steps to halve there is a twin of them; and none of this touches the run, nor depends on where it is run.
+/// If steps are split there is a twin with half the parts; none of this changes the run, nor
+/// depends on where it is run.
 #[test]
 fn the_run_keeps_its_bits_and_repeats_its_figures_on_any_threads() {
     let text = "twist = { vx_m_s = 0.5, omega_rad_s = 3.0, rest_s = 0.1, ramp_s = 0.2 }\nrun = { duration_s = 0.6 }\n";
@@ -97,7 +101,7 @@ fn recorded(scenario: &Scenario) -> Run<Recorded> {
     run.expect("it runs")
 }
 
-/// The trace alone gives the same figures again.
+/// The trace alone reproduces the figures.
 #[test]
 fn a_trace_carries_what_its_twins_came_to() {
     let run = recorded(&scenario(AHEAD));
@@ -110,9 +114,9 @@ fn a_trace_carries_what_its_twins_came_to() {
     assert_eq!(again.converge, run.summary.converge);
 }
 
-/// A loop that holds its torque over a period of 4 ms does so whatever the physics step: under a torque that is held, a wheel on the ground gains
-/// the same rate in one step as in four, and each period brings the wheels nearer to their target by the same share. A loop that decides in
-/// every step of 1 ms is another loop.
+/// A loop that holds its torque over a period of 4 ms does so at any physics step: under a constant
+/// torque, a wheel on the ground gains the same rate in one step as in four, and each period
+/// reduces the error by the same share. A loop that decides in every step of 1 ms is another loop.
 #[test]
 fn a_loop_keeps_its_period_at_shorter_steps() {
     let rates = |keys: &str| -> Vec<f64> {
@@ -135,7 +139,7 @@ fn a_loop_keeps_its_period_at_shorter_steps() {
     let faster = rates(&run("0.001"));
     let share = |rates: &[f64]| (0.4 - rates[4]) / (0.4 - rates[0]);
     for (one, other) in whole.iter().zip(&held) {
-        // Rollers that turn on take a thousandth of a step's gain.
+        // The rollers' rotation takes a thousandth of a step's gain.
         assert!((one - other).abs() < 2e-3 * 0.4, "{whole:?} {held:?}");
     }
     assert!(

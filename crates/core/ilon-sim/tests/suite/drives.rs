@@ -1,7 +1,8 @@
-//! Motors, gears and batteries in all four quadrants, held against closed forms.
+//! Motors, gears and batteries in all four quadrants, compared with closed forms.
 //!
-//! A robot of four wheels of radius rho on a slope of angle a, ahead down it, pulls G = m g sin(a) rho / 4 at each wheel; the bearing takes
-//! d w. A DC motor of stall torque S and no-load rate w_0 at the share u of its voltage gives S (u - w / w_0).
+//! A robot with four wheels of radius rho on a slope of angle a, heading down it, is pulled by G =
+//! m g sin(a) rho / 4 at each wheel; the bearing takes d w. A DC motor of stall torque S and
+//! no-load rate w_0 at the share u of its voltage gives S (u - w / w_0).
 
 use std::path::Path;
 
@@ -12,14 +13,16 @@ use test_case::test_case;
 
 const STALL_N_M: f64 = 0.3;
 const NO_LOAD_RAD_S: f64 = 20.0;
-/// Of the bearing of each of the robot's wheels.
+/// Bearing damping of each of the robot's wheels.
 const DAMPING_N_M_S: f64 = 1e-3;
 const RADIUS_M: f64 = 0.05;
 const DC: &str = "[motors.dc]\nstall_torque_n_m = 0.3\nno_load_rate_rad_s = 20\n";
-/// Rollers that hand over hit the ground a little, and bearings of rollers turn: what a closed form leaves out of a steady rate.
+/// Tolerance of a steady rate: closed forms leave out impacts at hand-overs, and the rollers'
+/// bearings.
 const STEADY: f64 = 3e-3;
 
-/// The floor grips enough for steep slopes: the wheels that carry least hold 0.6 of their load on 20 degrees.
+/// The floor has enough friction for steep slopes: the wheels with the least load hold 0.6 of it on
+/// 20 degrees.
 fn scenario(slope_deg: f64, further: &str) -> (Scenario, Robot) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let text = format!(
@@ -34,12 +37,12 @@ fn robot() -> Robot {
     scenario(0.0, "twist = {}\nrun.duration_s = 1\n").1
 }
 
-/// What the slope pulls at each wheel, in N m.
+/// Torque of the slope at each wheel, in N m.
 fn pull_n_m(robot: &Robot, slope_deg: f64) -> f64 {
     robot.mass_kg() * 9.81 * slope_deg.to_radians().sin() * RADIUS_M / 4.0
 }
 
-/// All energy of a world and all that was taken out of it less what motors put in, in J: it stays.
+/// Total energy of a world plus all losses minus the motors' work, in J: constant.
 fn balance_j(world: &World) -> f64 {
     let energy = world.energy();
     energy.kinetic_j
@@ -51,7 +54,8 @@ fn balance_j(world: &World) -> f64 {
         - world.motor_energy_j()
 }
 
-/// A plant after a time under full voltage of a sign, with the robot's mean wheel rate, in rad/s; its energy balance is held.
+/// A plant after a time at full voltage of a sign, with the robot's mean wheel rate, in rad/s; its
+/// energy balance is checked.
 fn at_full_voltage(slope_deg: f64, sign: f64, further: &str, time_s: f64) -> (Plant, f64) {
     let (scenario, robot) = scenario(
         slope_deg,
@@ -61,7 +65,7 @@ fn at_full_voltage(slope_deg: f64, sign: f64, further: &str, time_s: f64) -> (Pl
     );
     let mut plant =
         Plant::new(&resolve(&scenario, &robot).expect("resolved"), &robot).expect("it stands");
-    // It stands before it is driven: springs are loaded then.
+    // It stands before it is driven, which loads its springs.
     let (before_j, height_j) = (balance_j(plant.world()), plant.world().energy().potential_j);
     plant
         .advance(WheelCommand::Torques(&[sign * 1e3; 4]), time_s)
@@ -77,7 +81,7 @@ fn at_full_voltage(slope_deg: f64, sign: f64, further: &str, time_s: f64) -> (Pl
     let rates = world.robot().wheel_rates_rad_s();
     let mean_rad_s = rates.iter().sum::<f64>() / 4.0;
     for rate in rates {
-        // Nothing holds the heading: what rounding turns the robot by, the slope draws it aside.
+        // Nothing controls the heading: the slope amplifies rotations by rounding.
         let off_rad_s = (rate - mean_rad_s).abs();
         assert!(
             off_rad_s < 1e-2 + 1e-3 * mean_rad_s.abs(),
@@ -87,8 +91,8 @@ fn at_full_voltage(slope_deg: f64, sign: f64, further: &str, time_s: f64) -> (Pl
     (plant, mean_rad_s)
 }
 
-/// S (u - w / w_0) + G = d w: the motor drives, is driven backwards, brakes on full reverse, or overruns its no-load rate on full
-/// forward; and with nothing on the motor's voltage, it is shorted.
+/// S (u - w / w_0) + G = d w: the motor drives, is driven backwards, brakes at full reverse, or
+/// overruns its no-load rate at full forward; with zero voltage, it is shorted.
 #[test_case(0.0, 1.0, 1.0; "ahead on the level")]
 #[test_case(0.0, -1.0, 1.0; "back on the level")]
 #[test_case(20.0, -1.0, 1.0; "full reverse against a load that drives ahead")]
@@ -116,7 +120,8 @@ fn a_dc_motor_settles_where_its_line_meets_its_load(slope_deg: f64, sign: f64, s
     );
 }
 
-/// A winding that is shorted brakes by S w / w_0; one that is lost lets the wheel run: m v' = m g sin(a) - 4 d w / rho.
+/// A shorted winding brakes by S w / w_0; a lost motor lets the wheel run: m v' = m g sin(a) - 4 d
+/// w / rho.
 #[test]
 fn a_shorted_motor_brakes_and_a_lost_one_coasts() {
     let lost = |further: &str| {
@@ -140,7 +145,8 @@ fn a_shorted_motor_brakes_and_a_lost_one_coasts() {
     assert!((rate_rad_s / expected_rad_s - 1.0).abs() < 1e-2);
 }
 
-/// What a wheel of a robot that goes straight feels: hub and rollers about its axle, and its share of the mass, in kg m^2.
+/// Inertia at a wheel of a robot that moves straight: hub and rollers about its axle, and its share
+/// of the mass, in kg m^2.
 fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
     let wheel = &robot.wheels[0];
     let rollers = wheel.rollers.iter().map(|roller| {
@@ -152,7 +158,8 @@ fn wheel_inertia_kg_m2(robot: &Robot) -> f64 {
         + robot.mass_kg() / 4.0 * RADIUS_M * RADIUS_M
 }
 
-/// A current limit of 0.1 N m holds a motor that drives up a gentle slope, and one that brakes on a steep one, in either sense.
+/// A current limit of 0.1 N m limits a motor that drives up a gentle slope, and one that brakes on
+/// a steep one, in either sense.
 #[test]
 fn a_current_limit_holds_the_torque_that_drives_and_the_torque_that_brakes() {
     let limited = format!("{DC}current_limit_n_m = 0.1\n");
@@ -169,7 +176,8 @@ fn a_current_limit_holds_the_torque_that_drives_and_the_torque_that_brakes() {
     }
 }
 
-/// Where nothing takes power back, full voltage does not hold a motor that its load overruns: it coasts. It still brakes on reverse.
+/// Without regeneration, full voltage does not brake a motor that its load overruns: it coasts. It
+/// still brakes at reverse.
 #[test]
 fn without_regeneration_a_motor_coasts_beyond_its_no_load_rate() {
     let refuses = format!("{DC}regeneration = false\n");
@@ -188,7 +196,8 @@ fn driven(slope_deg: f64, further: &str) -> Run {
     run(&scenario(slope_deg, further).0).expect("it runs")
 }
 
-/// The mean of the wheels' rates and torques over the last half second of a run, in rad/s and N m. Gears that lock share a load in any way among themselves.
+/// The mean of the wheels' rates and torques over the last half second of a run, in rad/s and N m.
+/// The share of a load among self-locking gears is arbitrary.
 fn end_of(run: &Run) -> (f64, f64) {
     let rows = run.trace.records().len();
     let last = rows - rows / 8..rows;
@@ -203,8 +212,9 @@ fn end_of(run: &Run) -> (f64, f64) {
     (rate_rad_s, torque_n_m)
 }
 
-/// Down 20 degrees, where each wheel pulls with 0.476 N m: 0.3 m/s are beyond what 0.3 N m of stall torque hold, and the robot goes as
-/// fast as full reverse lets it; from 0.9 m/s on back-EMF holds it where it is asked to be. Either timing of the loop says so.
+/// Down 20 degrees, where each wheel is pulled with 0.476 N m: 0.3 m/s are beyond the reach of 0.3
+/// N m of stall torque, and the robot moves as fast as full reverse allows; from 0.9 m/s on
+/// back-EMF holds it at its target. Both timings of the loop agree.
 #[test_case("continuous")]
 #[test_case("sampled")]
 fn a_robot_on_a_steep_slope_is_held_within_its_motors_lines(timing: &str) {
@@ -234,7 +244,8 @@ fn a_robot_on_a_steep_slope_is_held_within_its_motors_lines(timing: &str) {
         for row in 1..run.trace.records().len() {
             let (before, now) = (run.trace.wheels_at(row - 1), run.trace.wheels_at(row));
             for (before, now) in before.iter().zip(now) {
-                // Rows hold the mean of the torque: within the line at the least and at the largest of the rates around.
+                // Rows have the mean torque: it is within the line at the smallest and at the
+                // largest of the surrounding rates.
                 let fastest = before.rate_rad_s.max(now.rate_rad_s) + 0.05;
                 let slowest = before.rate_rad_s.min(now.rate_rad_s) - 0.05;
                 let least_n_m = STALL_N_M * (-1.0 - fastest / NO_LOAD_RAD_S);
@@ -250,7 +261,7 @@ fn a_robot_on_a_steep_slope_is_held_within_its_motors_lines(timing: &str) {
     }
 }
 
-/// What goes ahead down a slope goes back down the mirrored one, rate by rate.
+/// A drive ahead down a slope equals one backwards down the mirrored slope, rate by rate.
 #[test]
 fn a_slope_and_a_motion_that_are_mirrored_are_driven_alike() {
     let down = |sign: f64| {
@@ -274,7 +285,7 @@ fn a_slope_and_a_motion_that_are_mirrored_are_driven_alike() {
     );
 }
 
-/// A sampled loop's robot is where a continuous loop's is, ever nearer as its period falls.
+/// A sampled loop converges to the continuous loop as its period falls.
 #[test]
 fn both_timings_come_to_the_same_as_the_period_falls() {
     let end_m = |timing: &str, dt_s: f64| {
@@ -293,15 +304,17 @@ fn both_timings_come_to_the_same_as_the_period_falls() {
         .map(|dt_s| (end_m("sampled", dt_s) - limit_m).abs())
         .to_vec();
     println!("{limit_m} m, off by {off_m:?}");
-    // First order: a quarter of the step, a quarter of the way. What contacts make of a step is below 1e-4 m.
+    // First order: a quarter of the step, a quarter of the distance. The contacts' dependence on
+    // the step is below 1e-4 m.
     assert!(off_m[2] < 0.3 * off_m[0] + 1e-4, "{off_m:?}");
     assert!(off_m[2] < 1e-3 * limit_m, "{off_m:?}");
-    // A continuous loop is there at long steps.
+    // A continuous loop is accurate at long steps.
     assert!((end_m("continuous", 4e-3) - limit_m).abs() < 2e-3 * limit_m);
 }
 
-/// With eta the gear passes eta of the motor's power to a wheel that goes up; down the slope the motor brakes with 2 - 1 / eta of what
-/// the wheel needs. Below one half that is less than nothing: the gear holds, and the motor pushes the load down.
+/// The gear passes eta of the motor's power to a wheel that drives up; down the slope the motor
+/// brakes with 2 - 1 / eta of the wheel's torque. Below one half that is negative: the gear is
+/// self-locking, and the motor pushes the load down.
 #[test_case(0.8)]
 #[test_case(0.6)]
 #[test_case(0.5)]
@@ -345,8 +358,9 @@ fn a_gear_loses_by_the_direction_of_power(efficiency: f64) {
     }
 }
 
-/// A motor that gives nothing: a gear of 0.8 without a rotor passes nothing and loses nothing. With a rotor of inertia J the wheel spins
-/// it up through the gear with J / (2 - 1 / eta); a gear of 0.4 does not turn at all.
+/// With zero motor torque a gear of 0.8 without a rotor passes nothing and loses nothing. With a
+/// rotor of inertia J the wheel accelerates it through the gear with J / (2 - 1 / eta); a gear of
+/// 0.4 does not turn at all.
 #[test]
 fn a_gear_is_turned_by_its_wheel_as_far_as_it_does_not_lock_itself() {
     let coasts_rad_s = |efficiency: f64, rotor_kg_m2: f64| {

@@ -1,16 +1,18 @@
-//! Robots whose driven joints move their wheels: control and dead reckoning go by where the joints have them.
+//! Robots whose driven joints move their wheels: control and dead reckoning use the wheels' current
+//! places.
 
 use std::path::Path;
 
 use ilon_sim::{Plant, Run, Scenario, Simulation, WheelCommand};
 
-/// How far the slides carry the wheels outward, in metres.
+/// Outward displacement of the wheels by the slides, in metres.
 const OUT_M: f64 = 0.08;
-/// From the body's middle to a wheel along x and along y, in metres, with the slides at zero.
+/// Distance of a wheel from the body's middle along x and along y, in metres, with the slides at
+/// zero.
 const ALONG_M: f64 = 0.15;
 const ACROSS_M: f64 = 0.16;
 
-/// The robot with a slide under each wheel, which goes outward.
+/// The robot with an outward slide under each wheel.
 fn urdf() -> String {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/mecanum4_sprung.urdf");
@@ -31,7 +33,8 @@ fn scenario(folder: &Path, slides: &str, motion: &str) -> Scenario {
     of_slides(folder, [&driven; 4], motion)
 }
 
-/// With something else said of the slide under each wheel: front left, front right, rear left, rear right.
+/// With different keys for the slide under each wheel: front left, front right, rear left, rear
+/// right.
 fn of_slides(folder: &Path, slides: [&str; 4], motion: &str) -> Scenario {
     std::fs::write(folder.join("extending.urdf"), urdf()).expect("a place for a file");
     let wheels = ["front_left", "front_right", "rear_left", "rear_right"];
@@ -68,7 +71,7 @@ fn built_so() -> String {
     format!("target_m = {OUT_M}")
 }
 
-/// Headings by truth and by dead reckoning after so many seconds, in radians.
+/// True heading, and headings by dead reckoning, after a time in seconds, in radians.
 fn headings_rad(run: &Run, t_s: f64) -> [f64; 3] {
     let rows = run.trace.records();
     let row = rows
@@ -82,8 +85,9 @@ fn headings_rad(run: &Run, t_s: f64) -> [f64; 3] {
     ]
 }
 
-/// Wheels that went outward while the robot turned turn it on as those of a robot that was built with them there, and dead reckoning counts by them: a robot
-/// that went by where its servos began would turn slower by (l + w) / (l + w + 0.08) = 0.795, and believe that it turned as before.
+/// Wheels moved outward during a rotation turn the robot like those of a robot built with them
+/// there, and dead reckoning uses their places: with the places of the start the robot would turn
+/// slower by (l + w) / (l + w + 0.08) = 0.795, and not notice.
 #[test]
 fn a_robot_turns_by_where_its_joints_have_its_wheels() {
     let turn = "[twist]\nomega_rad_s = 0.5\n";
@@ -95,33 +99,35 @@ fn a_robot_turns_by_where_its_joints_have_its_wheels() {
     let [moved_rad, built_rad] = [&moved, &built].map(|run| turned_rad(run, 2.0, 3.9));
     println!("{moved_rad:?} {built_rad:?}");
     for (moved, built) in moved_rad.iter().zip(built_rad) {
-        // Other rollers are on the ground when the time begins and ends: a few thousandths, by their ripple.
+        // Other rollers are on the ground at the beginning and the end: a few thousandths, by their
+        // ripple.
         assert!((moved / built - 1.0).abs() < 5e-3, "{moved} {built}");
     }
     let as_begun = (ALONG_M + ACROSS_M) / (ALONG_M + ACROSS_M + OUT_M);
     assert!((moved_rad[0] / built_rad[0] - as_begun).abs() > 0.15);
-    // Over the whole drive, with the wheels on their way: by the rollers that touch it is off by what slips.
+    // Over the whole drive, including the wheels' motion: contact kinematics is off by the slip.
     let [truth, _, contact] = turned_rad(&moved, 0.1, 3.9);
     assert!((contact - truth).abs() < 5e-3 * truth, "{contact} {truth}");
 }
 
-/// How sure dead reckoning is of turning follows the wheels, too: of a robot whose wheels went outward as of one that was built with them there, of which each
-/// rad takes 1 / 0.795 times the way of wheels further in, and an error of that way turns the robot by 0.795 times as much: the variance by 0.795, as the
-/// lever from the middle to the wheels has grown.
+/// The covariance of the heading follows the wheels, too: for a robot with wheels moved outward as
+/// for one built with them there. Each rad takes 1 / 0.795 times the travel of wheels further in,
+/// and an error of that travel turns the robot by 0.795 times as much: the variance changes by
+/// 0.795, the ratio of the levers.
 #[test]
 fn the_covariance_of_odometry_follows_the_wheels() {
     let turn = "[twist]\nomega_rad_s = 0.5\n";
     let [moved, built, begun] =
         [moving(), built_so(), "target_m = 0".to_owned()].map(|slides| run(&slides, turn));
-    // Means over many rollers: at one instant the loops of the wheels are off their rates by some thousandths.
+    // Means over many rollers: at one instant the wheel loops have errors of some thousandths.
     let heading = |run: &Run| {
         let rows = run.trace.records().iter();
         let rows: Vec<_> = rows.filter(|row| (2.0..3.9).contains(&row.t_s)).collect();
         let mut means = [0.0; 2];
         for row in &rows {
             let reckoned = row.reckoned.expect("it is known");
-            // A servo of 10 Hz gives way by some millimetres to what wheels that went outward keep of the grip's side force: a variance counts by where
-            // they are.
+            // A servo of 10 Hz deflects by some millimetres under the side force that remains from
+            // the wheels' outward motion: the variance uses the real places.
             let out_m = row.joints[..4]
                 .iter()
                 .map(|slide| slide.position)
@@ -136,14 +142,15 @@ fn the_covariance_of_odometry_follows_the_wheels() {
     let [moved, built, begun] = [&moved, &built, &begun].map(heading);
     println!("{moved:?} {built:?} {begun:?}");
     for (moved, built) in moved.iter().zip(built) {
-        // Loops of wheels follow within some thousandths.
+        // Wheel loops follow within some thousandths.
         assert!((moved / built - 1.0).abs() < 5e-3, "{moved} {built}");
     }
-    // The lever is taken out of both.
+    // The lever is removed from both.
     assert!((built[0] / begun[0] - 1.0).abs() < 5e-3);
 }
 
-/// One wheel goes outward under a robot that stands: dead reckoning does not take its rolling along for a motion of the body.
+/// One wheel moves outward under a standing robot: dead reckoning does not take its rolling for a
+/// motion of the body.
 #[test]
 fn the_twist_of_odometry_leaves_out_what_carries_the_wheels() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -167,7 +174,8 @@ fn the_twist_of_odometry_leaves_out_what_carries_the_wheels() {
     assert!(reckoned < 0.1 * by_rates, "{reckoned} {by_rates}");
 }
 
-/// A robot that stands while its wheels go outward: rolling along they carry it nowhere, and scrape less than wheels that are held.
+/// A robot stands while its wheels move outward: rolling wheels carry it nowhere, and scrape less
+/// than held ones.
 #[test]
 fn wheels_roll_along_with_what_carries_them() {
     let rolled = run(&moving(), "[twist]\nvx_m_s = 0\n");
@@ -186,7 +194,7 @@ fn wheels_roll_along_with_what_carries_them() {
         "{} {held_j}",
         last.slip_energy_j
     );
-    // Dead reckoning does not take rolling along for driving.
+    // Dead reckoning does not take their rolling for driving.
     assert!(
         last.odometry_ideal.position_m().norm() < 2e-3,
         "{:?}",
@@ -194,8 +202,8 @@ fn wheels_roll_along_with_what_carries_them() {
     );
 }
 
-/// One wheel goes outward under a robot that stands: a filter of odometry and rare poses does not take its rolling along for driving, which would put it
-/// off by a fourth of the way, 20 mm.
+/// One wheel moves outward under a standing robot: a filter of odometry and rare poses does not
+/// take its rolling for driving, which would cause an error of a fourth of the way, 20 mm.
 #[test]
 fn a_filter_does_not_take_rolling_along_for_driving() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -210,8 +218,8 @@ fn a_filter_does_not_take_rolling_along_for_driving() {
     assert!(off_m < 2e-3, "{off_m}");
 }
 
-/// Dead reckoning goes by joints that are measured, and by no others: what a sprung slide gives way by while the robot sets out sideways is in the cost of
-/// joints that nothing measures, and what a driven one does is not.
+/// Dead reckoning uses measured joints only: the deflection of a sprung slide during a sideways
+/// start is in the cost of unmeasured joints, that of a driven one is not.
 #[test]
 fn dead_reckoning_goes_by_the_joints_that_are_measured() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -228,7 +236,8 @@ fn dead_reckoning_goes_by_the_joints_that_are_measured() {
     assert!(cost_m(sprung) > 1e-4, "{}", cost_m(sprung));
 }
 
-/// On a circle in closed loop the wheels go outward meanwhile: the robot stays on its way as one that was built so.
+/// On a circle in closed loop the wheels move outward meanwhile: the robot stays on its path like
+/// one built with them there.
 #[test]
 fn a_reference_is_followed_by_where_the_wheels_are() {
     let circle = "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.3\nheading = { turning = { rate_deg_s = 40 } }\n[guidance]\n";
@@ -246,7 +255,8 @@ fn a_reference_is_followed_by_where_the_wheels_are() {
     assert!(moved_m < 1.2 * built_m + 1e-3, "{moved_m} {built_m}");
 }
 
-/// An inspection shows the robot with its joints where its servos start: the wheels further out, and each a fourth of the weight.
+/// An inspection shows the robot with its joints at the start of their servos: the wheels further
+/// out, and a fourth of the weight on each.
 #[test]
 fn an_inspection_is_of_where_the_servos_start() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Ground to drive over.
+//! Driving over uneven ground.
 
 use ilon_sim::Scenario;
 use ilon_sim::simulate::Simulation;
@@ -14,24 +14,24 @@ fn last(keys: &str) -> ilon_sim::trace::Truth {
     run.trace.records().last().unwrap().truth
 }
 
-/// A robot on a ramp leans as the ramp does, and is as high above it as it is above level ground.
+/// A robot on a ramp has the ramp's pitch, and the same height above it as above level ground.
 #[test]
 fn a_robot_drives_up_a_ramp() {
     let ramp = "[twist]\nvx_m_s = 0.3\n[[world.floor.ramps]]\nx_m = 0.3\ny_m = 0\nlength_m = 2\nwidth_m = 1\nrise_m = 0.1\n";
     let level = last("[twist]\nvx_m_s = 0.3\n");
     let up = last(ramp);
     let slope_rad = f64::atan2(0.1, 2.0);
-    // Rollers hand over: at each wheel the hub goes up and down by some tenths of a millimetre, over a base of 0.3 m.
+    // At hand-overs each hub rises and falls by some tenths of a millimetre, over a base of 0.3 m.
     assert!((up.pitch_rad + slope_rad).abs() < 2e-3, "{}", up.pitch_rad);
     let above_m = up.height_m * slope_rad.cos() - (up.pose.x_m - 0.3) * slope_rad.sin();
     println!("{above_m} {}", level.height_m);
-    // The body's origin lies in the ground's plane.
+    // The body's origin is in the ground's plane.
     assert!((above_m - level.height_m).abs() < 5e-4, "{above_m}");
-    // The rear wheels have passed its foot.
+    // The rear wheels have passed the ramp's foot.
     assert!(up.pose.x_m > 0.46, "{}", up.pose.x_m);
 }
 
-/// Ground of a class carries a robot that drives, no higher than its waves are.
+/// Ground of a roughness class carries a driving robot, no higher than its waves.
 #[test]
 fn a_robot_drives_over_ground_of_a_class_of_roughness() {
     let truth = last(
@@ -43,7 +43,7 @@ fn a_robot_drives_over_ground_of_a_class_of_roughness() {
     assert!(truth.pose.x_m > 0.4, "{}", truth.pose.x_m);
 }
 
-/// A scenario on a map that lies in a folder.
+/// A scenario on a map in a folder.
 fn on_map(folder: &std::path::Path, keys: &str) -> Scenario {
     let robot = format!("{ROBOTS}/mecanum4.urdf");
     let text = format!(
@@ -52,7 +52,7 @@ fn on_map(folder: &std::path::Path, keys: &str) -> Scenario {
     Scenario::from_toml(&text, "map", folder).unwrap()
 }
 
-/// Where a robot ends, and the seconds of the processor that it took.
+/// The final pose of a robot, and the CPU time in seconds.
 fn ends(scenario: &Scenario) -> (ilon_sim::trace::Truth, f64) {
     let mut simulation = Simulation::new(scenario).unwrap();
     let began = std::time::Instant::now();
@@ -89,7 +89,7 @@ fn a_flat_map_is_a_plane() {
     ] {
         let twist = format!("[twist]\n{twist}\n");
         let (plane, _) = ends(&on_map(folder.path(), &twist));
-        // As rollers meet it that is no plane.
+        // Rollers do not treat it as a plane.
         let solid = "[[world.floor.boxes]]\nx_m = 0\ny_m = 0\nlength_x_m = 6\nlength_y_m = 6\nheight_m = 0.05\n";
         let (_, box_s) = ends(&on_map(folder.path(), &format!("{twist}{solid}")));
         let (flat, flat_s) = ends(&on_map(folder.path(), &format!("{twist}{map}")));
@@ -103,7 +103,7 @@ fn a_flat_map_is_a_plane() {
     }
 }
 
-/// The same ramp as a leaning box and as a map: 5 % from 0.2 m on, over points 25 mm apart.
+/// The same ramp as a tilted box and as a map: 5 % from 0.2 m on, over points 25 mm apart.
 #[test]
 fn a_ramp_by_a_map_is_one_by_a_box() {
     let folder = tempfile::tempdir().unwrap();
@@ -122,7 +122,7 @@ fn a_ramp_by_a_map_is_one_by_a_box() {
     let (by_map, map_s) = ends(&on_map(folder.path(), &map));
     let (by_box, box_s) = ends(&on_map(folder.path(), &boxes));
     println!("{by_map:?}\n{by_box:?}\n{:.2} times as long", map_s / box_s);
-    // A level is 1.5 um: hubs stand off by half of one, over 0.3 m between them.
+    // A level is 1.5 um: hubs differ by half of one, over 0.3 m between them.
     let level_m = 0.1 / 65535.0;
     assert!((by_map.height_m - by_box.height_m).abs() < level_m);
     assert!((by_map.pitch_rad - by_box.pitch_rad).abs() < level_m / 0.3);
@@ -131,7 +131,7 @@ fn a_ramp_by_a_map_is_one_by_a_box() {
     assert!(by_map.height_m > 0.015);
 }
 
-/// The same ground as a mesh, and what a trace keeps of it.
+/// The same ground as a mesh, and its record in a trace.
 #[test]
 fn a_mesh_is_driven_over_and_the_trace_has_its_heights() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +165,7 @@ fn a_mesh_is_driven_over_and_the_trace_has_its_heights() {
     assert!(!scenario.world.floor.is_plane());
 }
 
-/// A run reads its map when it is resolved, and never again.
+/// A run reads its map only when it is resolved.
 #[test]
 fn a_map_is_read_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -202,7 +202,7 @@ fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     );
     let fine = remarks(&map("cell_m = 0.02\nheight_m = 0.01\n")).unwrap();
     assert!(!fine.contains("height"), "{fine}");
-    // Of a mesh: a hole, and triangles that fall between the points.
+    // For a mesh: a hole, and triangles between the points.
     let triangle = "v -1 -1 0\nv 1 -1 0\nv 1 1 0.01\nf 1 2 3\n";
     std::fs::write(folder.path().join("half.obj"), triangle).unwrap();
     let half = remarks("[world.floor.height_map]\nfile = 'half.obj'\ncell_m = 0.02\n").unwrap();
@@ -219,8 +219,9 @@ fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     assert!(missing.unwrap_err().to_string().contains("none.png"));
 }
 
-/// On bumps a robot stands on four or five rollers that say nearly the same, and in one step of some thousands it is hard to find which of them slide:
-/// there the laws were once left broken by 1.5e-4 m/s, on these very bumps. Every step is solved: 1e-8 m/s is where the solver ends.
+/// On bumps a robot stands on four or five rollers with nearly redundant contacts, and in one step
+/// of some thousands it is hard to determine which of them slide: on these bumps the laws were once
+/// violated by 1.5e-4 m/s. Every step is solved to the solver's tolerance, 1e-8 m/s.
 #[test]
 fn on_bumps_every_step_is_solved() {
     let text = "robot.file = \"mecanum4.urdf\"\ntwist = { vy_m_s = 0.3 }\nrun = { duration_s = 5.5, physics_dt_s = 0.001 }\n\
@@ -231,8 +232,9 @@ fn on_bumps_every_step_is_solved() {
     assert!(residual_m_s < 1e-7, "{residual_m_s:e} m/s");
 }
 
-/// Wheels that are driven into the corner between a floor and a kerb that both grip as well as they press: what sticks and what slides hang on one
-/// another there. Each step is solved all the same, to a millionth of a walking pace, whichever wheels and however they come.
+/// Wheels driven into the corner between a floor and a kerb with the same friction: sticking and
+/// sliding depend on one another there. Each step is solved to a millionth of a walking pace, for
+/// all wheels and directions of approach.
 #[test]
 fn wheels_that_jam_at_a_kerb_are_solved_in_every_step() {
     let frame = "[world.floor]\nfriction = 1.0\nboxes = [

@@ -1,4 +1,5 @@
-//! Hardware as people have it: motors that differ, encoders that count, stages that swallow small torques, integrals that wind up.
+//! Properties of real hardware: motors that differ, encoders with counts, stages with a dead band,
+//! integrals that wind up.
 
 use std::path::Path;
 
@@ -16,12 +17,15 @@ fn driven(text: &str) -> Run {
     run(&scenario(text)).expect("it runs")
 }
 
-/// Motors on full voltage, k (u w0 - w) with k = 0.1 N m s/rad and w0 = 10 rad/s, the front left one on u = 0.9, and nothing slides.
+/// Motors on full voltage, k (u w0 - w) with k = 0.1 N m s/rad and w0 = 10 rad/s, the front left
+/// one on u = 0.9, and nothing slides.
 ///
-/// With the wheels' rates R xi / rho (rows (1, -+1, -+L) of R, R^T R = diag(4, 4, 4 L^2), L = 0.31 m) and bearings of c = 1e-3 N m s/rad the forces
-/// R^T tau / rho = (k w0 R^T u - (k + c) R^T R xi / rho) / rho are those of the bend, m omega (-vy, vx, 0). With V = rho w0 k / (k + c) = 0.49505 m/s:
-/// vx = 0.975 V = 0.4827 m/s; omega = 0.025 V / L = 0.03992 rad/s; vy = 0.025 V - rho^2 / (4 (k + c)) m omega vx, of whose first part nine rollers at
-/// 45 deg lose 2 %. With m = 11.36 kg that is 0.01213 - 0.00135 = 0.01078 m/s.
+/// With the wheels' rates R xi / rho (rows (1, -+1, -+L) of R, R^T R = diag(4, 4, 4 L^2), L = 0.31
+/// m) and bearings of c = 1e-3 N m s/rad the forces R^T tau / rho = (k w0 R^T u - (k + c) R^T R xi
+/// / rho) / rho are those of the bend, m omega (-vy, vx, 0). With V = rho w0 k / (k + c) = 0.49505
+/// m/s: vx = 0.975 V = 0.4827 m/s; omega = 0.025 V / L = 0.03992 rad/s; vy = 0.025 V - rho^2 / (4
+/// (k + c)) m omega vx, of whose first part nine rollers at 45 deg lose 2 %. With m = 11.36 kg that
+/// is 0.01213 - 0.00135 = 0.01078 m/s.
 #[test]
 fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     let text = |weak: &str| {
@@ -33,7 +37,7 @@ fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     let of = |weak: &str| driven(&text(weak)).summary.twist_mean.expect("means");
     let even = of("");
     let found = of("front_left.forwards = 0.9");
-    // Bearings and rollers take what they take of both: 1e-3 N m s/rad beside 0.1, a hundredth.
+    // Bearings and rollers take a share of both: 1e-3 N m s/rad beside 0.1, a hundredth.
     assert!((even.vx_m_s / 0.5 - 1.0).abs() < 0.015, "{even:?}");
     let mass_kg = driven(&text("")).trace.header.mass_kg;
     let unit_m_s = even.vx_m_s;
@@ -45,7 +49,8 @@ fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     let bend_n = mass_kg * (0.975 * paper_m_s) * (0.025 * paper_m_s / 0.31);
     let sideways_m_s = 0.98 * 0.025 * paper_m_s - bend_n / (4.0 * 0.101 / (0.05 * 0.05));
     assert!((sideways_m_s - 0.01078).abs() < 1e-5, "{sideways_m_s}");
-    // Rollers shift the contacts by up to a quarter of the radius, which bends the lever by percents: 5 % of 0.0108 m/s.
+    // Rollers shift the contacts by up to a quarter of the radius, which bends the lever by
+    // percents: 5 % of 0.0108 m/s.
     assert!(
         (found.vy_m_s - sideways_m_s).abs() < 5e-4,
         "{found:?} {sideways_m_s}"
@@ -56,8 +61,9 @@ fn a_weaker_motor_bends_the_way_as_least_squares_have_it() {
     assert_eq!(of("front_left.backwards = 0.9").vx_m_s, even.vx_m_s);
 }
 
-/// 20 counts a turn, read every 20 ms: one count is 2 pi / 20 / 0.02 = 15.7 rad/s. Torques of 0.05 (2 - w) against bearings of 1e-3 N m s/rad turn a wheel at
-/// w = 2 x 0.05 / 0.051 = 1.961 rad/s, and a count comes in w x 0.02 x 20 / 2 pi = 12.48 % of the reads.
+/// 20 counts a turn, read every 20 ms: one count is 2 pi / 20 / 0.02 = 15.7 rad/s. Torques of 0.05
+/// (2 - w) against bearings of 1e-3 N m s/rad turn a wheel at w = 2 x 0.05 / 0.051 = 1.961 rad/s,
+/// and a count comes in w x 0.02 x 20 / 2 pi = 12.48 % of the reads.
 #[test]
 fn an_encoder_of_twenty_counts_says_one_count_or_none() {
     let text = "twist = {}\nsensors.encoders.counts_per_turn = 20\nrun.control_dt_s = 0.02\nrun.physics_dt_s = 2e-3";
@@ -72,7 +78,7 @@ fn an_encoder_of_twenty_counts_says_one_count_or_none() {
             assert!(is_one || seen == 0.0, "{seen}");
             some += i32::from(is_one);
         }
-        // Torques that an ideal motor would need are not known here: wheels are led by what really is.
+        // The ideal motor torques are unknown here: the wheels are controlled by their real rates.
         let real = plant.world().robot().wheel_rates_rad_s().to_vec();
         let torques: Vec<f64> = real.iter().map(|rate| 0.05 * (2.0 - rate)).collect();
         if period > 50 {
@@ -83,9 +89,10 @@ fn an_encoder_of_twenty_counts_says_one_count_or_none() {
             .expect("it goes");
     }
     let share = f64::from(some) / f64::from(reads);
-    // Of what the wheel really turned, a little less than 2 rad/s; one count more or less of seventy.
+    // For the real rotation of the wheel, a little less than 2 rad/s; one count more or less of
+    // seventy.
     let expected = turned_rad / f64::from(reads) * 20.0 / std::f64::consts::TAU;
-    // Rollers that hand over shake the rate by some per mille.
+    // Hand-overs shake the rate by some per mille.
     assert!((expected - 0.1248).abs() < 1e-3, "{expected}");
     assert!(
         (share - expected).abs() < 2.0 / f64::from(reads),
@@ -93,7 +100,8 @@ fn an_encoder_of_twenty_counts_says_one_count_or_none() {
     );
 }
 
-/// A drive that swallows 0.2 N m does not move a wheel for which a P loop asks less: 0.1 N m s/rad times 1.5 rad/s are 0.15 N m.
+/// A drive with a dead band of 0.2 N m does not move a wheel for which a P loop demands less: 0.1 N
+/// m s/rad times 1.5 rad/s are 0.15 N m.
 #[test]
 fn a_dead_band_swallows_small_torques() {
     let text = |band: &str| {
@@ -106,7 +114,8 @@ fn a_dead_band_swallows_small_torques() {
     assert!(driven(&text("0.02")).summary.travelled_m > 0.1);
 }
 
-/// A sampled PI on a motor that cannot reach its target winds up for 1.5 s, and runs on by what it has gathered where nothing stops its integral.
+/// A sampled PI on a motor that cannot reach its target winds up for 1.5 s, and overruns by its
+/// integral unless that is limited.
 #[test]
 fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     let overrun = |keys: &str| {
@@ -125,10 +134,12 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     assert!(limited < 0.5 * wound, "{limited} {wound}");
 }
 
-/// P loops on all wheels of a robot that keeps its grip are one integrator in each direction of motion, k / J with J what a wheel feels there, and torques that
-/// come late by d let them swing from k / J (d + T / 2) = pi / 2 on, T the step for which they are held. The direction in which J is least is the first to
-/// swing, so the robot moves in that. Bearings damp too little to count: 1e-3 beside 0.25 N m s/rad. Off the margin by a tenth the swing goes as
-/// exp(+-0.045 k t / J), some hundred times in 4 s.
+/// P loops on all wheels of a robot without sliding are one integrator in each direction of motion,
+/// k / J with J the inertia at a wheel there. Torques that come late by d make them unstable from k
+/// / J (d + T / 2) = pi / 2 on, T the step for which they are held. The direction with the smallest
+/// J is the first, so the robot moves in that. The bearings' damping is negligible: 1e-3 beside
+/// 0.25 N m s/rad. A tenth off the margin the oscillation changes as exp(+-0.045 k t / J), some
+/// hundred times in 4 s.
 #[test]
 fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
     let gain_n_m_s = 0.25;
@@ -165,8 +176,8 @@ fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
     );
 }
 
-/// Gains that are left out are for torques as late as they come: no note, and 0.1 m/s as asked. A gain that is too high for them is remarked with one
-/// that would do, and what the latency does to the robot has a cause of its own.
+/// Default gains allow for the latency: no warning, and 0.1 m/s as commanded. A gain too high for
+/// it is reported with a suitable one, and the effect of the latency has its own cause.
 #[test]
 fn gains_that_are_left_out_bear_the_latency_and_others_are_remarked() {
     let of = |keys: &str| {
@@ -202,9 +213,11 @@ fn gains_that_are_left_out_bear_the_latency_and_others_are_remarked() {
     assert!(refused.is_err_and(|error| error.to_string().contains("latency_s")));
 }
 
-/// (1, 0.8) m/s and 2 rad/s take 48.4 rad/s of a wheel: (1 + 0.8) / 0.05 for the way and 0.31 x 2 / 0.05 = 12.4 for the turn, where 30 are to be had. All
-/// together keep 30 / 48.4; with the heading first it turns as asked, and the way keeps (30 - 12.4) / 36; with the position first the way keeps 30 / 36 and
-/// nothing is left to turn by. What is commanded is exact but for sums of numbers of about 50.
+/// (1, 0.8) m/s and 2 rad/s take 48.4 rad/s of a wheel: (1 + 0.8) / 0.05 for the translation and
+/// 0.31 x 2 / 0.05 = 12.4 for the rotation, with a limit of 30. Scaled together they keep 30 /
+/// 48.4; with the heading first the rotation is kept, and the translation keeps (30 - 12.4) / 36;
+/// with the position first the translation keeps 30 / 36 and nothing is left for the rotation. The
+/// command is exact except for sums of numbers of about 50.
 #[test]
 fn a_twist_gives_way_by_its_priority() {
     for (keys, way, turn) in [

@@ -1,14 +1,16 @@
-//! Robots that press bodies into walls and into one another: each step is solved, in halves if need be.
+//! Robots that press bodies into walls and into one another: each step is solved, in halves if
+//! necessary.
 
 use ilon_sim::Scenario;
 use ilon_sim::simulate::Simulation;
 
 const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-/// No step of a jam may break its laws by more than this, in m/s: a two-thousandth of the 0.2 m/s and more at which the robots push.
+/// The largest violation of the laws in a step of a jam, in m/s: a two-thousandth of the robots'
+/// speeds of 0.2 m/s and more.
 const HELD_M_S: f64 = 1e-4;
 
-/// Numbers between two bounds, the same in every run.
+/// Random numbers between two bounds, the same in every run.
 struct Draw(u64);
 
 impl Draw {
@@ -26,7 +28,7 @@ fn wall([x_m, y_m]: [f64; 2], [length_x_m, length_y_m]: [f64; 2], heading_deg: f
     )
 }
 
-/// A box, a can that stands or lies, or a ball.
+/// A box, a standing or lying can, or a ball.
 fn body(draw: &mut Draw, name: usize, [x_m, y_m]: [f64; 2]) -> String {
     let mut size = |least: f64, most: f64| draw.between(least, most);
     let radius_m = size(0.03, 0.06);
@@ -79,7 +81,7 @@ fn jam(seed: u64, robot: &str, keys: &str, bodies: usize) -> String {
     text
 }
 
-/// The most by which a step of a scenario breaks its laws, in m/s.
+/// The largest violation of the laws in a step of a scenario, in m/s.
 fn worst_m_s(text: &str) -> f64 {
     let scenario = Scenario::from_toml(text, "jam", ROBOTS).expect("a scenario");
     let mut simulation = Simulation::new(&scenario).expect("it can be run");
@@ -91,7 +93,8 @@ fn worst_m_s(text: &str) -> f64 {
     worst_m_s
 }
 
-/// A box of 2 kg that a robot pushes askew along a wall. As the chassis meets the wall, after 2.24 s, one step used to miss its laws by 0.165 m/s.
+/// A robot pushes a box of 2 kg askew along a wall. When the chassis meets the wall, after 2.24 s,
+/// one step used to violate its laws by 0.165 m/s.
 #[test]
 fn a_box_wedged_between_a_robot_and_two_walls_is_solved_in_every_step() {
     let walls = wall([1.0, 0.0], [0.2, 3.0], 0.0) + &wall([0.5, 0.6], [1.0, 0.1], 0.0);
@@ -105,7 +108,8 @@ fn a_box_wedged_between_a_robot_and_two_walls_is_solved_in_every_step() {
     assert!(worst_m_s < HELD_M_S, "{worst_m_s:e} m/s");
 }
 
-/// Jams drawn at random: three robots, rollers that slide along their axles, that rolling costs something, that give, and motors whose gears lose.
+/// Random jams: three robots; rollers with axial play, rolling resistance or treads; motors with
+/// gear losses.
 #[test]
 fn jams_drawn_at_random_are_solved_in_every_step() {
     let play = "[rollers]\naxial_play_m = 3e-4\n";

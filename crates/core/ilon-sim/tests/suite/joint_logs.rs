@@ -1,4 +1,4 @@
-//! Joints that servos drive where a log sends them: CSV files and bags, beside wheels or alone, and what is refused.
+//! Driven joints that follow a log: CSV files and bags, beside wheels or alone, and refused logs.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ const ROBOT: &str = concat!(
     "/../../../assets/robots/mecanum4_arm.urdf"
 );
 
-/// A scenario in a folder, of a robot whose arm a servo drives.
+/// A scenario in a folder, of a robot with a driven arm.
 fn scenario(folder: &Path, joint: &str, motion: &str) -> Result<Scenario, Error> {
     let text = format!(
         "[robot]\nfile = \"{ROBOT}\"\n\
@@ -30,7 +30,7 @@ fn scenario(folder: &Path, joint: &str, motion: &str) -> Result<Scenario, Error>
     Scenario::from_toml(&text, "joints", folder)
 }
 
-/// What comes of a CSV file that drives the joints.
+/// The run of a CSV file that drives the joints.
 fn of_csv(csv: &str, joint: &str, motion: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("log.csv"), csv).expect("a log");
@@ -38,10 +38,11 @@ fn of_csv(csv: &str, joint: &str, motion: &str) -> Result<Run, Error> {
 }
 
 const ALONE: &str = "[playback]\nfile = \"log.csv\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
-/// From 0.2 rad within a second to 0.6 rad: at a constant rate, which the servo follows with the delay of a critically damped one.
+/// From 0.2 rad within a second to 0.6 rad: at a constant rate, which the servo follows with the
+/// delay of a critically damped one.
 const ROWS: &str = "t_s,arm_position_rad\n5,0.2\n6,0.6\n";
 
-/// Where the arm is at a time.
+/// Position of the arm at a time.
 fn arm_at(run: &Run, t_s: f64) -> f64 {
     let records = run.trace.records();
     let near = records.iter().min_by(|a, b| {
@@ -51,7 +52,8 @@ fn arm_at(run: &Run, t_s: f64) -> f64 {
     near.expect("records").joints[0].position
 }
 
-/// The run begins where the log begins, whatever its clock, goes along the line between its rows, and ends with it.
+/// The run begins at the log's beginning, whatever its clock, interpolates linearly between its
+/// rows, and ends with it.
 #[test_case(ROWS, ""; "by the joints name")]
 #[test_case("t_ms,arm_position_deg\n0,11.459155902616464\n1000,34.37746770784939\n", ""; "in degrees and milliseconds")]
 #[test_case("t_s,joint_arm_position_rad,wheel\n0,0.2,1\n0.5,,2\n1,0.6,3\n", ""; "as in a trace and with an empty cell")]
@@ -61,7 +63,8 @@ fn a_csv_file_drives_a_joint_beside_a_twist(csv: &str, names: &str) {
     let run = of_csv(csv, "", &motion).expect("a run");
     assert!((run.summary.duration_s - 1.0).abs() < 1e-9);
     assert!((arm_at(&run, 0.0) - 0.2).abs() < 1e-6);
-    // A critically damped servo that knows its target's rate follows without a lag but for friction and damping: some mrad, as with setpoints.
+    // A critically damped servo that knows its target's rate follows without a lag except for
+    // friction and damping: some mrad, as with setpoints.
     assert!(
         (arm_at(&run, 0.5) - 0.4).abs() < 0.01,
         "{}",
@@ -69,7 +72,8 @@ fn a_csv_file_drives_a_joint_beside_a_twist(csv: &str, names: &str) {
     );
 }
 
-/// Of the arm and of the lift, which turns and which slides: the same scenario of another joint.
+/// For the arm and for the lift, a revolute and a prismatic joint: the same scenario of another
+/// joint.
 fn of_lift(csv: &str, motion: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("log.csv"), csv).expect("a log");
@@ -78,10 +82,12 @@ fn of_lift(csv: &str, motion: &str) -> Result<Run, Error> {
     run(&Scenario::from_toml(&lift, "joints", folder.path())?)
 }
 
-/// 0.4 rad/s for half a second, and 0.2 rad/s back for as long as a row stands; the arm is held afterwards.
+/// 0.4 rad/s for half a second, and 0.2 rad/s back for the interval of rows; the arm is held
+/// afterwards.
 const RATES: &str = "t_s,arm_rate_rad_s\n3,0.4\n3.5,-0.2\n";
 
-/// A log of rates takes the joint to their integral, each holding until the next and the last as long as rows do; then the servo holds the joint where it is.
+/// A log of rates moves the joint by their integral, each holding until the next and the last for
+/// the interval of rows; then the servo holds the joint in place.
 #[test_case(RATES, ""; "by the joints name")]
 #[test_case("t_s,arm_rate_deg_s\n0,22.918311805232932\n0.5,-11.459155902616466\n", ""; "in degrees")]
 #[test_case("t_s,joint_arm_rate_rad_s,joint_arm_position_rad\n0,0.4,\n0.2,,\n0.25,NaN,nan\n0.5,-0.2,\n", ""; "as in a trace with cells that say nothing")]
@@ -90,7 +96,8 @@ const RATES: &str = "t_s,arm_rate_rad_s\n3,0.4\n3.5,-0.2\n";
 fn rates_of_a_csv_file_move_a_joint_to_their_integral(csv: &str, keys: &str) {
     let motion = ALONE.replace("[twist]", &format!("{keys}[twist]"));
     let run = of_csv(csv, "", &format!("{motion}[run]\nduration_s = 1.5\n")).expect("a run");
-    // Sagging by friction and damping: (0.1 + 0.05 x 0.4) N m over 599 N m/rad, 0.2 mrad to either side.
+    // Deflection by friction and damping: (0.1 + 0.05 x 0.4) N m over 599 N m/rad, 0.2 mrad to
+    // either side.
     for (t_s, expected) in [(0.0, 0.0), (0.4, 0.16), (0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
         let found = arm_at(&run, t_s);
         assert!(
@@ -100,7 +107,8 @@ fn rates_of_a_csv_file_move_a_joint_to_their_integral(csv: &str, keys: &str) {
     }
 }
 
-/// A run ends when the last rate has held as long as rows do, and begins where the log has the joint.
+/// A run ends when the last rate has lasted for the interval of rows, and begins at the log's joint
+/// position.
 #[test]
 fn rates_begin_where_the_log_has_the_joint() {
     let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.3,0.4\n0.5,,-0.2\n";
@@ -112,7 +120,8 @@ fn rates_begin_where_the_log_has_the_joint() {
     }
 }
 
-/// The lift has 4 kg, friction of 1 N and damping of 5 N s/m: x'' = (F - m g - f - c x') / m; and once the force ends, the servo holds it where it is.
+/// The lift has 4 kg, friction of 1 N and damping of 5 N s/m: x'' = (F - m g - f - c x') / m; after
+/// the force ends, the servo holds it in place.
 #[test]
 fn forces_of_a_csv_file_lift_what_newton_says() {
     let (mass_kg, friction_n, damping_n_s_m, force_n) = (4.0, 1.0, 5.0, 45.0);
@@ -128,13 +137,14 @@ fn forces_of_a_csv_file_lift_what_newton_says() {
             "{found} {expected}"
         );
     }
-    // It comes to rest from 0.45 m/s within a period of its servo, 0.1 s, and some.
+    // It stops from 0.45 m/s within about a period of its servo, 0.1 s.
     let held = arm_at(&run, 1.4);
     assert!((held - arm_at(&run, 1.0)).abs() < 1e-4, "{held}");
     assert!((held - at_m(0.5)).abs() < 0.03, "{held} {}", at_m(0.5));
 }
 
-/// A row says the first of position, rate and torque that it has: a command by rate takes the place of one by position, and the other way round.
+/// Of position, rate and torque the first one in a row counts: a command by rate replaces one by
+/// position, and vice versa.
 #[test]
 fn each_row_drives_by_the_first_that_it_says() {
     let csv = "t_s,arm_position_rad,arm_rate_rad_s\n0,0.1,\n1,0.3,5\n1.5,,0.4\n2,0.5,\n2.5,0.5,\n";
@@ -142,7 +152,7 @@ fn each_row_drives_by_the_first_that_it_says() {
     assert!((run.summary.duration_s - 2.5).abs() < 1e-9);
     for (t_s, expected) in [(0.5, 0.2), (1.0, 0.3), (1.4, 0.3), (2.0, 0.5), (2.4, 0.5)] {
         let found = arm_at(&run, t_s);
-        // As with positions alone: some mrad of lag where a target sets out.
+        // As with positions alone: some mrad of lag when a target starts to move.
         assert!(
             (found - expected).abs() < 0.01,
             "{t_s} s: {found} {expected}"
@@ -164,12 +174,12 @@ fn a_log_of_wheels_takes_joints_along() {
     assert!((arm_at(&run, 0.5) - 0.4).abs() < 0.01);
     let goes = run.trace.records().last().expect("records").truth.pose.x_m;
     assert!(goes > 0.1, "{goes}");
-    // A target in the scenario holds the joint, whatever the log says.
+    // A target in the scenario holds the joint, regardless of the log.
     let held = of_csv(&csv, "target_rad = 0.1", motion).expect("a run");
     assert!((arm_at(&held, 0.9) - 0.1).abs() < 0.01);
 }
 
-/// What a reset begins with is the log's beginning, and snapshots of both plants are of one plan.
+/// A reset begins at the log's beginning, and snapshots of both plants are compatible.
 #[test]
 fn a_reset_begins_where_the_log_begins() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -194,7 +204,7 @@ fn joint_state(names: &[&str], position: &[f64]) -> JointState {
     }
 }
 
-/// What comes of a bag of joints' positions and twists, at times in seconds.
+/// The run of a bag of joint positions and twists, at times in seconds.
 fn of_bag<M: Message>(joints: &[(f64, M)], motion: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut bag = BagWriter::create(&folder.path().join("bag")).expect("a bag");
@@ -215,7 +225,7 @@ fn of_bag<M: Message>(joints: &[(f64, M)], motion: &str) -> Result<Run, Error> {
     run(&scenario(folder.path(), "", motion)?)
 }
 
-/// A joint's state, of which NaN is not known.
+/// A joint's state; NaN is unknown.
 fn state_of_arm(position: f64, velocity: f64, effort: f64) -> JointState {
     let beside = |number: f64| match number.is_nan() {
         true => Vec::new(),
@@ -230,7 +240,8 @@ fn state_of_arm(position: f64, velocity: f64, effort: f64) -> JointState {
     }
 }
 
-/// Messages without a position run the joint by its velocity, and without that load it with its effort.
+/// Messages without a position drive the joint by its velocity, and without a velocity by its
+/// effort.
 #[test]
 fn a_bag_of_velocities_or_efforts_drives_joints() {
     let nan = f64::NAN;
@@ -243,7 +254,8 @@ fn a_bag_of_velocities_or_efforts_drives_joints() {
     for (t_s, expected) in [(0.5, 0.2), (1.0, 0.1), (1.4, 0.1)] {
         assert!((arm_at(&run, t_s) - expected).abs() < 1e-3, "{t_s}");
     }
-    // 0.4 N m against friction of 0.1 and damping of 0.05 on 0.1517 kg m^2, on a robot that its floor holds: q = a / c (t - J / c (1 - exp(-c t / J))).
+    // 0.4 N m against friction of 0.1 and damping of 0.05 on 0.1517 kg m^2, on a robot that its
+    // floor holds: q = a / c (t - J / c (1 - exp(-c t / J))).
     let efforts = [0.0, 0.5].map(|t_s| (t_s, state_of_arm(nan, nan, 0.4)));
     let run = of_bag(&efforts, BAG_ALONE).expect("a run");
     let (time_s, rate): (f64, f64) = (0.1517 / 0.05, 0.3 / 0.05);
@@ -255,7 +267,8 @@ fn a_bag_of_velocities_or_efforts_drives_joints() {
     );
 }
 
-/// A run whose arm swings by 1 rad within 0.6 s, at up to 3.125 rad/s and 16.04 rad/s^2, and the largest distance of another's arm from it, in rad.
+/// A run whose arm swings by 1 rad within 0.6 s, at up to 3.125 rad/s and 16.04 rad/s^2, and the
+/// largest distance of another's arm from it, in rad.
 fn swing(folder: &Path) -> Simulation {
     let joint = "friction_n_m = 0\nsetpoints = [{ t_s = 0, position_rad = 0.2 }, { t_s = 0.6, position_rad = 1.2 }]\n";
     let motion = "[twist]\nvx_m_s = 0\n[run]\nduration_s = 0.6\n";
@@ -268,8 +281,9 @@ fn apart_rad(one: &Run, other: &Run) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-/// A servo lags by acceleration x inertia / stiffness, 16.04 x 0.1517 / 599 = 4.1 mrad, and by some of damping; rates that hold from row to row lag by half
-/// a control period of 10 ms, 15.6 mrad more at the fastest.
+/// A servo lags by acceleration x inertia / stiffness, 16.04 x 0.1517 / 599 = 4.1 mrad, and by some
+/// of damping; rates that hold from row to row lag by half a control period of 10 ms, 15.6 mrad
+/// more at the fastest.
 #[test_case("position", 0.005; "positions")]
 #[test_case("rate", 0.021; "rates")]
 fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
@@ -291,8 +305,9 @@ fn the_bag_of_a_run_moves_its_joint_again(by: &str, within_rad: f64) {
     assert!(off_rad < within_rad, "{off_rad} rad");
 }
 
-/// A trace's torque has the joint's damping in it, 0.05 N m s/rad, beside the servo's. A row's torque is the mean over the period that it ends, so
-/// that the next row's is what acts from a row on.
+/// A trace's torque includes the joint's damping, 0.05 N m s/rad, besides the servo's. A row's
+/// torque is the mean over the period that it ends, so that the torque from a row on is in the next
+/// one.
 #[test]
 fn the_torques_of_a_trace_move_its_joint_again() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -314,7 +329,8 @@ const BAG: &str =
     "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/joint_commands\"\n";
 const BAG_ALONE: &str = "[playback]\nfile = \"bag\"\ndrives = \"joints\"\n[twist]\nvx_m_s = 0\n";
 
-/// A bag drives joints beside a twist, from the twist's first message on, or alone, from their own first on.
+/// A bag drives joints beside a twist, from the twist's first message on, or alone, from their own
+/// first on.
 #[test]
 fn a_bag_drives_joints() {
     let said = [
@@ -357,7 +373,8 @@ fn trajectory(points: &[(f64, f64)]) -> JointTrajectory {
     }
 }
 
-/// A trajectory goes from when it came, and another takes its place from where it has come to.
+/// A trajectory starts at the time of its message, and another one replaces it from the position
+/// reached.
 #[test]
 fn a_bag_of_trajectories_drives_joints() {
     let said = [

@@ -1,4 +1,4 @@
-//! Joints that servos drive: where a scenario's setpoints and a program send them, and what is refused.
+//! Driven joints: commands from a scenario's setpoints and from a program, and refused ones.
 
 use std::path::Path;
 
@@ -42,15 +42,17 @@ fn position(plant: &Plant) -> f64 {
     plant.world().robot().joint_positions()[0]
 }
 
-/// A run begins at the first setpoint, passes half of a smooth way in half of its time, and ends at the last.
+/// A run begins at the first setpoint, passes half of a smooth motion in half of its time, and ends
+/// at the last.
 #[test]
 fn an_arm_goes_through_its_setpoints() {
     let mut plant = plant(ARM).expect("a scenario");
     let hold = WheelCommand::Rates(&HOLD);
-    // The arm turns about the vertical, so nothing makes it sag; dry friction and what is left of equilibrium are far smaller.
+    // The arm turns about the vertical, so it does not sag; dry friction and the error of the
+    // equilibrium are far smaller.
     assert!((position(&plant) - 0.2).abs() < 1e-6);
     plant.advance(hold, 0.35).expect("it goes");
-    // The target moves at 3.75 rad/s, damping of the joint and its dry friction hold it back by some mrad.
+    // The target moves at 3.75 rad/s; the joint's damping and dry friction delay it by some mrad.
     assert!(
         (position(&plant) - 0.7).abs() < 0.01,
         "{}",
@@ -64,7 +66,7 @@ fn an_arm_goes_through_its_setpoints() {
     );
 }
 
-/// A program sends the joint elsewhere, and the setpoints no longer hold; a snapshot brings all back to the bit.
+/// A program's command replaces the setpoints; a snapshot restores everything to the bit.
 #[test]
 fn a_program_sends_a_joint_and_a_snapshot_brings_it_back() {
     let mut plant = plant(ARM).expect("a scenario");
@@ -140,13 +142,13 @@ fn a_force_lifts_what_newton_says() {
     let time_s = mass_kg / damping_n_s_m;
     let decayed = 1.0 - (-0.5 / time_s).exp();
     let expected_m = net_n / damping_n_s_m * (0.5 - time_s * decayed);
-    // The ground gives way by micrometres, and the first step only holds it.
+    // The ground deflects by micrometres, and the first step only holds it.
     let found_m = position(&plant);
     assert!(
         (found_m - expected_m).abs() < 5e-3 * expected_m,
         "{found_m} {expected_m}"
     );
-    // Never more than its effort: 200 N holds nothing that 1e6 N could.
+    // Never more than its effort: 200 N cannot hold what 1e6 N could.
     plant
         .command_joints(&[("lift", JointCommand::Effort(1e6))])
         .expect("a force");
@@ -159,7 +161,8 @@ fn a_force_lifts_what_newton_says() {
     assert!(gained < most && gained > 0.9 * most, "{gained} {most}");
 }
 
-/// A servo at a rate u sags by what it bears over its stiffness, (m g + f + c u) / K, and no further on: x = u t less that. K = m (2 pi 10 Hz)^2.
+/// A servo at a rate u sags by its load over its stiffness, (m g + f + c u) / K, and no more with
+/// time: x = u t minus that. K = m (2 pi 10 Hz)^2.
 #[test]
 fn a_servo_follows_a_rate_and_sags_no_further() {
     let mut plant = lift("{ t_s = 0, rate_m_s = 0.2 }");
@@ -173,7 +176,8 @@ fn a_servo_follows_a_rate_and_sags_no_further() {
         (found_m - expected_m).abs() < 2e-5,
         "{found_m} {expected_m}"
     );
-    // Down again, and beyond neither limit: the target stays at the stop, so that it turns back at once.
+    // Down again, and not beyond either limit: the target stays at the stop, so that it reverses at
+    // once.
     plant
         .command_joints(&[("lift", JointCommand::Rate(-0.3))])
         .expect("a rate");
@@ -191,8 +195,9 @@ fn a_servo_follows_a_rate_and_sags_no_further() {
     assert!((found_m - (0.1 - sag_m)).abs() < 1e-4, "{found_m}");
 }
 
-/// What holds a joint back holds its target back: after a second against an effort that cannot lift, the arm's target is no further ahead than the effort can
-/// hold, and a rate the other way turns it back at once.
+/// A blocked joint holds its target back: after a second against an effort that cannot lift, the
+/// arm's target leads by no more than the effort can hold, and a rate the other way reverses it at
+/// once.
 #[test]
 fn a_target_does_not_run_away_from_a_joint_that_is_held_back() {
     let joints = "[robot.joints.lift]\nrole = \"driven\"\neffort_n = 20\nsetpoints = [{ t_s = 0, rate_m_s = 0.2 }]";
@@ -211,7 +216,7 @@ fn a_target_does_not_run_away_from_a_joint_that_is_held_back() {
     assert!((target_m - ahead_m).abs() < 2e-4, "{target_m} {ahead_m}");
 }
 
-/// A scenario in which the arm is held at an angle, under a law of the wheels.
+/// A scenario in which the arm is held at an angle, under a wheel law.
 fn held_at(target_rad: f64, law: &str) -> Scenario {
     let joints = format!("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = {target_rad}");
     let joints = format!("{joints}\n\n[wheel_loop]\nlaw = \"{law}\"");
@@ -219,7 +224,7 @@ fn held_at(target_rad: f64, law: &str) -> Scenario {
     Scenario::from_toml(&text(&joints), "joints", folder).expect("a scenario")
 }
 
-/// The robot whose arm stands at zero where that of the file stands at 1.2 rad.
+/// The robot whose arm is at zero where that of the file is at 1.2 rad.
 fn made_swung_out() -> Robot {
     let robot = load_robot(&held_at(0.0, "pid")).expect("a robot");
     let mut made = robot.posed(&[1.2]);
@@ -229,7 +234,8 @@ fn made_swung_out() -> Robot {
     made
 }
 
-/// A robot that has swung its arm out goes as one whose arm was made so: gains, masses, kinematics and loads of every law are those of the pose.
+/// A robot with its arm at an angle behaves like one whose arm was built there: gains, masses,
+/// kinematics and loads of every law are those of the pose.
 #[test_case("pid")]
 #[test_case("computed_torque")]
 #[test_case("prioritised_torque")]
@@ -252,13 +258,14 @@ fn a_robot_goes_as_one_that_was_made_in_its_pose(law: &str) {
         goes(&held_at(0.0, law), &made_swung_out()),
     );
     assert!(swung.x_m.hypot(swung.y_m) > 0.02, "{swung:?}");
-    // The same system in other numbers: rounding, and what equilibrium leaves open.
+    // The same system in other numbers: rounding, and the tolerance of the equilibrium.
     let off_m = (swung.position_m() - made.position_m()).norm();
     let off_rad = (swung.heading_rad - made.heading_rad).abs();
     assert!(off_m < 1e-6 && off_rad < 1e-6, "{swung:?} {made:?}");
 }
 
-/// A robot whose arm has swung out while it stood goes on as one whose arm was out from the beginning: the law has followed.
+/// A robot whose arm has swung out at rest continues like one whose arm was out from the beginning:
+/// the law has followed.
 #[test_case("computed_torque")]
 #[test_case("prioritised_torque")]
 fn a_law_follows_joints_that_move(law: &str) {
@@ -283,7 +290,8 @@ fn a_law_follows_joints_that_move(law: &str) {
         goes("[robot.joints.arm]\nrole = \"driven\"\ntarget_rad = 1.2"),
     );
     assert!(started.vx_m_s > 0.02, "{started:?}");
-    // The arm's recoil leaves each wheel on another place of its rollers. A law that stayed would be off by 0.1 mm and 4 mrad.
+    // The arm's recoil leaves each wheel at another angle of its rollers. A law that did not follow
+    // would be off by 0.1 mm and 4 mrad.
     let off = [
         followed.vx_m_s - started.vx_m_s,
         followed.vy_m_s - started.vy_m_s,
@@ -292,8 +300,8 @@ fn a_law_follows_joints_that_move(law: &str) {
     assert!(off.iter().all(|off| off.abs() < 3e-6), "{off:?}");
 }
 
-/// Guidance and odometry count from where the servos start: wheels that have moved out by 50 mm turn the robot by their own places, as the arm l + w of the
-/// mecanum matrix says.
+/// Guidance and odometry use the start positions of the servos: wheels moved out by 50 mm turn the
+/// robot by their own places, like the arm l + w of the mecanum matrix.
 #[test]
 fn kinematics_are_those_of_where_the_joints_start() {
     let rates_at = |out_m: f64| {
@@ -331,7 +339,8 @@ fn kinematics_are_those_of_where_the_joints_start() {
     }
 }
 
-/// What grip allows is that of the pose: with its arm swung out a robot is limited as one whose arm was made so.
+/// The limits of grip are those of the pose: a robot with its arm swung out has the limits of one
+/// built like that.
 #[test]
 fn limits_are_those_of_where_the_joints_start() {
     let limits = |target_rad: f64, robot: &Robot| {
@@ -353,7 +362,8 @@ fn limits_are_those_of_where_the_joints_start() {
     assert!(changed.fold(0.0, f64::max) > 0.01);
 }
 
-/// Of a motion between what grip gives with the arm ahead and with the arm out, it is remarked before the run where the arm will have moved.
+/// A motion between the limits of grip with the arm ahead and with the arm out is reported before
+/// the run, if the arm will have moved.
 #[test]
 fn a_motion_is_judged_with_the_arm_where_its_setpoints_send_it() {
     let ahead_m_s2 = |target_rad: f64| {

@@ -1,4 +1,4 @@
-//! Accelerations that are announced as free of slip against the simulated world, on robots that look random.
+//! Predicted slip-free accelerations against the simulation, for random robots.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use ilon_sim::robot::{Robot, Twist};
 use ilon_sim::simulate::{Commanded, Controller, Limits, Moment};
 use ilon_sim::{Run, Scenario, Simulation};
 
-/// Numbers in [0, 1) that look random, always the same.
+/// Random numbers in [0, 1), the same in every run.
 struct Noise(u64);
 
 impl Noise {
@@ -34,8 +34,9 @@ struct Case {
     direction: Twist,
 }
 
-/// Three to six wheels on rings and axles, wheels of 30 to 80 mm, 2 to 30 kg, the centre of mass up to a fifth off the middle; frictions of
-/// 0.1 to 1; slopes up to 10 deg, and to a third of what the floor holds.
+/// Three to six wheels on rings and axles, wheels of 30 to 80 mm, 2 to 30 kg, the centre of mass up
+/// to a fifth off the middle; frictions of 0.1 to 1; slopes up to 10 deg, and to a third of the
+/// floor's limit.
 fn case(k: u64) -> Case {
     let mut noise = Noise(77 + 1000 * k);
     for _ in 0..4 {
@@ -112,7 +113,8 @@ fn case(k: u64) -> Case {
     }
 }
 
-/// Three to six wheels, mecanum or on a ring that is none quite, rollers at any angle up to 65 deg; the rest as of [`case`], from a seed.
+/// Three to six wheels, mecanum or on an irregular ring, rollers at any angle up to 65 deg; the
+/// rest like [`case`], from a seed.
 fn stranger(seed: u64) -> Case {
     let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995);
     for _ in 0..8 {
@@ -191,7 +193,8 @@ fn stranger(seed: u64) -> Case {
     }
 }
 
-/// Speeds up along a direction by an acceleration that grows smoothly from one time to another and stays.
+/// Speeds up along a direction with an acceleration that rises smoothly between two times and stays
+/// constant.
 struct SpeedsUp {
     direction: Twist,
     most: f64,
@@ -201,8 +204,9 @@ struct SpeedsUp {
 const FROM_S: f64 = 0.2;
 const GROWS_S: f64 = 0.5;
 const HOLDS_S: f64 = 0.15;
-/// Between new targets of the wheels. They are steps, which a loop of bandwidth w answers with a torque that falls by w T over a period T: at
-/// 60 rad/s a wheel pushes up to 15 % more than in the mean with 5 ms, and 3 % with 1 ms.
+/// Period of the wheels' targets, in seconds. Targets are steps, which a loop of bandwidth w
+/// answers with a torque that falls by w T over a period T: at 60 rad/s a wheel's force is up to 15
+/// % above the mean with 5 ms, and 3 % with 1 ms.
 const CONTROL_S: f64 = 0.001;
 /// The bandwidth of the wheels' loops.
 const LOOPS_RAD_S: f64 = 60.0;
@@ -267,7 +271,7 @@ impl Case {
     }
 }
 
-/// The motion of a case: how far its acceleration and its speed have come at times, per unit of the acceleration that it reaches.
+/// The motion of a case: times, with acceleration and speed per unit of the final acceleration.
 fn profile() -> impl Iterator<Item = (f64, f64, f64, f64)> {
     const STEP_S: f64 = 1e-3;
     let (mut speed, mut way) = (0.0, 0.0);
@@ -282,19 +286,19 @@ fn profile() -> impl Iterator<Item = (f64, f64, f64, f64)> {
     })
 }
 
-/// What a motion takes of its wheels' grip.
+/// The use of the wheels' grip by a motion.
 struct Foreseen {
-    /// When a wheel uses all of it first, in seconds; `None` where none does.
+    /// The first time at which a wheel uses all of it, in seconds; `None` if none does.
     at_s: Option<f64>,
-    /// Which wheel uses most, then or ever.
+    /// The wheel that uses most, then or at any time.
     wheel: usize,
-    /// What each uses then.
+    /// The use of each wheel then.
     used: Vec<f64>,
 }
 
 impl Case {
-    /// What speeding up to an acceleration takes of the wheels' grip, loops alike: with the motion's own centripetal forces, and the slope as it
-    /// lies from the robot that turns.
+    /// The use of the wheels' grip while speeding up to an acceleration with equal loops: with the
+    /// motion's own centripetal forces, and the slope's direction in the rotating robot.
     fn foreseen(&self, most: f64) -> Foreseen {
         let motors = self.motors();
         let mut limits = self.limits(PushSharing::EqualLoops);
@@ -334,7 +338,7 @@ impl Case {
         worst
     }
 
-    /// The largest acceleration up to which it speeds up without a wheel at its grip, loops alike.
+    /// The largest acceleration at which no wheel reaches its grip, with equal loops.
     fn limit(&self) -> f64 {
         let (mut low, mut high) = (0.0, 20.0);
         for _ in 0..30 {
@@ -348,11 +352,13 @@ impl Case {
     }
 }
 
-/// What a wheel is at its grip for at least where it slides, in seconds: more than a roller that comes down takes.
+/// The least time for which a sliding wheel is at its grip, in seconds: longer than for a roller
+/// that comes down.
 const LASTS_S: f64 = 0.02;
 
-/// The first wheel that is at its grip for 20 ms on end, more than a roller that comes down takes: when that began, and which. Before the robot
-/// sets out, its loops only take hold of what pulls it downhill.
+/// The first wheel that is at its grip for 20 ms without a break, longer than for a roller that
+/// comes down: start time and wheel. Before the robot starts, its loops only take up the slope's
+/// force.
 fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
     let rows = (LASTS_S / CONTROL_S).round() as usize;
     let records = run.trace.records();
@@ -370,10 +376,12 @@ fn first_at_grip(run: &Run) -> Option<(f64, usize)> {
     None
 }
 
-/// Twenty strangers, with the centripetal forces and the turning slope of their motion counted: at 95 % of the limit sliding takes less than 1 % of
-/// the motors' work. At 110 % a wheel is at its grip within 0.74 to 1.13 of the time that statics say, and mostly the one that they name. What is missed is
-/// what statics leave out: places of contact, and so loads, wander by up to a quarter of a wheel's radius, wheels ripple against the touching rollers, and
-/// of robots that turn each roller that comes down may take all of the grip.
+/// Twenty random robots, with the centripetal forces and the turning slope of their motion: at 95 %
+/// of the limit sliding takes less than 1 % of the motors' work. At 110 % a wheel is at its grip
+/// within 0.74 to 1.13 of the predicted time, and mostly the predicted one. The difference is what
+/// statics leave out: contact points, and so loads, move by up to a quarter of a wheel's radius,
+/// wheels ripple against the touching rollers, and in a rotating robot each roller that comes down
+/// may use all of the grip.
 #[test]
 fn strangers_slide_when_and_where_the_limits_say() {
     let mut exact = 0;
@@ -406,8 +414,9 @@ fn strangers_slide_when_and_where_the_limits_say() {
     assert!(exact >= 17, "{exact}");
 }
 
-/// Statics of four hundred strangers: along the direction of each, the wheel that is named uses all of its grip at the limit, none uses more, and at
-/// 95 and 110 % of it the most used one uses less and more than all.
+/// Statics of four hundred random robots: along each one's direction, the named wheel uses all of
+/// its grip at the limit and none uses more; at 95 and 110 % the largest use is below and above
+/// one.
 #[test]
 fn at_the_limit_the_named_wheel_uses_its_grip_and_none_uses_more() {
     let mut looked_at = 0;
@@ -439,8 +448,8 @@ fn at_the_limit_the_named_wheel_uses_its_grip_and_none_uses_more() {
     assert!(looked_at > 350, "{looked_at}");
 }
 
-/// The first wheel that lost more than `lost_j` to sliding: when, which, and how fast the robot had speeded up along a direction at most, over
-/// 40 ms.
+/// The first wheel that lost more than `lost_j` to sliding: time, wheel, and the largest
+/// acceleration of the robot along a direction by then, over 40 ms.
 fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usize, f64)> {
     const ROWS: usize = 40;
     let d = direction;
@@ -460,13 +469,14 @@ fn first_to_slide(run: &Run, direction: Twist, lost_j: f64) -> Option<(f64, usiz
     })
 }
 
-/// Of what the motors do, the most that may be lost to sliding below the limit.
+/// The largest loss to sliding below the limit, as a share of the motors' work.
 const MOST_LOST: f64 = 0.01;
 
-/// Equal loops: at 95 % of the limit sliding takes less than 1 % of the motors' work; at 110 % the wheel that slides first is the one that is
-/// named, or one that is used as much but for 5 %, and it does so at 0.95 to 1.15 of the limit. What is missed is the wandering of the places
-/// where rollers touch, about their wheels' middles, and the strain of wheels whose rollers do not roll as eq. (7) says; and a wheel that slides
-/// among five or six is held near to rolling by the others.
+/// Equal loops: at 95 % of the limit sliding takes less than 1 % of the motors' work; at 110 % the
+/// wheel that slides first is the named one, or one with nearly the same use, within 5 %, and it
+/// does so at 0.95 to 1.15 of the limit. The difference is the motion of the contact points about
+/// the wheels' middles, and the strain of wheels whose rollers do not roll as in eq. (7); a wheel
+/// that slides among five or six is kept near rolling by the others.
 #[test]
 fn loops_by_themselves_slide_where_the_limits_say() {
     let mut onsets = Vec::new();
@@ -511,8 +521,9 @@ fn loops_by_themselves_slide_where_the_limits_say() {
     );
 }
 
-/// Pushes that are shared by grip, of those robots that have some to share, slide little at 95 % of limits that are higher. All wheels are then
-/// near to their grip at once, so that what each roller that comes down takes to be spun up is missing: up to 1.3 % of the work is lost.
+/// Forces shared by grip, for robots with redundant wheels, slide little at 95 % of limits that are
+/// higher. All wheels are then near their grip at once, so that the spin-up of each roller that
+/// comes down exceeds it: up to 1.3 % of the work is lost.
 #[test]
 fn pushes_by_grip_hold_what_the_limits_say() {
     let mut gained = Vec::new();
@@ -544,7 +555,8 @@ fn pushes_by_grip_hold_what_the_limits_say() {
     assert!(gained.iter().sum::<f64>() / 15.0 > 1.1, "{gained:?}");
 }
 
-/// A robot of 10 kg on mecanum wheels at 0.15 and 0.16 m, or on those that are said, with the centre of its chassis somewhere, on a floor.
+/// A robot of 10 kg on mecanum wheels at 0.15 and 0.16 m, or on given wheels, with a given centre
+/// of its chassis, on a floor.
 fn stood(center_m: [f64; 3], wheels: Option<&str>, floor: &str) -> (Robot, Limits) {
     let mecanum =
         "[wheels.mecanum]\naxles_m = [0.15, -0.15]\nhalf_width_m = 0.16\ngamma_deg = 45.0\n";
@@ -562,7 +574,7 @@ fn stood(center_m: [f64; 3], wheels: Option<&str>, floor: &str) -> (Robot, Limit
     (robot, limits)
 }
 
-/// What is wrong with how a robot stands is said in words, and then nothing is promised.
+/// Faults of the stance are described in words, and then no limits are given.
 #[test]
 fn limits_say_how_a_robot_stands() {
     let level = "";
@@ -578,7 +590,8 @@ fn limits_say_how_a_robot_stands() {
         both.all(|limit| limit.largest == 0.0)
     };
     assert_eq!(stood(middle, None, level).1.remarks, Vec::<String>::new());
-    // The chassis alone is 300 mm ahead, wheels of 0.34 kg each hold against it: 10 kg * 300 mm / 11.36 kg - 150 mm.
+    // The chassis alone is 300 mm ahead, wheels of 0.34 kg each counteract: 10 kg * 300 mm / 11.36
+    // kg - 150 mm.
     let (_, outside) = stood([0.3, 0.0, 0.1], None, level);
     assert!(
         outside.remarks[0].contains("114.1 mm outside of its wheels"),
@@ -608,7 +621,8 @@ fn limits_say_how_a_robot_stands() {
     assert!(none_had(&light));
 }
 
-/// A high robot that shares pushes by grip tips over before it slides: about its rear axle from g (0.15 m + c_x) / h on.
+/// A high robot with forces shared by grip tips over before it slides: about its rear axle from g
+/// (0.15 m + c_x) / h on.
 #[test]
 fn a_high_robot_is_held_by_tipping() {
     let by_grip = "wheel_loop.law = \"prioritised_torque\"\nworld.floor.friction = 1.5\n";
@@ -625,7 +639,7 @@ fn a_high_robot_is_held_by_tipping() {
 
 const EIGHT: &str = "robot.file = \"mecanum4.urdf\"\nreference.figure_eight = { half_width_m = 0.8, period_s = 8 }\nrun.duration_s = 3\n";
 
-/// What is to be known of a scenario about a shipped robot before it is run.
+/// The warnings about a scenario with a shipped robot before it is run.
 fn warnings(text: &str) -> Vec<String> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
     let scenario = Scenario::from_toml(text, "limits", folder).expect("a scenario");
@@ -634,8 +648,9 @@ fn warnings(text: &str) -> Vec<String> {
     resolved.warnings().to_vec()
 }
 
-/// An eight of 8 s takes 0.9 m/s^2 at most, which a floor of friction 0.6 holds and one of 0.1 does not. One that is as fast as grip allows is
-/// remarked on no floor, and beyond all that grip gives nothing can be asked for.
+/// An eight of 8 s needs 0.9 m/s^2 at most, which a floor of friction 0.6 holds and one of 0.1 does
+/// not. One that is as fast as grip allows gets no warning on any floor, because it cannot exceed
+/// the grip.
 #[test]
 fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     let asks = |text: &str| {
@@ -653,14 +668,14 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
         let fast = format!("{EIGHT}reference.timing = \"as fast as grip allows\"\n{floor}");
         assert_eq!(asks(&fast), None, "{floor}");
     }
-    // A ramp in open loop: 2 m/s^2 and 8 m/s^2.
+    // An open-loop ramp: 2 m/s^2 and 8 m/s^2.
     let ramp = |ramp_s: f64| {
         asks(&format!(
             "robot.file = \"mecanum4.urdf\"\ntwist = {{ vx_m_s = 1.0, ramp_s = {ramp_s} }}\nrun.duration_s = 3\n"
         ))
     };
     assert_eq!(ramp(0.5), None);
-    // Front wheels are relieved alike.
+    // Front wheels are unloaded alike.
     let both = "first for wheels `front_left`, `front_right` at almost the same time. At 1.";
     let ramped = ramp(0.125).expect("a remark");
     assert!(
@@ -669,8 +684,9 @@ fn a_motion_that_asks_for_more_than_there_is_is_remarked_before_it_is_run() {
     );
 }
 
-/// An eight whose crossing is faster than the wheels: the remark names the time from which on, the wheel and the rate that the reference itself has.
-/// At twice that limit half of it is taken, which (36) remarks; at four times nothing is said.
+/// An eight whose crossing is faster than the wheels: the warning has the start time, the wheel and
+/// the rate of the reference itself. At twice that limit it needs half of it, which (36) reports;
+/// at four times there is no warning.
 #[test]
 fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     let eight = |limit_rad_s: f64| {
@@ -725,7 +741,8 @@ fn a_reference_that_takes_the_wheels_rates_is_remarked_with_its_times() {
     assert_eq!(said(4.0 * most), "");
 }
 
-/// What is announced is in the trace, and seen in it: a start with 8 m/s^2 slides on the wheel that was said, as soon as its loops ask for it.
+/// A predicted excess is in the trace, and visible in its data: a start with 8 m/s^2 slides on the
+/// named wheel, as soon as its loops demand it.
 #[test]
 fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -744,12 +761,13 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         "{announced:?}"
     );
     assert_eq!(announced.first, [0, 1]);
-    // Front wheels push m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of mass h above the ground and axles 0.3 m apart.
+    // Front wheels give m a / (2 sqrt 2), and bear m g / 4 less m a h / (2 L), with the centre of
+    // mass h above the ground and axles 0.3 m apart.
     let robot = Robot::load(format!("{folder}/mecanum4.urdf")).expect("a shipped robot");
     let height_m = robot.center_of_mass_m().z + robot.ride_height_m();
     let expected = 8.0 / 8.0_f64.sqrt() / (0.6 * (9.81 / 4.0 - 8.0 * height_m / 0.6));
     let share = announced.share.expect("a share");
-    // What turns the rollers is a few thousandths of it.
+    // The rollers' inertia is a few thousandths of it.
     assert!((share / expected - 1.0).abs() < 0.01, "{share} {expected}");
     let slides = |row: usize, wheel: usize| {
         let sample = &run.trace.wheels_at(row)[wheel];
@@ -761,14 +779,15 @@ fn what_is_announced_stands_in_the_trace_and_is_seen_there() {
         .clone()
         .find(|row| (0..4).any(|wheel| slides(*row, wheel)));
     let first_s = records[first.expect("it slides")].t_s;
-    // The next target comes up to 10 ms later, loops of 60 rad/s answer it within 17 ms, and rows are 10 ms apart.
+    // The next target comes up to 10 ms later, loops of 60 rad/s follow it within 17 ms, and rows
+    // are 10 ms apart.
     let late_s = first_s - announced.from_s;
     assert!((0.0..0.037).contains(&late_s), "{first_s}: {announced:?}");
     let mut soon = rows.filter(|row| (first_s..first_s + 0.02).contains(&records[*row].t_s));
     assert!(soon.any(|row| slides(row, announced.wheel)));
 }
 
-/// Of the motors' positive work, what a run of a scenario loses to sliding.
+/// The share of the motors' positive work that a run loses to sliding.
 fn slid_share(scenario: &Scenario, robot: &Robot) -> f64 {
     let mut simulation = Simulation::with_robot(scenario, robot).expect("it stands");
     while !simulation.is_done() {
@@ -778,18 +797,20 @@ fn slid_share(scenario: &Scenario, robot: &Robot) -> f64 {
     world.slip_energy_j() / world.motor_positive_energy_j()
 }
 
-/// A scenario with its share of grip given.
+/// A scenario with a given share of grip.
 fn with_share(scenario: &Scenario, share: f64) -> Scenario {
     let mut given = scenario.clone();
     given.reference.as_mut().expect("a path").share_of_grip = Some(share);
     given
 }
 
-/// Of the motors' positive work, what a path as fast as grip allows may lose to sliding.
+/// The largest loss to sliding of a path as fast as grip allows, as a share of the motors' positive
+/// work.
 const MAY_SLIDE: f64 = 0.005;
 
-/// Checks that a path as fast as grip allows slides no more than it may. Gives its share of grip, and what slides where a lap is 3 % shorter: laps take about
-/// as long as one over the root of the share.
+/// Checks that a path as fast as grip allows slides no more than permitted. Returns its share of
+/// grip, and the sliding at a lap that is 3 % shorter: lap times are about one over the root of the
+/// share.
 fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> (f64, f64) {
     let resolved = ilon_sim::resolve(scenario, robot).expect("it can be run");
     let section = resolved.scenario().reference.as_ref().expect("a path");
@@ -813,8 +834,8 @@ fn takes_what_it_may(what: &str, scenario: &Scenario, robot: &Robot) -> (f64, f6
     (share, slid_more)
 }
 
-/// Eights of the shipped robot, large, small and on ice: at nine tenths of the limits each slides more than it may, since loops push hardest when a target
-/// comes.
+/// Eights of the shipped robot, large, small and on ice: at nine tenths of the limits each slides
+/// more than permitted, because the loops' force peaks at each new target.
 #[test]
 fn a_path_as_fast_as_grip_allows_does_not_slide() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -833,8 +854,8 @@ fn a_path_as_fast_as_grip_allows_does_not_slide() {
     }
 }
 
-/// Strangers, on their slopes, that look along an eight: rollers at odd angles strain one another in its turns, where what slides need not grow with the share
-/// of grip.
+/// Random robots, on their slopes, heading along an eight: rollers at odd angles strain one another
+/// in its turns, and sliding need not grow with the share of grip.
 #[test]
 fn strangers_as_fast_as_grip_allows_do_not_slide() {
     let mut driven = 0;
@@ -847,7 +868,7 @@ fn strangers_as_fast_as_grip_allows_do_not_slide() {
             case.slope_deg, case.friction
         );
         let scenario = Scenario::from_toml(&text, "limits", "").expect("a scenario");
-        // On its slope a robot of little grip may not hold at all while it turns.
+        // On its slope a robot with little grip may not hold at all while it turns.
         let at_most = with_share(&scenario, 0.9);
         if ilon_sim::resolve(&at_most, &case.robot).is_err() {
             continue;
@@ -858,7 +879,7 @@ fn strangers_as_fast_as_grip_allows_do_not_slide() {
     assert!(driven >= 4, "{driven}");
 }
 
-/// What goes wrong, and noise, are not known when a path is timed.
+/// Faults and noise are ignored when a path is timed.
 #[test]
 fn a_path_is_timed_without_what_goes_wrong() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -877,7 +898,8 @@ fn a_path_is_timed_without_what_goes_wrong() {
     );
 }
 
-/// A lap time follows the square root of the friction, but for the wheels' rates: of a tenth of it 3.2 times as long, at one share of grip.
+/// A lap time follows the square root of the friction, except for the wheels' rates: a tenth of it
+/// takes 3.2 times as long, at the same share of grip.
 #[test]
 fn a_path_is_timed_by_its_floor() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -886,13 +908,14 @@ fn a_path_is_timed_by_its_floor() {
             "{EIGHT}reference.timing = \"as fast as grip allows\"\nreference.share_of_grip = 0.7\nworld.floor.friction = {friction}\n"
         );
         let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
-        // It goes through its file and back.
+        // Written to a file and read back.
         let text = scenario.to_toml().expect("TOML");
         let scenario = Scenario::from_toml(&text, "limits", folder).expect("a scenario");
         let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
         let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
         let reference = resolved.reference().expect("it has one");
-        // From its crossing, the tip on the other side is passed after three quarters of the first lap.
+        // From its crossing, the tip on the other side is passed after three quarters of the first
+        // lap.
         let x = |t_s: f64| reference.at(t_s).pose.x_m;
         let times = (1..40_000).map(|k| 1e-3 * f64::from(k));
         times
@@ -904,7 +927,7 @@ fn a_path_is_timed_by_its_floor() {
     assert!((ratio / 10.0_f64.sqrt() - 1.0).abs() < 0.05, "{ratio}");
 }
 
-/// What is there for robot A on a level floor.
+/// The limits of robot A on a level floor.
 fn limits_of_a() -> Limits {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
     let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
@@ -913,8 +936,9 @@ fn limits_of_a() -> Limits {
     Limits::of(&scenario, &robot).expect("it stands")
 }
 
-/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth to a third less from rest, where targets come every 10 ms. A box
-/// lies as far inside of its polytope as by statics.
+/// The printed limits are those of statics, or less if the simulated robot slides at them: an
+/// eighth to a third less from rest, with targets every 10 ms. The box stays inside its polytope by
+/// the same ratio as in statics.
 #[test]
 fn what_is_printed_is_tried_by_the_robot() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -951,8 +975,9 @@ fn what_is_printed_is_tried_by_the_robot() {
     assert_eq!(at_45.largest, held.rows[3].speeding_up.largest);
 }
 
-/// Wheels of 50 mm at 30 rad/s go 1.5 m/s ahead and sideways. At 45 degrees two of them stand still and two turn for ahead and sideways together, sqrt 2 times as
-/// fast: 1.5 / sqrt 2 m/s. Each motion is looked at at rest, at half of its top speed and at nine tenths.
+/// Wheels of 50 mm at 30 rad/s give 1.5 m/s ahead and sideways. At 45 degrees two of them stand
+/// still and two turn for ahead and sideways together, sqrt 2 times as fast: 1.5 / sqrt 2 m/s. Each
+/// motion is evaluated at rest, at half of its top speed and at nine tenths.
 #[test]
 fn motions_are_looked_at_at_shares_of_their_top_speeds() {
     let limits = limits_of_a();
@@ -966,7 +991,7 @@ fn motions_are_looked_at_at_shares_of_their_top_speeds() {
     ] {
         let rows = limits.rows.iter().filter(|row| row.motion == motion);
         let shares: Vec<f64> = rows.map(|row| row.speed / top_m_s).collect();
-        // The description says the rate to 1e-6.
+        // The description has the rate to 1e-6.
         let off = shares
             .iter()
             .zip([0.0, 0.5, 0.9])
@@ -976,8 +1001,9 @@ fn motions_are_looked_at_at_shares_of_their_top_speeds() {
     }
 }
 
-/// In the worst corner of the box one wheel pushes for ahead, left and turning at once: the shares that each alone takes of what there is add up to the
-/// nine tenths that the box keeps to. The loads that move with the accelerations change that by some percent.
+/// In the worst corner of the box one wheel serves ahead, left and rotation at once: the single
+/// shares add up to the nine tenths of the box. The loads change with the accelerations, which is
+/// some per cent.
 #[test]
 fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
     let limits = limits_of_a();
@@ -996,7 +1022,7 @@ fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
     println!("{:?} of {alone:?}: {shares:?}", limits.acceleration_box);
     let sum: f64 = shares.iter().sum();
     assert!((sum / 0.9 - 1.0).abs() < 0.1, "{shares:?}");
-    // No axis is favoured.
+    // No axis is preferred.
     assert!(
         shares
             .iter()
@@ -1005,8 +1031,8 @@ fn a_corner_of_the_acceleration_box_takes_nine_tenths_of_what_there_is() {
     );
 }
 
-/// On a slope loops ask the wheels uphill, which bear less, for as much as the others; what all together hold is the whole robot's, tan(slope) against
-/// mu cos(45 deg) along rollers at 45 deg.
+/// On a slope equal loops demand the same of the uphill wheels, which bear less; the limit of all
+/// together is the whole robot's, tan(slope) against mu cos(45 deg) along rollers at 45 deg.
 #[test]
 fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
     for (slope_deg, slides) in [(21.0_f64, false), (23.5, true)] {
@@ -1032,7 +1058,8 @@ fn a_slope_that_wheels_hold_together_is_told_from_one_that_they_do_not() {
         let scenario = Scenario::from_toml(&text, "slope", folder).expect("a scenario");
         let run = ilon_sim::run(&scenario).expect("it runs");
         let fell_m = run.summary.end_x_m.expect("an end");
-        // The loops give way by some millimetres; 2.5 % more than is held is 0.1 m/s^2, 50 mm in a second.
+        // The loops deflect by some millimetres; 2.5 % beyond the limit is 0.1 m/s^2, 50 mm in a
+        // second.
         assert_eq!(fell_m > 0.01, slides, "{slope_deg}: {fell_m}");
     }
 }

@@ -1,4 +1,5 @@
-//! Losses only lose, what is unexplained is a share of what was turned over, and loops that cannot settle are named.
+//! Losses are never negative, the unexplained energy is a share of the energy turned over, and
+//! unstable loops are reported.
 
 use std::path::Path;
 
@@ -19,7 +20,8 @@ fn run(keys: &str) -> Run {
     ilon_sim::run(&scenario_of(keys)).expect("it runs")
 }
 
-/// Every loss is one, to a thousandth of what the motors drove with, and sliding took no more than there was.
+/// Every loss is positive, to a thousandth of the motors' positive work, and sliding took no more
+/// energy than there was.
 fn only_lost(name: &str, energy: &Energy) {
     let known = |joules: Option<f64>| joules.expect("it is counted");
     let drove_j = known(energy.motor_positive_j);
@@ -40,8 +42,9 @@ fn only_lost(name: &str, energy: &Energy) {
     assert!(drove_j >= known(energy.motor_j), "{name}: {energy:?}");
 }
 
-/// Digital wheel loops that swing from step to step drive their wheels to and fro: the friction of single steps gives energy then, their sum does not.
-/// Each is named before the run, with a gain under which nothing is said any more.
+/// Digital wheel loops that oscillate from step to step drive their wheels to and fro: the friction
+/// of single steps then adds energy, their sum does not. Each is reported before the run, with a
+/// gain under which there is no warning.
 #[test]
 fn loops_that_swing_lose_and_are_named_with_a_gain_that_does() {
     for (gains, swings) in [
@@ -85,8 +88,8 @@ fn loops_that_swing_lose_and_are_named_with_a_gain_that_does() {
     }
 }
 
-/// A continuous loop reaches its target within a step from a bandwidth of some periods on. Beyond 2000 of them its torques are not computed to their
-/// digits any more, and it is refused with the figure that would do.
+/// A continuous loop reaches its target within a step from a bandwidth of some periods on. Beyond
+/// 2000 of them its torques lose their digits, and it is refused with the largest value.
 #[test]
 fn loops_faster_than_can_be_computed_with_are_refused_with_a_figure_that_does() {
     for key in [
@@ -112,8 +115,8 @@ fn loops_faster_than_can_be_computed_with_are_refused_with_a_figure_that_does() 
     }
 }
 
-/// A robot that drives and stops again has next to nothing left of its motors' work. What is unexplained is still small beside what they drove with,
-/// and nothing is said.
+/// A robot that drives and stops again has hardly any net work of its motors. The unexplained
+/// energy is still small relative to their positive work, and there is no warning.
 #[test]
 fn a_drive_and_a_stop_close() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");

@@ -1,4 +1,4 @@
-//! The tests of `ilon-sim` from outside, one module for each subject, in one program.
+//! The integration tests of `ilon-sim`, one module per subject, in one binary.
 
 mod attached;
 mod beliefs;

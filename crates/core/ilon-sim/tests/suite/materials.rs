@@ -1,4 +1,5 @@
-//! Materials of rollers and floors: a pair says what keys of the floor would, and names that do not fit are refused in words.
+//! Materials of rollers and floors: a pair acts like the corresponding floor keys, and unknown
+//! names are refused.
 
 use crate::support;
 
@@ -6,7 +7,7 @@ use ilon_sim::scenario::Scenario;
 use ilon_sim::{Error, Simulation};
 use support::{Folder, SCENARIO, message};
 
-/// Rollers of rubber on concrete, from which the robot drives on to a carpet.
+/// Rollers of rubber on concrete; the robot then drives on to a carpet.
 const PAIRS: &str = r#"
 [world.floor]
 material = "concrete"
@@ -34,7 +35,8 @@ across = { creep = 0.5, rolling_resistance = 0.2, friction = 0.6 }
 against = { rolling_resistance = 0.15 }
 "#;
 
-/// The scenario of a text behind the common one; its robot's file is gone with the folder, so that it is used at once.
+/// The scenario of a text after the common one; its robot's file vanishes with the folder, so it is
+/// used at once.
 fn with<T>(
     text: &str,
     settings: &[&str],
@@ -81,7 +83,7 @@ against = { rolling_resistance = 0.15 }
 "#;
     let by_pairs = hash(PAIRS, &[]);
     assert_eq!(by_pairs, hash(direct, &[]));
-    // And what a pair says counts: on the patch, and on the floor.
+    // The values of a pair have an effect, on the patch and on the floor.
     for setting in [
         "materials.rubber.carpet.creep=0.1",
         "materials.rubber.carpet.across.creep=0.1",
@@ -92,7 +94,7 @@ against = { rolling_resistance = 0.15 }
     ] {
         assert_ne!(by_pairs, hash(PAIRS, &[setting]), "{setting}");
     }
-    // A nap that is the same in all directions is none, however it lies.
+    // An isotropic nap has no effect in any direction.
     let alike = [
         "across.creep=0.3",
         "across.rolling_resistance=0.12",
@@ -218,21 +220,22 @@ fn names_that_do_not_fit_are_refused_with_those_that_would() {
             && help.contains("\"rubber\""),
         "{what} {help}"
     );
-    // A material of rollers that nothing asks for.
+    // A material of rollers that nothing uses.
     let (what, _) = message(load("[rollers]\nmaterial = \"rubber\"\n", &[]));
     assert!(what.contains("neither the floor nor a patch"), "{what}");
-    // A patch of which nothing says how it grips.
+    // A patch without friction.
     let bare = "[[world.floor.patches]]\nx_m = 0\ny_m = 0\nlength_x_m = 1\nlength_y_m = 1\n";
     let (what, help) = message(load(bare, &[]));
     assert!(
         what.contains("world.floor.patches.0.friction` is missing") && help.contains("material"),
         "{what} {help}"
     );
-    // Pairs that nobody asks for are a table of materials, and no fault.
+    // Unused pairs are a table of materials, not a fault.
     assert!(load("[materials.rubber.ice]\nfriction = 0.05\n", &[]).is_ok());
 }
 
-/// A robot whose file says what its rollers are made of drives on floors that say nothing of it as any other.
+/// A robot whose file has the materials of its rollers drives on floors without materials like any
+/// other.
 #[test]
 fn a_robot_says_its_own_materials_and_wheels_may_differ() {
     let folder = Folder::new();
@@ -264,7 +267,7 @@ fn a_robot_says_its_own_materials_and_wheels_may_differ() {
         let expected = if *wheel == "rear_left" { 0.2 } else { 0.7 };
         assert_eq!(*friction, expected, "{wheel}");
     }
-    // What the scenario says stands before it, wheel by wheel.
+    // The scenario takes precedence, wheel by wheel.
     let (_, trace) = hash(&format!(
         "{pairs}[rollers]\nmaterial = \"steel\"\nwheel_materials = {{ front_left = \"rubber\" }}\n"
     ))
@@ -283,7 +286,7 @@ fn a_robot_says_its_own_materials_and_wheels_may_differ() {
     );
 }
 
-/// A puddle on a floor of a material is as slippery as it says, and else as the floor.
+/// A puddle on a floor of a material has its own friction, and all else of the floor.
 #[test]
 fn a_patch_of_no_material_leaves_the_rest_as_the_pair_has_it() {
     let puddle = |friction: &str| {
@@ -297,7 +300,7 @@ fn a_patch_of_no_material_leaves_the_rest_as_the_pair_has_it() {
     assert_ne!(hash(&puddle("friction = 0.03"), &[]), hash(dry, &[]));
 }
 
-/// A floor that turns slippery for a while is so to rollers of every pair, and then what it was.
+/// A temporary friction applies to rollers of every pair, and then the pairs apply again.
 #[test]
 fn a_floor_that_changes_its_friction_goes_back_to_its_pairs() {
     let text = "[world.floor]\nmaterial = \"wood\"\n[rollers]\nmaterial = \"rubber\"\nwheel_materials = { rear_left = \"steel\" }\n\

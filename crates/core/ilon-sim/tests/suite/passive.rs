@@ -1,4 +1,4 @@
-//! A robot that is compliant by design, an inertial measurement unit, and ground that leans.
+//! A passive wheel law, an inertial measurement unit, and tilting ground.
 
 use ilon_sim::control::{ControlError, PassiveTorqueSettings};
 use ilon_sim::simulate::Run;
@@ -22,21 +22,21 @@ fn run(keys: &str) -> Run {
     Simulation::new(&scenario).unwrap().run()
 }
 
-/// Where the robot is at a time, in metres.
+/// The robot's position at a time, in metres.
 fn at(run: &Run, t_s: f64) -> [f64; 2] {
     let near = |record: &&ilon_sim::trace::Record| record.t_s >= t_s - 1e-9;
     let record = run.trace.records().iter().find(near).unwrap();
     [record.truth.pose.x_m, record.truth.pose.y_m]
 }
 
-/// F / K of a push that lasts, and nothing is left of it afterwards.
+/// F / K under a constant push, and zero afterwards.
 #[test]
 fn a_push_moves_the_robot_by_force_over_stiffness() {
     let run = run(&format!(
         "{SPRINGS}[[faults]]\npush = {{ impulse_y_n_s = 44, from_s = 0.5, lasts_s = 2.2 }}\n"
     ));
     let [_, y_m] = at(&run, 2.69);
-    // Poles at -5 +- 5j 1/s: exp(-5 * 2.19) of it is left to come, 2e-5.
+    // Poles at -5 +- 5j 1/s: exp(-5 * 2.19) of it remains, 2e-5.
     assert!((y_m / (20.0 / 600.0) - 1.0).abs() < 1e-3, "{y_m}");
     let left_m = run.summary.position_error_final_m.unwrap();
     assert!(left_m < 1e-4, "{left_m}");
@@ -59,22 +59,26 @@ fn an_unknown_slope_costs_its_pull_over_the_stiffness_without_an_imu_and_nothing
         let left_m = seeing.summary.position_error_final_m.unwrap();
         assert!(left_m < 1e-4, "{left_m}");
         let last = seeing.trace.records().last().unwrap().imu.unwrap();
-        // Nose down, and felt by what holds the robot.
+        // Nose down, and measured by the robot's filter.
         assert!((last.pitch_rad - slope_deg.to_radians()).abs() < 1e-4);
         assert!((last.specific_force_m_s2.norm() - 9.81).abs() < 1e-3);
     }
 }
 
-/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers of 1 mg and 0.065 fps/sqrt(h). A random walk of
-/// N a root of a second is N sqrt(rate) in one sample.
+/// Honeywell HG1700, by its brochure: gyroscopes of 1 deg/h and 0.125 deg/sqrt(h), accelerometers
+/// of 1 mg and 0.065 fps/sqrt(h). A random walk of N a root of a second is N sqrt(rate) in one
+/// sample.
 const TACTICAL: &str = "rate_hz = 500\naccelerometer = { noise = 7.4e-3, bias = 9.8e-3 }\ngyroscope = { noise = 8.1e-4, bias = 4.8e-6 }\n";
-/// InvenSense MPU-6050, by its data sheet as it comes from the reel: 0.005 deg/s/sqrt(Hz) and +-20 deg/s at zero rate, 400 ug/sqrt(Hz) and
-/// +-50 mg. A density is that times sqrt(rate / 2) in one sample; a tolerance is taken for two deviations. Its walk is not said: as it warms up.
+/// InvenSense MPU-6050, by its data sheet as it comes from the reel: 0.005 deg/s/sqrt(Hz) and +-20
+/// deg/s at zero rate, 400 ug/sqrt(Hz) and +-50 mg. A density is that times sqrt(rate / 2) in one
+/// sample; a tolerance is taken for two deviations. Its walk is not said: as it warms up.
 const CHEAP: &str = "rate_hz = 100\naccelerometer = { noise = 0.028, bias = 0.25, bias_walk = 0.02 }\n\
     gyroscope = { noise = 6.2e-4, bias = 0.17, bias_walk = 0.003 }\nroll_deg = 0.5\n";
 
-/// Where they put the robot: an accelerometer's bias and the mounting through the spring for good, a gyroscope's bias for as long as the filter
-/// has not learned it, b t exp(-t / T) of tilt at most b T / e, and about the vertical, which nothing shows, b T / 2 of the slope.
+/// The robot's displacement by their errors: an accelerometer's bias and the mounting act through
+/// the spring permanently; a gyroscope's bias until the filter has learned it, b t exp(-t / T) of
+/// tilt with a maximum of b T / e, and about the vertical, which is unobservable, b T / 2 of the
+/// slope.
 #[test_case(TACTICAL, 0.0098, 4.8e-6, 0.0; "tactical")]
 #[test_case(CHEAP, 0.25, 0.17, 0.5; "cheap")]
 fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
@@ -91,7 +95,8 @@ fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
         let three = 3.0 * 2_f64.sqrt();
         let tilt_rad = mounted_deg.to_radians()
             + three * bias_rad_s * (1.0 / std::f64::consts::E + 0.5 * 5_f64.to_radians());
-        // Until its first word the slope pulls, and the first sample's noise is a tilt too.
+        // Until its first sample the slope is not compensated, and the first sample's noise is a
+        // tilt too.
         let wrong_m_s2 = three * (bias_m_s2 + 0.03) + 9.81 * tilt_rad;
         let late_m = 0.5 * 9.81 * 5_f64.to_radians() * f64::powi(latency_s + 0.02, 2) * 2.0;
         let most_m = 12.0 * wrong_m_s2 / 600.0 + late_m;
@@ -103,7 +108,7 @@ fn imus_at_both_ends_keep_the_robot_where_their_bias_puts_it(
     }
 }
 
-/// How far x and y swing about their means between two times, in metres.
+/// The oscillation of x and y about their means between two times, in metres.
 fn swing_m(run: &Run, from_s: f64, to_s: f64) -> f64 {
     let rows = run.trace.records().iter();
     let rows: Vec<[f64; 2]> = rows
@@ -117,8 +122,9 @@ fn swing_m(run: &Run, from_s: f64, to_s: f64) -> f64 {
     f64::hypot(swing(0), swing(1))
 }
 
-/// Both ends, their ages up to what a slow network makes of them, filters from hasty to slow, springs from soft to hard: what is not refused settles
-/// after a push, and what is refused settles at the limit that the refusal names.
+/// Both sensors, delays up to those of a slow network, fast and slow filters, soft and hard
+/// springs: an accepted setting is stable after a push, and for a refused one the limit named in
+/// the refusal is stable.
 #[test]
 fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     let keys = |imu: &str, filter_s: f64, latency_s: f64, stiffness: f64, damping: f64| {
@@ -129,7 +135,8 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     };
     let settles = |keys: &str| {
         let run = run(keys);
-        // What grew would grow in these three seconds too; noise and a bias that walks go on shaking it, the cheap one by a millimetre.
+        // An instability would grow in these three seconds too; noise and a random bias keep
+        // shaking it, the cheap one by a millimetre.
         let (first, last) = (swing_m(&run, 0.5, 2.0), swing_m(&run, 3.5, 5.0));
         assert!(last < 0.8 * first || last < 2e-3, "{first} {last}: {keys}");
         last
@@ -163,7 +170,7 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
                     println!(
                         "{name} {filter_s} s, {latency_s} s old, {stiffness} N/m: {what} {most:.4}"
                     );
-                    // A limit within a hair leaves nothing to settle by: nine tenths of it.
+                    // Close to the limit nothing settles in time: nine tenths of it.
                     let held = 0.9 * most;
                     settles(&match what.contains("stiffness") {
                         true => here(filter_s, held),
@@ -177,7 +184,8 @@ fn imus_old_and_new_settle_or_are_refused_with_a_limit_that_settles() {
     assert!(runs >= 8 && refusals >= 4, "{runs} {refusals}");
 }
 
-/// A ramp that nobody announces, driven onto and stood upon: it leans as a slope does where the robot is, and nowhere else.
+/// An unannounced ramp: the robot drives onto it and stops there. It has the effect of a slope on
+/// the ramp, and nowhere else.
 #[test]
 fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     let over = "[reference.line]\nto_x_m = 1.1\nto_y_m = 0\nspeed_m_s = 0.3\nheading = { constant_deg = 0 }\n";
@@ -195,7 +203,7 @@ fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     let run = |further: &str| Simulation::new(&scenario(further)).unwrap().run();
     let blind = run("");
     let mass_kg = load_robot(&scenario("")).unwrap().mass_kg();
-    // The spring pulls along the wheels' plane, by what is off in the floor's.
+    // The spring acts along the wheels' plane, by the error in the floor's.
     let off_m = mass_kg * 9.81 * 5_f64.to_radians().sin() / 600.0;
     let last = blind.trace.records().last().unwrap();
     let desired = last.desired.unwrap();
@@ -221,7 +229,8 @@ fn a_ramp_that_nobody_announces_costs_what_a_slope_does_and_only_there() {
     }
 }
 
-/// Gravity leans against the floor's frame, and the gyroscope feels the ground turn.
+/// Gravity is tilted relative to the floor's frame, and the gyroscope measures the ground's
+/// rotation.
 #[test]
 fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
     let run = run(&format!(
@@ -232,15 +241,16 @@ fn on_rocking_ground_the_tilt_is_that_of_the_ground() {
         let x = since_s.min(1.0);
         let built = x * x * (3.0 - 2.0 * x);
         let lean_rad = 4_f64.to_radians() * built * (std::f64::consts::PI * since_s).sin();
-        // Where the left goes down the robot rolls to the left, which is negative; the filter's gyroscope lags nothing, and what the
-        // robot's own acceleration adds is 20 mm/s^2 of gravity for a fraction of the filter's second.
+        // If the left goes down the robot rolls to the left, which is negative; the filter's
+        // gyroscope has no lag, and the robot's own acceleration adds 20 mm/s^2 of gravity for a
+        // fraction of the filter's second.
         let roll_rad = record.imu.unwrap().roll_rad;
         assert!(
             (roll_rad + lean_rad).abs() < 2e-3,
             "{since_s} {roll_rad} {lean_rad}"
         );
     }
-    // What the ground lifts and lowers is counted.
+    // The work of the ground is counted.
     let unexplained_j = run.summary.energy.unexplained_j.unwrap();
     assert!(unexplained_j.abs() < 1e-4, "{unexplained_j}");
     assert!(run.summary.position_error_max_m.unwrap() < 1e-3);
@@ -280,7 +290,7 @@ fn gains_that_cannot_be_stable_are_refused_with_the_limit_that_holds() {
     assert!(other.to_string().contains("wheel_loop.passive"), "{other}");
 }
 
-/// The guidance's gains are stiffness over damping, and what is left out follows from the mass.
+/// The guidance's gains are stiffness over damping, and the defaults follow from the mass.
 #[test]
 fn what_is_left_out_follows_from_mass_and_period() {
     let scenario = scenario("[wheel_loop]\nlaw = 'passive'\n").unwrap();
@@ -294,15 +304,17 @@ fn what_is_left_out_follows_from_mass_and_period() {
     assert_eq!(resolved.guidance.position_gain_per_s, k / d);
     let own = PassiveTorqueSettings::for_robot(plant.robot(), 9.81, 1e-3, 0.01, 0.0).unwrap();
     assert_eq!((k, d), (own.stiffness_n_m, own.damping_n_s_m));
-    // Ten periods of ten milliseconds, of 11.4 kg and the wheels' spin, at most; a wheel in the air holds it somewhat below.
+    // At most ten periods of ten milliseconds, for 11.4 kg and the wheels' inertia; a wheel in the
+    // air lowers it somewhat.
     assert!((80.0..130.0).contains(&d), "{d}");
-    // It runs by a controller's own rates too.
+    // A controller's own rates work too.
     let mut plant = plant;
     plant.advance(WheelCommand::Rates(&[1.0; 4]), 0.5).unwrap();
     assert!(plant.truth().twist_in_body.vx_m_s > 0.02);
 }
 
-/// Equation (7) leaves out which roller touches: 2 % sideways. The covariance of dead reckoning knows it, and is not far above it.
+/// Equation (7) ignores which roller touches: 2 % sideways. The covariance of dead reckoning
+/// includes that, and is not far above it.
 #[test]
 fn dead_reckoning_errs_as_its_covariance_says() {
     for twist in [
@@ -329,7 +341,7 @@ fn dead_reckoning_errs_as_its_covariance_says() {
     }
 }
 
-/// A robot with an arm and a lift, driven as `keys` say, on the springs of `SPRINGS`.
+/// A robot with an arm and a lift, driven by `keys`, on the springs of `SPRINGS`.
 fn jointed(keys: &str, dt_s: f64) -> Scenario {
     let text = format!(
         "[robot]\nfile = 'mecanum4_arm.urdf'\n[robot.wheels]\nrollers = 9\nroller_radius_m = 0.012\nroller_mass_kg = 0.01\n\
@@ -339,7 +351,8 @@ fn jointed(keys: &str, dt_s: f64) -> Scenario {
     Scenario::from_toml(&text, "jointed", ROBOTS).unwrap()
 }
 
-/// Whatever comes over the robot at once: what servos, a push, a payload and leaning ground bring is supply, in every physics step.
+/// All disturbances at once: the work of servos, a push, a payload and tilting ground is supply, in
+/// every physics step.
 #[test]
 fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     let lift = "[robot.joints.lift]\nrole = 'driven'\nsetpoints = [{ t_s = 0.5, position_m = 0 }, { t_s = 2.5, position_m = 0.4 }]\n";
@@ -363,7 +376,7 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
             let gained_j = last.supplied_j;
             println!("{name} at {dt} s: {last:?}");
             assert!(gained_j > least_j, "{name}: {gained_j} of {least_j}");
-            // The balance of energy itself is left open by 1e-6 of what servos turn over.
+            // The balance of energy itself has an error of 1e-6 of the servos' work.
             assert!(
                 most_j < 1e-6 * gained_j.max(1.0),
                 "{name} {dt}: {most_j} of {gained_j}"
@@ -372,7 +385,8 @@ fn what_servos_pushes_payloads_and_leaning_ground_bring_is_supply() {
     }
 }
 
-/// A robot with joints looks for its stand on ground without friction; what the floor is made of comes back afterwards.
+/// The search for the equilibrium of a robot with joints uses frictionless ground; the floor's
+/// properties are restored afterwards.
 #[test]
 fn patches_lie_under_robots_with_joints_too() {
     let arm = "[robot.joints.arm]\nrole = 'driven'\ntarget_rad = 0\n";
@@ -384,7 +398,7 @@ fn patches_lie_under_robots_with_joints_too() {
     assert_eq!(frictions, [0.02, 0.6, 0.6, 0.6]);
 }
 
-/// What a scenario that is passive by its law promises, it is held to.
+/// The passivity of each shipped scenario with a passive law is checked.
 #[test]
 fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
     let folder = std::path::Path::new(ROBOTS).join("../scenarios");
@@ -403,8 +417,8 @@ fn every_shipped_scenario_of_the_passive_law_bounds_the_rise_of_its_storage() {
     assert!(found >= 5, "{found}");
 }
 
-/// Between poses the filter turns by what the gyroscope says, to rounding, whatever the wheels do: a push that turns the robot on its sliding
-/// wheels is seen.
+/// Between poses the filter uses the gyroscope's rotation, to rounding, whatever the wheels do: a
+/// push that turns the robot on sliding wheels is measured.
 #[test]
 fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let run = |fusion: &str| {
@@ -432,7 +446,8 @@ fn a_fusion_with_a_gyroscope_turns_as_the_gyroscope_says() {
     let (by_wheels, lost_rad) = gap(&run(""));
     println!("{by_gyroscope} {off_rad}, {by_wheels} {lost_rad}");
     assert!(by_gyroscope < 1e-12, "{by_gyroscope}");
-    // Five seconds of a bias within three deviations, and noise that walks by 0.01 rad/s sqrt(5 s 0.01 s).
+    // Five seconds of a bias within three deviations, and a random walk of noise of 0.01 rad/s
+    // sqrt(5 s 0.01 s).
     assert!(
         off_rad < 3.0 * (0.002 * 5.0 + 0.01 * 0.05_f64.sqrt()),
         "{off_rad}"
@@ -447,9 +462,10 @@ fn a_gyroscope_that_is_not_there_is_refused() {
     assert!(refused.contains("[sensors.imu]"), "{refused}");
 }
 
-/// On a floor without friction a robot slides down the floor that leans more and more: from rest it gains the integral of g sin(a(t)), with
-/// a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is built up. The gravity of a step is that of its middle, which errs by
-/// dt^2 / 24 g a'(T / 2): 3e-5 m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
+/// On a floor without friction a robot slides down the floor that leans more and more: from rest it
+/// gains the integral of g sin(a(t)), with a(t) = A (3 x^2 - 2 x^3), x = t / T, the way a tilt is
+/// built up. The gravity of a step is that of its middle, which errs by dt^2 / 24 g a'(T / 2): 3e-5
+/// m/s; that of its beginning would by dt / 2 g sin(A), 25 mm/s.
 #[test]
 fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
     const DT_S: f64 = 0.01;
@@ -471,7 +487,7 @@ fn ground_that_begins_to_lean_pulls_as_in_the_middle_of_each_step() {
     };
     let expected_m_s = (0..1000).map(pull).sum::<f64>() * last.t_s / 1000.0;
     let found_m_s = last.truth.twist_in_body.vx_m_s;
-    // What the robot sways on its contacts meanwhile is some 0.1 mm/s.
+    // The robot's motion on its contacts is some 0.1 mm/s.
     assert!(
         (found_m_s - expected_m_s).abs() < 1e-3,
         "{found_m_s} {expected_m_s}"

@@ -1,4 +1,4 @@
-//! A plant is stepped from outside: what it says is repeatable, and what it is given is checked.
+//! A plant is stepped by its caller: its outputs are repeatable, and its inputs are checked.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use ilon_sim::{
 };
 use test_case::test_case;
 
-/// All that may lie between two moments: noise, a late sensor that is fused with odometry, pushes, payloads, a seized roller, a
-/// floor that changes, a box, the wheel law with the most state.
+/// Everything that may happen between two moments: noise, a late sensor fused with odometry,
+/// pushes, payloads, a seized roller, a changing floor, a box, the wheel law with the most state.
 const EVENTFUL: &str = r#"
 [robot]
 file = "mecanum4.urdf"
@@ -80,7 +80,7 @@ fn plant_with(further: &str) -> Plant {
     Plant::new(&resolved, &robot).expect("it stands")
 }
 
-/// Drives by what is seen, so that noise counts; gives what was true and what was seen.
+/// Drives by the measurements, so that noise has an effect; returns truth and measurements.
 fn drive(plant: &mut Plant, periods: usize) -> Vec<(Truth, Measurements)> {
     (0..periods)
         .map(|_| {
@@ -114,7 +114,7 @@ fn a_plant_goes_on_from_a_snapshot_to_the_bit_in_whatever_moment_it_was_taken() 
     }
 }
 
-/// Of another floor, another robot, another course: a plant does not turn into another one.
+/// Of another floor, robot or course: a plant does not turn into another one.
 #[test]
 fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
     let mut plant = plant();
@@ -129,13 +129,13 @@ fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
         let robot = load_robot(&scenario).expect("a shipped robot");
         Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
     };
-    // The same scenario, but a robot that is not what its file says any more.
+    // The same scenario, but a robot that differs from its file.
     let changed_robot = {
         let (scenario, mut robot) = eventful("");
         robot.chassis.mass.mass_kg += 1.0;
         Plant::new(&resolve(&scenario, &robot).expect("it runs"), &robot).expect("it stands")
     };
-    // The same scenario and robot on a ground of somebody's own.
+    // The same scenario and robot on the caller's ground.
     let own_ground = {
         let (scenario, robot) = eventful("");
         let resolved = resolve(&scenario, &robot).expect("it runs");
@@ -152,9 +152,9 @@ fn a_snapshot_of_another_plant_is_refused_and_changes_nothing() {
     assert_eq!(drive(&mut plant, 20), ahead);
 }
 
-/// Where rapier solves contacts itself, a plant goes through the same: noise, a box, a push, a payload, a seized roller, a floor that
-/// turns slippery. The step is chosen for it, nothing that it does not know is written into the scenario, and a snapshot is
-/// one.
+/// With rapier solving the contacts, a plant supports the same: noise, a box, a push, a payload, a
+/// seized roller, a floor that turns slippery. The step is chosen for it, no unsupported key is
+/// written into the scenario, and snapshots work.
 #[test]
 fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
     let (scenario, robot) = eventful("[world.solver]\ncontacts = \"rapier\"\n");
@@ -176,7 +176,7 @@ fn a_plant_whose_contacts_rapier_solves_goes_through_the_same_events() {
     let first = drive(&mut plant, 40);
     plant.restore(&snapshot).expect("its own");
     assert_eq!(drive(&mut plant, 40), first);
-    // Ahead at some 0.4 m/s for 0.68 s, over a box: nothing has thrown it.
+    // Ahead at some 0.4 m/s for 0.68 s, over a box: it was not thrown off.
     let truth = plant.truth();
     assert!(truth.pose.x_m > 0.1 && truth.pose.x_m < 0.4, "{truth:?}");
     assert!(
@@ -217,7 +217,7 @@ fn plants_on_two_threads_do_what_they_do_on_one() {
             .collect()
     });
     assert!(runs.iter().all(|run| *run == alone));
-    // And one that moves to another thread in the middle of its way.
+    // And one that moves to another thread during its drive.
     let mut moved = plant();
     let mut way = drive(&mut moved, 40);
     let rest = std::thread::spawn(move || drive(&mut moved, 40));
@@ -233,7 +233,7 @@ fn what_runs_may_go_to_another_thread() {
     is_send::<Simulation>();
 }
 
-/// Also where each roller slides along its axle, and where treads are strained.
+/// Also with axial play and with sheared treads.
 #[test_case(""; "rigid rollers")]
 #[test_case("[rollers]\naxial_play_m = 4e-4\n"; "rollers with play")]
 #[test_case("[rollers.tread]\nstiffness_n_m = 1e6\n"; "rollers with a tread")]
@@ -263,7 +263,7 @@ fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place(further: &str) {
     assert_eq!(reset.truth(), fresh.truth());
     assert_eq!(drive(&mut reset, 60), drive(&mut fresh, 60));
 
-    // Rounding leaves such numbers.
+    // Results of rounding.
     let nearly = Pose {
         heading_rad: 1e-17,
         ..Pose::default()
@@ -272,7 +272,7 @@ fn a_plant_that_is_reset_is_a_new_one_of_that_seed_and_place(further: &str) {
         .reset(1, nearly)
         .expect("it stands there");
 
-    // A seed more or less is another noise, and another way.
+    // Another seed gives other noise, and another path.
     let mut other = plant_with(further);
     other.reset(100, start).expect("it stands there");
     assert_ne!(drive(&mut other, 60).last(), drive(&mut reset, 60).last());
@@ -307,8 +307,8 @@ fn sensors_asked_twice_say_the_same_and_asking_changes_nothing() {
     assert_eq!(asked.observe(), unasked.observe());
 }
 
-/// What a plant's encoders add to the real wheel rates at each sample of the control, in rad/s, with so many physics steps
-/// between two samples.
+/// The errors of a plant's encoders at each control sample, in rad/s, with a number of physics
+/// steps between two samples.
 fn encoder_errors_rad_s(steps_a_sample: u32) -> Vec<f64> {
     let physics_dt_s = PERIOD_S / f64::from(steps_a_sample);
     let text = format!(
@@ -338,7 +338,8 @@ fn encoder_noise_is_a_matter_of_samples_and_not_of_physics_steps() {
         // Rates of some rad/s: the sum of rate and noise is rounded at 1e-15.
         assert!((coarse - fine).abs() < 1e-13, "{coarse} is not {fine}");
     }
-    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about it: within four times that.
+    // 400 draws of a standard deviation of 0.05 rad/s scatter by 1 / sqrt(2 * 400) = 3.5 % about
+    // it: within four times that.
     let squares: f64 = coarse.iter().map(|error| error * error).sum();
     let rms_rad_s = (squares / coarse.len() as f64).sqrt();
     assert!((rms_rad_s / 0.05 - 1.0).abs() < 0.14, "{rms_rad_s} rad/s");
@@ -372,8 +373,8 @@ fn the_torques_of_an_outcome_are_the_mean_of_what_acted() {
     assert!(outcome.torques_n_m[0] > 0.0);
 }
 
-/// A DC motor brings a wheel that nothing loads to its no-load rate and no further, at any step: with J w' = stall (1 - w / no_load)
-/// the rate nears it as an exponential, here within 0.8 ms.
+/// A DC motor brings an unloaded wheel to its no-load rate and no further, at any step: with J w' =
+/// stall (1 - w / no_load) the rate approaches it exponentially, here within 0.8 ms.
 #[test]
 fn a_dc_motor_ends_at_its_no_load_rate_at_any_step() {
     const NO_LOAD_RAD_S: f64 = 20.0;
@@ -443,7 +444,7 @@ fn bad_commands_and_periods_are_refused_and_move_nothing() {
     assert_eq!((plant.time_s(), plant.truth()), (0.0, before));
 }
 
-/// Says what the guidance of an open loop would, from the kinematics that it is told.
+/// Commands the rates of an open-loop guidance, from the given kinematics.
 struct Forward;
 
 impl Controller for Forward {
@@ -491,7 +492,8 @@ fn to_resolve_is_to_resolve_once() {
 
 #[test]
 fn a_push_from_outside_is_the_same_push_of_a_scenario() {
-    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: given as its impulse in the scenario, and as a force when the time has come.
+    // 6 N for 0.25 s from 0.3 s on, which divide without rounding: as an impulse in the scenario,
+    // and as a force by the program.
     let fault = "\n[[faults]]\npush = { impulse_x_n_s = 1.5, x_m = 0.1, y_m = 0.05, z_m = 0.0, from_s = 0.3, lasts_s = 0.25 }\n";
     let of = |further: &str| {
         let (scenario, robot) = eventful(further);
@@ -540,7 +542,7 @@ fn a_push_ends_with_a_reset_and_is_refused_where_it_is_no_push() {
     assert_eq!(drive(&mut plant), alone);
 }
 
-/// A plant of which a camera sees the pose with this delay, and which is pushed to one side by its wheels.
+/// A plant with a camera that has this delay, pushed to one side by its wheels.
 fn seen_late(latency_s: f64) -> Plant {
     let text = format!(
         "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[sensors.pose]\nlatency_s = {latency_s}\n[run]\nduration_s = 1.0\n"
@@ -551,7 +553,7 @@ fn seen_late(latency_s: f64) -> Plant {
     Plant::new(&resolved, &robot).expect("it stands")
 }
 
-/// A late pose is the true one of that long ago.
+/// A late pose is the true one at that earlier time.
 #[test]
 fn a_late_pose_is_where_the_robot_was_then() {
     for periods_late in [1, 3, 7] {
@@ -561,7 +563,7 @@ fn a_late_pose_is_where_the_robot_was_then() {
             let command = WheelCommand::Rates(&[8.0, 6.0, 6.0, 8.0]);
             plant.advance(command, PERIOD_S).expect("it drives");
             truths.push(plant.truth().pose);
-            // Before the first has arrived, where it was set down.
+            // Before the first one has arrived, the start pose.
             let then = truths[(period - periods_late).max(0) as usize];
             assert_eq!(
                 plant.observe().pose,
@@ -569,7 +571,7 @@ fn a_late_pose_is_where_the_robot_was_then() {
                 "{periods_late} late, at {period}"
             );
         }
-        // It moves on each time, so that no other moment would do.
+        // It moves each time, so that no other moment would fit.
         let moved = truths
             .windows(2)
             .skip(2)
@@ -578,7 +580,8 @@ fn a_late_pose_is_where_the_robot_was_then() {
     }
 }
 
-/// An encoder whose factor is wrong counts the way that its wheel turned since it is, times the factor; its rate is wrong at once.
+/// An encoder with a wrong factor counts the rotation of its wheel since the fault's start, times
+/// the factor; its rate is wrong at once.
 #[test]
 fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
     let text = "[robot]\nfile = \"mecanum4.urdf\"\n[twist]\n[run]\nduration_s = 1.0\n\
@@ -604,7 +607,8 @@ fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
         let broken = period >= 10;
         let seen = plant.observe();
         let expected = true_angle + 0.25 * (true_angle - angle_when_it_broke);
-        // The step within which it breaks is counted by the factor that holds at its end: a step at 10 rad/s, as the loop overshoots 8.
+        // In the step of the fault's start the factor at its end applies: a step at 10 rad/s,
+        // because the loop overshoots 8.
         let step_rad = 10.0 * resolved.physics_dt_s() * 0.25;
         assert!(
             (seen.wheel_angles_rad[wheel] - expected).abs() <= step_rad,
@@ -618,8 +622,9 @@ fn a_scaled_encoder_counts_the_factor_of_what_its_wheel_turns() {
     }
 }
 
-/// Hosts have steps of their own: one millisecond, five, and one that no sum of meets the plant's steps of 3.33 ms. The robot goes where it goes by
-/// control periods, sensors that sample at control instants do so, and energies close.
+/// Hosts have their own steps: one millisecond, five, and one whose multiples never meet the
+/// plant's steps of 3.33 ms. The robot follows the same path as by control periods, sensors still
+/// sample at control instants, and energies balance.
 #[test]
 fn a_plant_takes_whatever_steps_its_host_takes() {
     let scenario = |keys: &str| {
@@ -649,7 +654,8 @@ fn a_plant_takes_whatever_steps_its_host_takes() {
         for step_s in [1e-3, 5e-3, 7.5e-4] {
             let (pose, energy_j) = drive(step_s, keys);
             let off_m = (pose.position_m() - by_periods.position_m()).norm();
-            // Commands that are held for 10 ms lag by half of that: 5 ms of the last 0.3 m/s, less than 2 mm.
+            // Commands held for 10 ms lag by half of that: 5 ms at the final 0.3 m/s, less than 2
+            // mm.
             assert!(off_m < 2e-3, "{keys} {step_s}: {off_m}");
             // A box of 1 kg rubs with 6 N on those millimetres.
             let off_j = (energy_j - motor_j).abs();

@@ -1,4 +1,5 @@
-//! Logs that drive robots: what a robot did before it does again, and what is no log is refused with the reason.
+//! Logs that drive robots: a recorded motion is repeated, and invalid logs are refused with the
+//! reason.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +34,7 @@ fn ran(folder: &Path, motion: &str) -> Run {
     run(&scenario(folder, motion).expect("a scenario")).expect("a run")
 }
 
-/// What is said of a log that cannot be played.
+/// The error for a log that cannot be played.
 fn refused(folder: &Path, motion: &str) -> String {
     let scenario = scenario(folder, motion).expect("a scenario");
     match run(&scenario) {
@@ -42,7 +43,7 @@ fn refused(folder: &Path, motion: &str) -> String {
     }
 }
 
-/// A run as the bag that it makes, and its trace.
+/// A run as a bag, and its trace.
 fn recorded(folder: &Path) -> (PathBuf, Trace) {
     let simulation =
         Simulation::new(&scenario(folder, DRIVEN).expect("a scenario")).expect("a simulation");
@@ -57,7 +58,7 @@ fn recorded(folder: &Path) -> (PathBuf, Trace) {
     (bag, trace)
 }
 
-/// The largest distance between where two robots were at the same times, in metres.
+/// The largest distance between two robots at the same time, in metres.
 fn apart_m(one: &Trace, other: &Trace) -> f64 {
     let pairs = one.records().iter().zip(other.records());
     pairs
@@ -73,8 +74,8 @@ fn wheel_rates_of_a_bag_do_again_what_they_did() {
         folder.path(),
         "[playback]\nfile = \"bag\"\ndrives = \"wheel_rates\"\ntopic = \"/robot_joint_commands\"\npose_topic = \"/ground_truth/odom\"\n",
     );
-    // The same rates at the same times; the automatic step may differ by what each scenario lets foresee, which moves a contact's place
-    // within its step.
+    // The same rates at the same times; the automatic step may differ because each scenario
+    // predicts other rates, which moves a contact's place within its step.
     let off_m = apart_m(&before, &played.trace);
     assert!(off_m < 1e-5, "{off_m} m apart after 0.1 m of way");
     for record in played.trace.records() {
@@ -97,8 +98,9 @@ fn wheel_rates_of_a_bag_do_again_what_they_did() {
 fn angles_torques_twists_and_paths_of_a_bag_drive_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, before) = recorded(folder.path());
-    // A loop that follows angles is behind by up to a control period of way, 4 mm, and the torques were means over periods. The
-    // guidance begins its feedback from nothing: it follows a path within a centimetre.
+    // A loop that follows angles lags by up to a control period of travel, 4 mm, and the torques
+    // were means over periods. The guidance starts its feedback from zero: it follows a path within
+    // a centimetre.
     for (drives, topic, within_m) in [
         ("wheel_angles", "/joint_states", 0.006),
         ("wheel_torques", "/joint_states", 0.01),
@@ -194,7 +196,8 @@ fn the_beginning_of_a_log_can_be_left_out() {
         );
         played.trace.records().last().expect("rows").truth.pose.x_m
     };
-    // 0.2 m/s from 0.5 s on, of a run of 0.6 s, or from its beginning until the log is over; getting there takes some hundredths.
+    // 0.2 m/s from 0.5 s on, in a run of 0.6 s, or from its beginning until the end of the log; the
+    // acceleration takes some hundredths.
     assert!((way_m("") - 0.02).abs() < 0.01, "{}", way_m(""));
     let later = way_m("from_s = 0.5\n");
     assert!((later - 0.1).abs() < 0.015, "{later}");
@@ -306,7 +309,7 @@ fn a_damaged_bag_never_ends_in_a_panic() {
     let mut played = 0;
     for part in 0..40 {
         let mut bytes = whole[..whole.len() * part / 40].to_vec();
-        // Every other one whole, with some bytes of it changed.
+        // Every other one complete, with some bytes changed.
         if part % 2 == 1 {
             bytes = whole.clone();
             for place in (part * 977..bytes.len()).step_by(bytes.len() / 7) {
@@ -320,11 +323,11 @@ fn a_damaged_bag_never_ends_in_a_panic() {
             Err(other) => panic!("{other}"),
         }
     }
-    // What was cut in its last chunk still says what came before.
+    // A bag cut in its last chunk still has the earlier messages.
     assert!(played > 0);
 }
 
-/// A bag whose run was killed has no file that looks whole, and playback says why.
+/// The bag of a killed run has no complete file, and playback reports why.
 #[test]
 fn a_bag_that_was_cut_short_is_not_taken_for_an_empty_one() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -339,7 +342,7 @@ fn a_bag_that_was_cut_short_is_not_taken_for_an_empty_one() {
     assert!(error.to_string().contains("cut short"), "{error}");
 }
 
-/// A folder with a log of twists, and what it comes to.
+/// The run of a log of twists in a folder.
 fn played(log: &str, further: &str) -> Run {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("log.csv"), log).expect("a file");
@@ -380,7 +383,7 @@ fn times_since_1970_drive_as_times_since_the_start() {
 
 #[test]
 fn poses_that_come_late_begin_where_the_simulated_robot_is_by_then() {
-    // The real robot does what is asked of it, in a frame of its own: turned by a right angle, 3 m away.
+    // The real robot follows the command, in its own frame: rotated by a right angle, 3 m away.
     let log = |from_row: u64| {
         let rows: String = (0..=60)
             .map(|row| {
@@ -403,7 +406,7 @@ fn poses_that_come_late_begin_where_the_simulated_robot_is_by_then() {
     assert!((measured.position_m() - first.truth.pose.position_m()).norm() < 1e-12);
     assert!(first.truth.pose.x_m > 0.04, "it had hardly moved");
     for run in [&whole, &late] {
-        // From then on both move by 2 mm a row, ahead.
+        // From then on both move by 2 mm per row, ahead.
         let way =
             at(run, 50).measured.expect("a pose").x_m - at(run, 30).measured.expect("a pose").x_m;
         assert!((way - 0.04).abs() < 1e-9, "{way}");
@@ -477,15 +480,16 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
         names.contains("`playback.names.vz_m_s` names nothing"),
         "{names}"
     );
-    // What is known by no value at all is left out, as a log of something slower beside others does.
+    // A row without any value is skipped, as in a log of a slower signal beside others.
     let rows = format!("{header}0,0.1,0,0\n0.5,,,\n1,0.1,0,0\n");
     assert!(played(&rows, "").summary.travelled_m > 0.0);
 }
 
-/// A log of 0.73 s from its first row to its last, a row each 0.01 s; `further` stands in the scenario.
+/// A log of 0.73 s from its first row to its last, a row each 0.01 s; `further` is appended to the
+/// scenario.
 fn of_a_log(drives: &str, columns: &str, row: &str, further: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
-    // Its times are those of a clock that was begun long before.
+    // Its clock started long before.
     let rows: Vec<String> = (0..74)
         .map(|index| format!("{:.2},{row}\n", 1000.0 + 0.01 * f64::from(index)))
         .collect();
@@ -507,8 +511,8 @@ fn without_a_duration_a_run_ends_with_its_log() {
         ("path", "x_m,y_m,heading_deg", "0,0,0"),
     ];
     for (drives, columns, row) in cases {
-        // A rate holds until the next, the last one as long as the others; of a path the last point is the end. A run has whole control
-        // periods: 25 or 24 of 0.03 s come nearest.
+        // A rate holds until the next, the last one for the interval of rows; for a path the last
+        // point is the end. A run has whole control periods: 25 or 24 of 0.03 s are nearest.
         let holds_s = if drives == "path" { 0.0 } else { 0.01 };
         for (further, duration_s) in [
             ("", 0.73 + holds_s),
@@ -525,7 +529,7 @@ fn without_a_duration_a_run_ends_with_its_log() {
                 (lasted_s - duration_s).abs() < 1e-9,
                 "{drives} {further}: {lasted_s}"
             );
-            // What is written out says how long it was.
+            // The written scenario has the duration.
             assert!((run.scenario.run.duration_s - duration_s).abs() < 0.0151);
         }
     }
@@ -563,7 +567,7 @@ fn of_files_that_are_no_logs_no_column_and_no_cell_is_shown() {
         let said = said(text, names);
         assert!(!said.contains("hunter2"), "{said}");
     }
-    // Of a log the column that may be meant is shown.
+    // For a log the most similar column is shown.
     let log = "t_s,vx_m_s,vy_m_s,omega_rad_ss\n0,1,2,3\n1,1,2,3\n";
     assert!(said(log, "").contains("`omega_rad_ss`"));
 }

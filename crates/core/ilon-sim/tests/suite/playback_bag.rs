@@ -1,4 +1,4 @@
-//! Bags message by message: each type says what it says, at its time.
+//! Bags message by message: the meaning of each type, at its time.
 
 use std::path::Path as FilePath;
 
@@ -16,10 +16,10 @@ const ROBOT: &str = concat!(
     "/../../../assets/robots/mecanum4.urdf"
 );
 const WHEELS: [&str; 4] = ["front_left", "front_right", "rear_left", "rear_right"];
-/// When the bag begins, with a message that drives nothing; the others come from a second later on.
+/// Start of the bag, with a message that drives nothing; the others come from a second later on.
 const BEGINS_NS: u64 = 4_000_000_000;
 
-/// A bag in a folder, of one topic's messages at times in seconds from a second after its beginning.
+/// A bag in a folder, of one topic's messages at times in seconds from a second after its start.
 fn bag<M: Message>(folder: &FilePath, messages: &[(f64, M)]) {
     let mut bag = BagWriter::create(&folder.join("bag")).expect("a bag");
     bag.declare::<Words>("/other", Qos::reliable(1))
@@ -35,7 +35,7 @@ fn bag<M: Message>(folder: &FilePath, messages: &[(f64, M)]) {
     bag.finish().expect("a bag");
 }
 
-/// What comes of messages that drive the robot.
+/// The run of messages that drive the robot.
 fn played<M: Message>(drives: &str, messages: &[(f64, M)], further: &str) -> Result<Run, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     bag(folder.path(), messages);
@@ -94,7 +94,7 @@ fn every_type_with_a_velocity_says_the_same() {
         played("twist", &odometry, ""),
     ];
     for run in runs.map(|run| run.expect("a run")) {
-        // The last one holds as long as the others.
+        // The last one holds for the interval of messages.
         assert!((run.summary.duration_s - 0.9).abs() < 1e-9);
         for record in run.trace.records() {
             let asked = record.command_twist_in_body;
@@ -105,7 +105,7 @@ fn every_type_with_a_velocity_says_the_same() {
     }
 }
 
-/// Turned by a heading and then leaned to the side.
+/// Rotated by a heading and then tilted to the side.
 fn pose(x_m: f64, heading_rad: f64, lean_rad: f64) -> Pose {
     let ((s, c), (sl, cl)) = (
         libm::sincos(0.5 * heading_rad),
@@ -134,7 +134,7 @@ fn a_pose_has_the_heading_that_its_lean_leaves() {
     let run = played("twist", &messages, "pose_topic = \"/asked\"\n").expect("a run");
     for record in run.trace.records().iter().filter(|record| record.t_s < 0.6) {
         let measured = record.measured.expect("a pose at each time");
-        // Between messages along a line; the first one is where the robot starts.
+        // Linear interpolation between messages; the first one is at the robot's start.
         let turned_rad = 0.5 / 0.3 * record.t_s;
         assert!(
             (measured.heading_rad - turned_rad).abs() < 1e-9,
@@ -183,7 +183,7 @@ fn a_path_is_driven_at_the_times_of_its_poses() {
         let desired = record.desired.expect("a path").pose;
         assert!((desired.x_m - x_m).abs() < 1e-6, "{desired:?}");
     }
-    // Poses of one message at a time count by the recording.
+    // For poses of one message at a time, the recording's times count.
     let messages = [0.0, 0.5, 1.0].map(|t_s| {
         let stamped = PoseStamped {
             pose: pose(0.1 * t_s, 0.0, 0.0),

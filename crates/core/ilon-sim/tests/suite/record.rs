@@ -1,4 +1,4 @@
-//! What a trace carries, and where its rows go while it grows.
+//! The content of a trace, and the receivers of its rows while it grows.
 
 use std::path::Path;
 
@@ -46,7 +46,7 @@ fn without_the_key_no_roller_is_recorded_and_the_columns_are_those_of_before() {
 #[test]
 fn roller_angles_come_as_often_as_asked_and_change_nothing_else() {
     let without = simulation("").run().trace;
-    // A row every 10 ms; 100/s and more is every row, 25/s every fourth.
+    // A row every 10 ms: 100/s and more is every row, 25/s every fourth.
     for (rate_hz, every) in [(1000.0, 1), (100.0, 1), (25.0, 4)] {
         let trace = simulation(&format!("roller_angles_hz = {rate_hz}"))
             .run()
@@ -68,7 +68,8 @@ fn roller_angles_come_as_often_as_asked_and_change_nothing_else() {
                 .all(|angle| *angle == Some(0.0))
         );
     }
-    // Rates that do not divide the rows' come on the mean as often: 30/s over 0.5 s is 15 samples and that of the end.
+    // Rates that do not divide the rows' are met on average: 30/s over 0.5 s is 15 samples and that
+    // of the end.
     let trace = simulation("roller_angles_hz = 30").run().trace;
     let taken = trace.signal("wheel0_roller0_angle_rad").expect("a column");
     assert_eq!(taken.iter().flatten().count(), 16);
@@ -76,7 +77,7 @@ fn roller_angles_come_as_often_as_asked_and_change_nothing_else() {
 
 #[test]
 fn a_roller_that_touches_has_turned_by_its_spin() {
-    // To the side, where rollers spin: 0.3 m/s over rollers of some 1 cm.
+    // Sideways, where rollers spin: 0.3 m/s over rollers of some 1 cm.
     let text = SCENARIO.replace("vx_m_s = 0.3", "vy_m_s = 0.3");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let text = format!("{text}roller_angles_hz = 1000\nphysics_dt_s = 0.0005\n");
@@ -90,7 +91,7 @@ fn a_roller_that_touches_has_turned_by_its_spin() {
     for (row, wheel) in rows.flat_map(|row| (0..4).map(move |wheel| (row, wheel))) {
         let (now, next) = (trace.wheels_at(row)[wheel], trace.wheels_at(row + 1)[wheel]);
         let settled = now.touching && next.touching && now.roller == next.roller;
-        // Where a hand-over is near, the spin changes within the row.
+        // Near a hand-over the spin changes within the row.
         if !settled || (now.roller_spin_rad_s - next.roller_spin_rad_s).abs() > 0.5 {
             continue;
         }
@@ -98,7 +99,8 @@ fn a_roller_that_touches_has_turned_by_its_spin() {
         let at = |row: usize| trace.roller_angles_at(row)[place].expect("taken");
         let turned_rad = at(row + 1) - at(row);
         let by_spin_rad = 0.01 * 0.5 * (now.roller_spin_rad_s + next.roller_spin_rad_s);
-        // The spins are those of the steps that ended at the rows; half a rad/s over 10 ms between them.
+        // The spins are those of the steps that ended at the rows; half a rad/s over 10 ms between
+        // them.
         assert!(
             (turned_rad - by_spin_rad).abs() < 0.005,
             "wheel {wheel}, row {row}: {turned_rad} against {by_spin_rad}"
@@ -145,11 +147,12 @@ fn a_bumpy_ground_is_drawn_again_from_the_header() {
     assert_eq!((heights.len(), heights[0].len()), (41, 41));
     let all = || heights.iter().flatten();
     assert!(all().all(|height| (0.0..=0.002).contains(height)));
-    // 1681 even draws: the largest misses the bound by a per mille of it with a probability of e^-1.7.
+    // 1681 even draws: the largest misses the bound by a per mille of it with a probability of
+    // e^-1.7.
     assert!(all().any(|height| *height > 0.0019) && all().any(|height| *height < 0.0001));
 }
 
-/// Counts what it is told, and gives up after some rows.
+/// Counts its rows, and fails after some.
 #[derive(Default)]
 struct Counting {
     begun: usize,
@@ -286,7 +289,7 @@ fn a_loop_of_ones_own_is_recorded_as_a_run_is() {
             })
             .expect("a step");
     }
-    // A loop of one's own has no end that is known.
+    // A caller's loop has no known end.
     let endless = Header {
         control_periods: 0,
         ..run.trace.header.clone()

@@ -1,4 +1,5 @@
-//! A Ridgeback, whose front axle hangs on a rocker, with a kerb under its front left wheel: loads by statics, up to the rocker's stop and at it.
+//! A Ridgeback, whose front axle is on a rocker, with a kerb under its front left wheel: loads by
+//! statics, up to the rocker's stop and at it.
 
 use std::path::Path;
 
@@ -7,11 +8,11 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use test_case::test_case;
 
 const FRONT_LEFT: usize = 0;
-/// Half of the way between wheels of an axle, and its way from the middle, in metres.
+/// Half of the track, and half of the wheelbase, in metres.
 const HALF_TRACK_M: f64 = 0.2755;
 const AXLE_M: f64 = 0.319;
-/// Its mass, and its centre of mass in the body frame: chassis of 165.304 kg, two axles of 10.267 kg and four wheels of 2.3 kg, of which axles and wheels
-/// lie around (0, 0, 0.05).
+/// Its mass, and its centre of mass in the body frame: chassis of 165.304 kg, two axles of 10.267
+/// kg and four wheels of 2.3 kg, of which axles and wheels lie around (0, 0, 0.05).
 const MASS_KG: f64 = 165.304 + 2.0 * 10.267 + 4.0 * 2.3;
 const STOP_RAD: f64 = 0.08726;
 
@@ -21,8 +22,9 @@ fn center_m() -> Vector3<f64> {
     (chassis + axles_and_wheels_kg * Vector3::new(0.0, 0.0, 0.05)) / MASS_KG
 }
 
-/// The robot at rest with a kerb so high under its front left wheel, and what its rocker does. The ground is ice, so that nothing but the ground's normal forces bears it:
-/// wheels that are braked at different heights may lean against one another.
+/// The robot at rest with a kerb of a given height under its front left wheel, and the rocker's
+/// keys. The ground is ice, so that only normal forces bear it: braked wheels at different heights
+/// may otherwise push against one another.
 fn plant(kerb_m: f64, rocker: &str) -> Plant {
     let kerb = match kerb_m {
         0.0 => String::new(),
@@ -40,14 +42,14 @@ fn plant(kerb_m: f64, rocker: &str) -> Plant {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let scenario = Scenario::from_toml(&text, "ridgeback", folder).expect("a scenario");
     let mut plant = Plant::of_scenario(&scenario).expect("it stands");
-    // What is left of the search for its equilibrium dies out.
+    // The remaining error of the equilibrium decays.
     plant
         .advance(WheelCommand::Rates(&[0.0; 4]), 0.8)
         .expect("it stands");
     plant
 }
 
-/// What the wheels carry, in N: front left, front right, rear left, rear right.
+/// Loads of the wheels, in N: front left, front right, rear left, rear right.
 fn loads_n(plant: &Plant) -> [f64; 4] {
     let contacts = plant.world().robot().contacts();
     [0, 1, 2, 3].map(|wheel| contacts[wheel].normal_force_n)
@@ -55,8 +57,9 @@ fn loads_n(plant: &Plant) -> [f64; 4] {
 
 const HELD: &str = "[robot.joints.front_rocker]\nrole = \"held\"";
 
-/// Until its stop the rocker passes no torque: its wheels bear alike, each half of what moments about the rear axle leave to the front; the rear wheels share
-/// the rest by where the centre of mass is to the side.
+/// Until its stop the rocker passes no torque: its wheels have equal loads, each half of the front
+/// load by moments about the rear axle; the rear wheels share the rest by the lateral position of
+/// the centre of mass.
 #[test_case(0.0)]
 #[test_case(0.005)]
 #[test_case(0.01)]
@@ -70,14 +73,16 @@ fn wheels_on_a_rocker_bear_alike(kerb_m: f64) {
     );
     let weight_n = MASS_KG * 9.81;
     let state = plant.world().robot().state();
-    // The front axle is up by half of the kerb: the centre of mass is further back by its height over the axles times the pitch.
+    // The front axle is raised by half of the kerb: the centre of mass moves back by its height
+    // over the axles times the pitch.
     let center_m = Rotation3::from_euler_angles(state.roll_rad, state.pitch_rad, 0.0) * center_m();
     let front_n = weight_n * (0.5 + 0.5 * center_m.x / AXLE_M);
     assert!(
         ((front_left + front_right) / front_n - 1.0).abs() < 0.01,
         "{front_n}"
     );
-    // The rocker's pivot and the rear wheels carry: three points, of which the pivot is in the middle. The wheels' own side weighs nothing there.
+    // The rocker's pivot and the rear wheels carry: three points, with the pivot in the middle. The
+    // lateral positions of its wheels do not matter.
     let sides_n = weight_n * center_m.y / HALF_TRACK_M;
     let found_n = rear_left - rear_right;
     assert!(
@@ -92,7 +97,8 @@ fn wheels_on_a_rocker_bear_alike(kerb_m: f64) {
     );
 }
 
-/// On its stop the rocker is rigid, and the robot stands on three wheels: their loads are those of statics on three points.
+/// At its stop the rocker is rigid, and the robot stands on three wheels: their loads are those of
+/// statics on three points.
 #[test]
 fn at_the_stop_it_stands_on_three_wheels_as_statics_says() {
     let plant = plant(0.06, "");
@@ -111,8 +117,8 @@ fn a_rigid_one_stands_on_three_wheels(kerb_m: f64) {
     stands_on_three(&plant);
 }
 
-/// Where the centre of mass lies right of the diagonal through the wheel on the kerb, as it does here, the left rear wheel is up, and the others carry what balances
-/// the weight about each of them.
+/// If the centre of mass is right of the diagonal through the wheel on the kerb, as here, the left
+/// rear wheel is up, and the others carry what balances the weight about each of them.
 fn stands_on_three(plant: &Plant) {
     let robot = plant.world().robot();
     let state = robot.state();

@@ -1,4 +1,5 @@
-//! A row is its period: what happened between two rows is in the second of them, however far apart they are.
+//! A row covers its period: everything between two rows is in the second of them, whatever their
+//! distance.
 
 use std::path::Path;
 
@@ -14,14 +15,16 @@ fn run(text: &str) -> (Trace, Summary) {
     (run.trace, summary)
 }
 
-/// Ahead with 1 m/s^2 up to 1.2 m/s on a floor of friction 0.2, as a staircase of wheel targets that changes every `stair_ms`, decided and
-/// recorded every `period_ms`; all with physics steps of 1 ms. The last 0.4 s are steady.
+/// Ahead with 1 m/s^2 up to 1.2 m/s on a floor of friction 0.2, as a staircase of wheel targets
+/// that changes every `stair_ms`, decided and recorded every `period_ms`; all with physics steps of
+/// 1 ms. The last 0.4 s are steady.
 fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
     let stairs = 1200 / stair_ms;
     let schedule: Vec<String> = (1..=stairs)
         .map(|stair| {
             let t_s = f64::from(stair * stair_ms) * 1e-3;
-            // As many digits as milliseconds have: a sum of binary fractions would be late by a control period.
+            // Digits to the millisecond: a sum of binary fractions would be late by a control
+            // period.
             format!("{{ from_s = {:.3}, vx_m_s = {t_s} }}", 0.2 + t_s)
         })
         .collect();
@@ -34,7 +37,8 @@ fn stairs(stair_ms: u32, period_ms: u32) -> (Trace, Summary) {
     ))
 }
 
-/// The force is a pulse that decays within each stair. Rows of the last instants of their periods missed three quarters of it at 50 ms.
+/// The force is a pulse that decays within each stair. Rows of the last instants of their periods
+/// missed three quarters of it at 50 ms.
 #[test]
 fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
     for stair_ms in [10, 20, 50] {
@@ -47,14 +51,15 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
             );
             assert!((a - b).abs() <= share * a.abs(), "{stair_ms} ms: {a} {b}");
         };
-        // The same physics to the bit, and so the same extremes but for the rounding of sums.
+        // The same physics to the bit, and so the same extremes except for the rounding of sums.
         near(|summary| summary.friction_used_max, 1e-9);
         near(|summary| summary.slip_speed_max_m_s, 1e-9);
         near(|summary| summary.wheel_torque_max_n_m, 1e-9);
         near(|summary| summary.slip_speed_rms_m_s, 1e-9);
         let way_m = fine.travelled_m;
         for ((name, fine), (_, coarse)) in fine.ledger.named().iter().zip(coarse.ledger.named()) {
-            // What slips does so in the first milliseconds of each stair, and spans of the budget are 5 ms.
+            // Slip occurs in the first milliseconds of each stair, and spans of the budget are 5
+            // ms.
             let apart_m = (fine.path_m - coarse.path_m).abs();
             assert!(apart_m < 1e-3 * way_m, "{stair_ms} ms, {name}: {apart_m} m");
         }
@@ -64,7 +69,8 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
     assert!(far.slip_speed_max_m_s.expect("contacts") > 0.02);
 }
 
-/// Newton: the forces of all wheels, each a mean over its row's period, accelerate the robot's mass.
+/// Newton: the forces of all wheels, each a mean over its row's period, accelerate the robot's
+/// mass.
 #[test]
 fn the_forces_of_a_row_are_mass_times_acceleration() {
     for period_ms in [1, 10, 20, 50] {
@@ -80,7 +86,8 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
                 .sum();
             pushed_n_s += force_n * (now.t_s - before.t_s);
             let gained_n_s = mass_kg * now.truth.twist_in_body.vx_m_s;
-            // The frame's origin also pitches by micrometres on its springy contacts: 1e-6 of 13 N s.
+            // The frame's origin also pitches by micrometres on its springy contacts: 1e-6 of 13 N
+            // s.
             assert!(
                 (pushed_n_s - gained_n_s).abs() < 1e-4 * (1.0 + gained_n_s.abs()),
                 "{period_ms} ms, {} s: {pushed_n_s} {gained_n_s}",
@@ -125,8 +132,9 @@ fn fewer_rows_say_the_same() {
     assert!(near(all.airborne_share, few.airborne_share) < 1e-12);
 }
 
-/// Until the last physics step targets rise and wheels slide. Whatever the period and however few rows are written, rows add up to what the run
-/// came to: the momentum of the forces, all energies and the error budget.
+/// Targets rise and wheels slide until the last physics step. Whatever the period and however few
+/// rows are written, rows add up to the totals of the run: the momentum of the forces, all energies
+/// and the error budget.
 #[test]
 fn rows_add_up_to_the_run() {
     for period_ms in [1, 10, 20, 50] {

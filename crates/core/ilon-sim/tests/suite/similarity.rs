@@ -1,6 +1,7 @@
-//! Robots of one shape and any size move alike (Froude): where lengths grow by s and masses by s^3, times and speeds grow by sqrt(s),
-//! forces by s^3, torques and energies by s^4 and stiffnesses by s^2. That holds for every law of contact, friction and drive, and no choice
-//! of the program may break it: steps, stiffnesses and thresholds are the robot's own.
+//! Robots of one shape and any size move alike (Froude): if lengths grow by s and masses by s^3,
+//! times and speeds grow by sqrt(s), forces by s^3, torques and energies by s^4 and stiffnesses by
+//! s^2. That holds for every law of contact, friction and drive, and no choice of the program may
+//! break it: steps, stiffnesses and thresholds scale with the robot.
 
 use ilon_formats::LoadRobot;
 use ilon_robot::{Robot, Wheel};
@@ -9,7 +10,7 @@ use ilon_sim::scenario::Scenario;
 
 const URDF: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
 
-/// What a robot of s times the size has more of.
+/// The scale factors of a robot of s times the size.
 #[derive(Clone, Copy)]
 struct Size(f64);
 
@@ -17,7 +18,7 @@ impl Size {
     fn length(self) -> f64 {
         self.0
     }
-    /// Times, and speeds too.
+    /// For times and speeds.
     fn time(self) -> f64 {
         self.0.sqrt()
     }
@@ -85,7 +86,7 @@ impl Size {
     }
 }
 
-/// One law: what it adds to a drive, at a size.
+/// One law: its addition to a drive, at a size.
 struct Law {
     name: &'static str,
     keys: fn(Size) -> String,
@@ -200,20 +201,20 @@ const LAWS: &[Law] = &[
     },
 ];
 
-/// What a drive came to, in units of the size.
+/// The results of a drive, in units of the size.
 #[derive(Debug)]
 struct Came {
     x: f64,
     y: f64,
     heading: f64,
     travelled: f64,
-    /// Sliding with spin-up, which steps split otherwise, and landings.
+    /// Sliding with spin-up, whose split depends on the step, and landings.
     lost: [f64; 2],
     airborne: f64,
     grip: f64,
 }
 
-/// A turn under a law, at a size; `dt` says which step, or is empty.
+/// A turn under a law, at a size; `dt` is the step, or empty.
 fn drive(law: &Law, size: Size, dt: &str) -> Came {
     drive_robot(size.robot(), (law.keys)(size), size, dt)
 }
@@ -255,16 +256,18 @@ fn drive_robot(mut robot: Robot, keys: String, size: Size, dt: &str) -> Came {
     }
 }
 
-/// From 4 cm to 50 t. Where rollers land, a rounding can decide in which step, and robots of nearly one size differ by as much as those of
-/// any: these laws are held to about three times what sizes of 1 to 1.06 spread.
+/// From 4 cm to 50 t. For rollers that land, rounding can decide in which step, and robots of
+/// nearly the same size differ by as much as any: these laws are tested within about three times
+/// the spread of sizes of 1 to 1.06.
 #[test]
 fn robots_of_one_shape_move_alike_at_any_size() {
     for law in LAWS {
-        // Of the way, of the heading, and of what is lost.
+        // For the path, the heading, and the losses.
         let (way, lost) = match law.name {
             "cylinders" => (5e-3, 5e-2),
             "crown" | "unequal" | "play" | "kerb and push" => (1e-3, 5e-2),
-            // Where friction falls with the way that a roller slides, more than one set of impulses may keep the laws.
+            // If friction falls with the sliding distance of a roller, more than one set of
+            // impulses may satisfy the laws.
             "nap" => (1e-3, 1e-2),
             _ => (1e-3, 1e-3),
         };
@@ -273,7 +276,7 @@ fn robots_of_one_shape_move_alike_at_any_size() {
             let other = drive(law, Size(s), "");
             let off = (one.x - other.x).hypot(one.y - other.y) / one.travelled;
             let turned_off = (other.heading / one.heading - 1.0).abs();
-            // What is below a tenth of a millijoule is rounding.
+            // Below a tenth of a millijoule is rounding.
             let differs = |a: f64, b: f64| (a - b).abs() > lost * a.abs().max(b.abs()) + 1e-4;
             let energies = one.lost.iter().zip(&other.lost);
             assert!(
@@ -290,7 +293,8 @@ fn robots_of_one_shape_move_alike_at_any_size() {
     }
 }
 
-/// A robot of 40 or of 20 mm, which pushes a crate off its middle, does what one of 400 mm does: shapes have no size of their own, either.
+/// A robot of 40 or of 20 mm, which pushes a crate off its middle, behaves like one of 400 mm: free
+/// bodies scale too.
 #[test]
 fn small_robots_push_small_crates_as_large_ones_do() {
     let pushed = |size: Size| {
@@ -335,7 +339,7 @@ fn small_robots_push_small_crates_as_large_ones_do() {
         };
         let (off_way, off_turned) = (off(&one, &other), off(&one_turned, &turned));
         println!("{s}: {off_way:e} of its size, {off_turned:e} rad");
-        // What the solver leaves of a law at either size, 1e-8 m/s, over the run.
+        // The solver's tolerance at either size, 1e-8 m/s, over the run.
         assert!(
             off_way < 1e-5 && off_turned < 1e-5,
             "{s}: {off_way} {off_turned}"
@@ -343,7 +347,8 @@ fn small_robots_push_small_crates_as_large_ones_do() {
     }
 }
 
-/// Robot A with wheels of 250 mm and a chassis of 10 and of 50 t, under the automatic step and under one of a tenth of it.
+/// Robot A with wheels of 250 mm and a chassis of 10 and of 50 t, under the automatic step and
+/// under one of a tenth of it.
 #[test]
 fn heavy_robots_neither_bounce_nor_slip_by_their_step() {
     let size = Size(5.0);
@@ -371,7 +376,7 @@ fn heavy_robots_neither_bounce_nor_slip_by_their_step() {
     }
 }
 
-/// The stiffness that a robot of 50 t gets by itself, and more, can be written into a scenario.
+/// The default stiffness of a robot of 50 t, and more, can be written into a scenario.
 #[test]
 fn contacts_may_be_written_as_stiff_as_heavy_robots_need_them() {
     let written = |stiffness: &str| {

@@ -1,4 +1,5 @@
-//! Wheels whose rollers are spheres, as published simulations have them: what their number does to the base.
+//! Wheels with spheres for rollers, as in published simulations: the effect of their number on the
+//! base.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -8,8 +9,9 @@ use ilon_sim::{Scenario, inspect::Inspection};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-/// Of eight spheres on a ring of 59.4 mm: how far a wheel has rolled at an angle, in metres, with a sphere straight down at 0. The lowest point of a
-/// sphere at psi from there is carried with w (59.4 cos(psi) + 16.5) mm.
+/// For eight spheres on a ring of 59.4 mm: the travel of a wheel at an angle, in metres, with a
+/// sphere straight down at 0. The lowest point of a sphere at psi from there moves with w (59.4
+/// cos(psi) + 16.5) mm.
 fn rolled_m(wheel_angle_rad: f64) -> f64 {
     let half = 0.5 * FRAC_PI_4;
     let spheres = (wheel_angle_rad / FRAC_PI_4).round();
@@ -17,10 +19,11 @@ fn rolled_m(wheel_angle_rad: f64) -> f64 {
     0.0594 * (2.0 * half.sin() * spheres + psi.sin()) + 0.0165 * wheel_angle_rad
 }
 
-/// The wheels of the right side half a sphere on: the base yaws by the difference of what both sides have rolled, over twice the lever of turns,
-/// 275.5 + 260 mm, eight times a turn. What PickNikRobotics/moveit_pro_example_ws, pull request 875, computes, 2 x 4.52 / 275.5 = 1.881 deg, takes the
-/// rise of the hubs for a way along the floor. The base also rolls, by 4.5 mm over its track, which is not
-/// counted: hence a tenth.
+/// The wheels of the right side are half a sphere ahead: the base yaws by the difference of the
+/// travels of both sides, over twice the lever of rotations, 275.5 + 260 mm, eight times a turn.
+/// The value of PickNikRobotics/moveit_pro_example_ws, pull request 875, 2 x 4.52 / 275.5 = 1.881
+/// deg, takes the rise of the hubs for a travel along the floor. The base also rolls, by 4.5 mm
+/// over its track, which is not included: hence a tolerance of a tenth.
 #[test]
 fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
     let text = "robot.file = \"spheres.toml\"\n\
@@ -79,7 +82,8 @@ fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
     );
 }
 
-/// Of wheels whose rollers have a profile by numbers the shapes of their file do not roll, and no radius is said of them; of barrels it is.
+/// For rollers with a profile by numbers the shapes of their file do not roll, and no radius of
+/// theirs is reported; for barrels it is.
 #[test]
 fn no_radius_is_said_of_shapes_that_do_not_roll() {
     for (file, count) in [("spheres.toml", 0), ("mecanum4.urdf", 4)] {

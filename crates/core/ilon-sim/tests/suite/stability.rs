@@ -1,10 +1,12 @@
-//! Gains of the guidance that its control period does not bear: refused, remarked, and seen in the simulated world.
+//! Gains of the guidance too high for its control period: refused, reported, and seen in the
+//! simulation.
 
 use ilon_sim::{Error, Run, Scenario};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-/// A robot that shall stay where it is, and stands 0.1 mm and 0.1 mrad off, so that no motor is at its limit.
+/// A robot that holds its pose, with an initial error of 0.1 mm and 0.1 mrad, so that no motor is
+/// at its limit.
 fn scenario(keys: &str) -> Scenario {
     scenario_of(4.0, keys)
 }
@@ -18,7 +20,7 @@ fn scenario_of(duration_s: f64, keys: &str) -> Scenario {
     Scenario::from_toml(&text, "stability", FOLDER).expect("a scenario")
 }
 
-/// What is said of a scenario's gains before it is run, or why it is refused.
+/// The remark on a scenario's gains before it is run, or the reason for a refusal.
 fn said(keys: &str) -> Result<String, String> {
     let scenario = scenario(keys);
     let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
@@ -33,7 +35,8 @@ fn said(keys: &str) -> Result<String, String> {
     }
 }
 
-/// Gains on position and heading, at a period of 0.25 s, for which wheel loops of 60 rad/s follow at once but for a part in 500.
+/// Gains on position and heading, at a period of 0.25 s, for which wheel loops of 60 rad/s are
+/// practically instantaneous: 1 part in 500.
 fn gains(position_per_s: f64, heading_per_s: f64) -> String {
     format!(
         "run.control_dt_s = 0.25\nguidance.position_gain_per_s = {position_per_s}\nguidance.heading_gain_per_s = {heading_per_s}\n"
@@ -51,7 +54,8 @@ fn a_gain_is_remarked_from_where_it_overshoots_on_and_refused_from_its_bound_on(
             "the guidance overshoots: `guidance.{key}_gain_per_s` times the period of 0.25 s is 1.000, and from 0."
         );
         assert!(remark.starts_with(&expected), "{remark}");
-        // Wheels that follow at once pass zero from 1 on; the integral of these loops, from a thirtieth less on.
+        // Instantaneous wheels overshoot from 1 on; with the integral of these loops, from a
+        // thirtieth less on.
         let swings = format!("from {from} on the robot swings");
         assert!(remark.contains(&swings), "{remark}");
     }
@@ -64,8 +68,8 @@ fn a_gain_is_remarked_from_where_it_overshoots_on_and_refused_from_its_bound_on(
     }
 }
 
-/// Of a matrix the larger eigenvalue counts: that of [[6, 2.3], [2.3, 1]] is 3.5 + 3.4 = 6.9 /s, that with 9 in place of 6 is 5 + 4.6 = 9.6 /s.
-/// Of tasks those that are served.
+/// For a matrix the larger eigenvalue counts: that of [[6, 2.3], [2.3, 1]] is 3.5 + 3.4 = 6.9 /s,
+/// that with 9 in place of 6 is 5 + 4.6 = 9.6 /s. For tasks, the gains of those that are served.
 #[test]
 fn matrices_and_tasks_are_judged_by_what_they_feed_back() {
     let matrix = |xx: f64| {
@@ -86,7 +90,8 @@ fn matrices_and_tasks_are_judged_by_what_they_feed_back() {
     assert!(face.is_err_and(|words| words.contains("`guidance.tasks.0.face.gain_per_s`")));
 }
 
-/// A pose a period old halves the bound, a camera that sees every second period too; a filter brings both back.
+/// A delay of one period halves the bound, and so does a camera with a sample every second period;
+/// a filter restores both.
 #[test]
 fn late_and_rare_poses_lower_the_bound_unless_a_filter_brings_them_up_to_the_present() {
     for late in [
@@ -98,12 +103,12 @@ fn late_and_rare_poses_lower_the_bound_unless_a_filter_brings_them_up_to_the_pre
         assert!(of("").is_err(), "{late}");
         assert!(of("sensors.fusion = {}\n").is_ok(), "{late}");
     }
-    // Poses that come now after one period, now after two are not certain to be unstable.
+    // Poses alternating between one and two periods are not certain to be unstable.
     let odd = said(&format!("{}sensors.pose.rate_hz = 3\n", gains(7.0, 1.0)));
     assert!(odd.is_ok_and(|words| words.contains("unstable")));
 }
 
-/// What is commanded in open loop has no gains.
+/// An open-loop command has no gains.
 #[test]
 fn gains_that_nothing_uses_are_not_judged() {
     let text = format!(
@@ -121,7 +126,7 @@ fn gains_that_nothing_uses_are_not_judged() {
     );
 }
 
-/// The largest error of the last fifth of a run over that of the start: along, and of the heading.
+/// The largest error of the last fifth of a run over the initial one: of position, and of heading.
 fn left(run: &Run) -> [f64; 2] {
     let records = run.trace.records();
     let last = &records[records.len() * 4 / 5..];
@@ -132,8 +137,9 @@ fn left(run: &Run) -> [f64; 2] {
     ]
 }
 
-/// In the simulated world an error dies out 10 % below the bound that is announced, and grows 10 % above it: for slow and fast control, the laws of
-/// the wheel loops, and late poses. Where the loops bear more than wheels that follow at once, it dies out beyond 2.
+/// In the simulation an error decays 10 % below the predicted bound, and grows 10 % above it: for
+/// slow and fast control, all wheel laws, and late poses. If the loops allow more than
+/// instantaneous wheels, it decays beyond 2.
 #[test]
 fn errors_die_out_below_the_bound_and_grow_above_it() {
     let mut grown = 0;
@@ -146,7 +152,7 @@ fn errors_die_out_below_the_bound_and_grow_above_it() {
         (0.05, "wheel_loop.bandwidth_rad_s = 20\n"),
         (0.01, "sensors.pose.rate_hz = 50\n"),
     ] {
-        // `None` where it is refused.
+        // `None` if it is refused.
         let run = |position_per_s: f64, heading_per_s: f64| {
             let duration_s = f64::max(400.0 * control_dt_s, 4.0);
             let scenario = scenario_of(

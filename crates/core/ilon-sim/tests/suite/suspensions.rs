@@ -1,4 +1,4 @@
-//! Suspensions from a short description: what is written, what is read again, and how the robot stands, by hand.
+//! Suspensions from a short description: writing, reading back, and the robot's stance by hand.
 
 use ilon_formats::{LoadRobot, Spec, generate};
 use ilon_sim::robot::{JointKind, JointRole, Pose, Robot};
@@ -11,7 +11,7 @@ const G: f64 = 9.81;
 const X_M: f64 = 0.15;
 const Y_M: f64 = 0.16;
 
-/// A mecanum robot of 10 kg whose chassis has its middle a bit ahead, with what its wheels hang on.
+/// A mecanum robot of 10 kg whose chassis has its centre slightly ahead, with a suspension.
 fn described(suspension: &str) -> String {
     format!(
         r#"
@@ -31,7 +31,7 @@ fn robot(suspension: &str) -> Robot {
     Robot::from_urdf_str(&urdf, "hung.urdf").expect("it is read")
 }
 
-/// It stands, its wheels braked, until nothing moves; and what its wheels then carry.
+/// Lets it stand with braked wheels until nothing moves; returns the loads of its wheels.
 fn stands(robot: &Robot, floor: &Floor) -> (World, [f64; 4]) {
     let settings = Settings::default();
     let mut world = World::new(robot, floor, Pose::default(), &settings).expect("it stands");
@@ -61,7 +61,8 @@ mass_kg = 0.1
 law.sprung = { stiffness_n_m = 4000, damping_n_s_m = 60, travel_m = 0.02 }
 "#;
 
-/// Each spring bears what its wheel carries but for the wheel and its carrier, and sags by that over its stiffness; the axles share by moments.
+/// Each spring bears the load of its wheel without the wheel and its carrier, and sags by that over
+/// its stiffness; the axles share by moments.
 #[test]
 fn wheels_on_springs_sag_by_their_loads() {
     let robot = robot(SPRUNG);
@@ -72,7 +73,8 @@ fn wheels_on_springs_sag_by_their_loads() {
         assert!(matches!(joint.role, JointRole::Sprung(spring) if spring.stiffness == 4000.0));
     }
     let (world, loads) = stands(&robot, &Floor::default());
-    // Wheels and carriers: 0.34 and 0.1 kg each. The chassis's middle is 0.03 m ahead, and goes on ahead by its height over the axles times the pitch.
+    // Wheels and carriers: 0.34 and 0.1 kg each. The chassis's centre is 0.03 m ahead, and moves
+    // ahead by its height over the axles times the pitch.
     let (chassis_n, corner_n) = (10.0 * G, 0.44 * G);
     let pitch_rad = world.robot().state().pitch_rad;
     let ahead_m = 0.03 + 0.05 * pitch_rad;
@@ -91,7 +93,7 @@ fn wheels_on_springs_sag_by_their_loads() {
     );
 }
 
-/// With a preload of what they bear they stand at zero.
+/// With a preload equal to their load they are at zero.
 #[test]
 fn preloaded_springs_stand_at_zero() {
     let preloaded = SPRUNG.replace("travel_m", "preload_n = 24.525, travel_m");
@@ -105,7 +107,8 @@ fn preloaded_springs_stand_at_zero() {
     }
 }
 
-/// On arms behind their pivots, or ahead of them, each spring turns by the moment of its load about the pivot.
+/// On arms behind their pivots, or ahead of them, each spring turns by the moment of its load about
+/// the pivot.
 #[test_case(0.1; "trailing")]
 #[test_case(-0.08; "leading")]
 fn wheels_on_arms_turn_them_by_their_moments(length_m: f64) {
@@ -120,17 +123,20 @@ fn wheels_on_arms_turn_them_by_their_moments(length_m: f64) {
     for (wheel, load_n) in loads.into_iter().enumerate() {
         let turned_rad = world.robot().joint_positions()[wheel];
         assert!(turned_rad > 0.0, "a load turns it up: {turned_rad}");
-        // Against the level: the chassis leans by its pitch, about the left, as arms behind their pivots turn.
+        // Relative to the horizontal: the chassis pitches about its left axis, in the sense of arms
+        // behind their pivots.
         let to_level_rad = turned_rad + pitch_rad * length_m.signum();
         let carried_n = load_n - 0.34 * G;
         let moment_n_m =
             (carried_n * length_m.abs() - 0.2 * G * 0.5 * length_m.abs()) * to_level_rad.cos();
-        // The hub's load acts where the wheel touches, under its axle but for what rollers reach ahead or behind: some tenths of a millimetre.
+        // The hub's load acts at the wheel's contact, under its axle except for the rollers' offset
+        // ahead or behind: some tenths of a millimetre.
         assert_near(40.0 * turned_rad, moment_n_m, 1e-2, "moment");
     }
 }
 
-/// A rocker carries both of its wheels alike whatever lies under one; a bogie one ahead and one behind.
+/// A rocker loads both of its wheels equally whatever is under one; a bogie one ahead and one
+/// behind.
 #[test_case(["rear_left", "rear_right"]; "a rocker")]
 #[test_case(["front_left", "rear_left"]; "a bogie")]
 fn wheels_on_a_rocker_bear_alike(wheels: [&str; 2]) {
@@ -167,7 +173,7 @@ fn wheels_on_a_rocker_bear_alike(wheels: [&str; 2]) {
     assert_near(turned_rad.abs(), 0.01 / base_m, 0.15, "turned");
 }
 
-/// Whatever is asked for beyond reason is refused by its key.
+/// Unreasonable demands are refused with their key.
 #[test_case("wheels = [\"front_lef\"]\nmass_kg = 1\nlaw.rocker = { limit_deg = 5 }", "front_lef"; "an unknown wheel")]
 #[test_case("wheels = [\"front_left\"]\nmass_kg = 1\nlaw.rocker = { limit_deg = 5 }", "two wheels"; "a rocker of one wheel")]
 #[test_case("wheels = [\"front_left\", \"front_left\"]\nmass_kg = 1\nlaw.rocker = { limit_deg = 5 }", "named once"; "a wheel twice")]
@@ -185,7 +191,7 @@ fn what_cannot_be_is_refused_by_its_key(text: &str, words: &str) {
     assert!(error.contains(words), "{error}");
 }
 
-/// A rocker is called as no wheel is.
+/// A rocker must not have the name of a wheel.
 #[test]
 fn a_rocker_has_a_name_of_its_own() {
     let text = described(

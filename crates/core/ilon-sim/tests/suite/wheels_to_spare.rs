@@ -1,4 +1,5 @@
-//! Four wheels on a rigid chassis, of which three would carry: what rounding and the step may decide, and what is said of the rest.
+//! Four wheels on a rigid chassis, where three would carry: rounding and the step must not decide
+//! the motion, and larger differences are reported.
 
 use std::fmt::Write;
 
@@ -9,7 +10,8 @@ use ilon_sim::scenario::Scenario;
 use ilon_sim::trace::Summary;
 use ilon_sim::{Simulation, resolve};
 
-/// Robot of four wheels of 32.5 mm whose axes and third axle are written with a given rounding; the rollers are put in.
+/// A robot with four wheels of 32.5 mm whose axes and third axle are written with a given rounding;
+/// the rollers are added by the program.
 fn rounded(rpy: &str, axis: &str, third_axle_m: f64) -> Robot {
     let mut text = "<robot name=\"four\"><link name=\"body\"><inertial><origin xyz=\"0 0 0.01\"/><mass value=\"0.15\"/><inertia ixx=\"3e-4\" \
                     ixy=\"0\" ixz=\"0\" iyy=\"4e-4\" iyz=\"0\" izz=\"6e-4\"/></inertial></link>"
@@ -55,7 +57,7 @@ fn run(robot: &Robot, text: &str) -> Summary {
     simulation.run().summary
 }
 
-/// What is said of wheels to spare of a robot that stands under conditions.
+/// The remark on redundant wheels of a robot that stands under given conditions.
 fn said(robot: &Robot, text: &str) -> Option<String> {
     let scenario = scenario(&format!("twist = {{}}\nrun.duration_s = 1.0\n{text}"));
     let resolved = resolve(&scenario, robot).unwrap();
@@ -64,8 +66,9 @@ fn said(robot: &Robot, text: &str) -> Option<String> {
         .cloned()
 }
 
-/// One axle that is written 6 um lower than the others and half pi written as 1.57: true to the last digit the robot would rock on a diagonal and drift by
-/// 49 and 10 mm for each metre. The robot of the exact file drifts by 0.005 mm/m.
+/// One axle is written 6 um lower than the others and half pi as 1.57: taken literally the robot
+/// would rock on a diagonal and drift by 49 and 10 mm per metre. The robot of the exact file drifts
+/// by 0.005 mm/m.
 #[test]
 fn the_rounding_of_a_file_does_not_decide_what_slips() {
     let drives = [
@@ -77,14 +80,16 @@ fn the_rounding_of_a_file_does_not_decide_what_slips() {
     for robot in &drives {
         let summary = run(robot, "twist.vx_m_s = 0.2\nrun.duration_s = 4.0");
         let drift_mm_m = 1e3 * summary.odometry_drift_m_per_m.unwrap();
-        // A contact's give under loads that move as it starts; a twentieth of the tenth of a millimetre that is asked for.
+        // A contact's deflection under the changing loads of the start; a twentieth of the tenth of
+        // a millimetre required.
         assert!(drift_mm_m < 0.02, "{drift_mm_m}");
         assert_eq!(summary.airborne_share, Some(0.0));
     }
 }
 
-/// On the spot, a robot that rocks from one diagonal to the other turns by 2.6 % less where its landings are known to a millisecond only, after some seconds
-/// (96.9 % of the ideal yaw rate for 99.4 %). The automatic step has the answer of half that step.
+/// On the spot, a robot that rocks between its diagonals turns by 2.6 % less after some seconds if
+/// its landings are known only to a millisecond (96.9 % of the ideal yaw rate instead of 99.4 %).
+/// The automatic step gives the same as half that step.
 #[test]
 fn wheels_that_hop_turn_a_robot_by_the_same_at_the_automatic_step_and_at_half_of_it() {
     let robot = crowned(1.2747);
@@ -100,7 +105,8 @@ fn wheels_that_hop_turn_a_robot_by_the_same_at_the_automatic_step_and_at_half_of
     assert!((finer - 99.42).abs() < 0.1, "{finer}");
 }
 
-/// Hubs of such wheels travel by 1.4 mm, of ideal barrels not at all. With N = 27 N on each wheel all of them stay down on treads below 2 N / t = 3.9e4 N/m.
+/// Hubs of such wheels travel by 1.4 mm, with ideal barrels not at all. With N = 27 N on each wheel
+/// all of them stay down on treads below 2 N / t = 3.9e4 N/m.
 #[test]
 fn hubs_that_travel_further_than_contacts_give_are_remarked() {
     let robot = crowned(1.2747);
@@ -122,7 +128,7 @@ fn hubs_that_travel_further_than_contacts_give_are_remarked() {
     assert_eq!(said(&rounded("0 0 0", "0 1 0", 0.0325), ""), None);
 }
 
-/// An axle a tenth of a millimetre higher than the others is meant, and said.
+/// An axle a tenth of a millimetre higher than the others is taken as intended, and reported.
 #[test]
 fn a_wheel_that_ends_higher_than_contacts_give_is_remarked() {
     let text = said(&rounded("0 0 0", "0 1 0", 0.0326), "").unwrap();

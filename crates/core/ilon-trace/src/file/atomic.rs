@@ -1,8 +1,9 @@
-//! Files that appear whole or not at all, whatever stops their writer: an error, a signal, or the power.
+//! Files that appear complete or not at all, whatever stops their writer: an error, a signal, or a
+//! power failure.
 //!
-//! A file is written under a hidden name beside its own, brought to the disk, and then given its name, which replaces an
-//! older file in one step. Its writer holds a lock on it meanwhile, by which [`clear_unfinished`] tells what a killed writer
-//! has left from what another is writing.
+//! A file is written under a hidden name in the same folder, synced to the disk, and then renamed,
+//! which replaces an older file in one step. Meanwhile its writer holds a lock on it, by which
+//! [`clear_unfinished`] distinguishes the files of killed writers from those in use.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
@@ -12,10 +13,10 @@ use tempfile::NamedTempFile;
 
 use crate::error::TraceError;
 
-/// How the names of unfinished files end.
+/// The ending of unfinished files' names.
 const ENDING: &str = ".ilon-partial";
 
-/// A file under another name until it is finished; dropped before, it is removed.
+/// A file under a temporary name until it is finished; dropping it before removes it.
 #[derive(Debug)]
 pub(super) struct Unfinished {
     path: PathBuf,
@@ -30,22 +31,22 @@ impl Unfinished {
         Ok(Self { path, growing })
     }
 
-    /// What the file will be.
+    /// The final path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Another handle on the file, to write through.
+    /// A second handle on the file, for writing.
     pub fn file(&self) -> Result<File, TraceError> {
         let file = self.growing.as_file().try_clone();
         file.map_err(io_error("write", &self.path))
     }
 
-    /// Gives the file its name, once it has reached the disk.
+    /// Renames the file after it has reached the disk.
     pub fn finish(self) -> Result<(), TraceError> {
         let Self { path, growing } = self;
         let finish = || {
-            // Who could read the older file can read the new one, and nobody else.
+            // The permissions of the older file are kept.
             if let Ok(older) = fs::metadata(&path) {
                 growing.as_file().set_permissions(older.permissions())?;
             }
@@ -66,13 +67,13 @@ fn growing_file(path: &Path, folder: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As of any new file; the system takes away what the umask says.
+        // As for any new file; the system applies the umask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     loop {
         let growing = builder.tempfile_in(folder)?;
-        // Between its making and its locking it may be taken for one that was left behind, and removed. A file system
-        // without locks has nobody who removes it either.
+        // Before it is locked it may be taken for an abandoned one, and removed. On a file system
+        // without locks nobody removes files.
         let is_taken = matches!(growing.as_file().try_lock(), Err(TryLockError::WouldBlock));
         if !is_taken && growing.path().exists() {
             return Ok(growing);
@@ -95,7 +96,8 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Brings the names in a folder to the disk. Where a file system cannot, the files themselves are there all the same.
+/// Syncs the names in a folder to the disk. If a file system cannot, the files themselves are still
+/// there.
 fn sync_folder(folder: &Path) {
     #[cfg(unix)]
     {
@@ -107,11 +109,12 @@ fn sync_folder(folder: &Path) {
     }
 }
 
-/// Writes a file so that nobody ever sees half of it. What is no file, such as `/dev/stdout` or a pipe, is written to as it
-/// is.
+/// Writes a file atomically. Something that is not a file, such as `/dev/stdout` or a pipe, is
+/// written to directly.
 ///
 /// # Errors
-/// What `write` returns, or [`TraceError::Io`]; in either case `path` is as it was and nothing is left behind.
+/// The error of `write`, or [`TraceError::Io`]; in both cases `path` is unchanged and nothing is
+/// left behind.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), TraceError>,
@@ -143,20 +146,20 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), TraceError> {
     })
 }
 
-/// Whether something stands at `path` that is neither file nor folder: it takes what is written, and is not replaced.
+/// Whether `path` is neither file nor folder: then it is written to, and not replaced.
 pub fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|is| !is.is_file() && !is.is_dir())
 }
 
-/// Removes unfinished files from a folder that writers have left who were killed; those that are being written stay.
+/// Removes unfinished files of killed writers from a folder; those being written stay.
 ///
 /// # Errors
-/// [`TraceError::Io`] where the folder cannot be read or such a file not be removed.
+/// [`TraceError::Io`] if the folder cannot be read or such a file cannot be removed.
 pub fn clear_unfinished(folder: &Path) -> Result<(), TraceError> {
     clear(folder, is_unfinished)
 }
 
-/// Like [`clear_unfinished`], of the file `path` alone.
+/// Like [`clear_unfinished`], for the file `path` alone.
 pub(super) fn clear_unfinished_of(path: &Path) -> Result<(), TraceError> {
     let prefix = prefix_of(path);
     clear(folder_of(path), |name| {
@@ -177,7 +180,7 @@ fn clear(folder: &Path, is_meant: impl Fn(&str) -> bool) -> Result<(), TraceErro
             continue;
         }
         let path = entry.path();
-        // Opened for writing, without which some file systems lock nothing.
+        // Opened for writing, because some file systems require that for a lock.
         let left = OpenOptions::new().write(true).open(&path);
         if left.is_ok_and(|file| file.try_lock().is_ok()) {
             match fs::remove_file(&path) {

@@ -1,29 +1,30 @@
-//! A checksum over the bytes of a trace file, by which damage is noticed before anything is read from them: Parquet's own
-//! writer puts none into its pages, and its reader does not expect that they are not what was written.
+//! A checksum over the bytes of a trace file. It reveals damage before anything is read: Parquet's
+//! writer puts no checksum into its pages, and its reader assumes that they are intact.
 //!
-//! It stands right behind the four bytes with which every Parquet file begins, in a place that no reader of Parquet looks
-//! at: what a file holds is found from its end. There it counts as zeros.
+//! It comes right after the four bytes with which every Parquet file begins. No Parquet reader
+//! looks there, because the content of a file is found from its end. In the sum these bytes count
+//! as zeros.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
-/// How every Parquet file begins and ends.
+/// The first and last bytes of every Parquet file.
 const MAGIC: &[u8; 4] = b"PAR1";
-/// Where it stands, in bytes from the start of the file.
+/// Offset of the checksum, in bytes from the start of the file.
 const AT: usize = MAGIC.len();
-/// What stands before its digits.
+/// The text before its digits.
 const LABEL: &[u8; 16] = b"ilon checksum 1:";
-/// How many hexadecimal digits it has.
+/// Number of its hexadecimal digits.
 const DIGITS: usize = 32;
 
-/// What stands in its place while the file is written.
+/// The placeholder while the file is written.
 pub(super) fn empty() -> Vec<u8> {
     let mut place = LABEL.to_vec();
     place.resize(LABEL.len() + DIGITS, b'0');
     place
 }
 
-/// A file whose bytes are summed up as they are written, one after another.
+/// A file whose bytes are summed as they are written, in order.
 #[derive(Debug)]
 pub(super) struct Summed<W> {
     file: W,
@@ -36,7 +37,7 @@ impl<W: Write + Seek> Summed<W> {
         Self { file, sum }
     }
 
-    /// Writes the checksum into its place, once everything else is written.
+    /// Writes the checksum into its place after everything else is written.
     pub fn finish(mut self) -> io::Result<W> {
         let place = AT + LABEL.len();
         self.file.seek(SeekFrom::Start(place as u64))?;
@@ -57,20 +58,20 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// What a file's checksum says.
+/// The result of checking a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Integrity {
-    /// The bytes are those that were written.
+    /// The bytes are as written.
     Whole,
-    /// They are not.
+    /// The bytes have changed.
     Damaged,
-    /// The file has none, but begins and ends as Parquet does.
+    /// The file has no checksum, but begins and ends like Parquet.
     Parquet,
     /// It is another kind of file.
     Other,
 }
 
-/// Whether a file begins as a trace does.
+/// Whether a file begins like a trace.
 pub(super) fn is_labelled(file: &mut File) -> io::Result<bool> {
     let mut head = Vec::new();
     file.take((AT + LABEL.len()) as u64)
@@ -78,7 +79,7 @@ pub(super) fn is_labelled(file: &mut File) -> io::Result<bool> {
     Ok(head.get(AT..) == Some(LABEL.as_slice()))
 }
 
-/// Reads a file from its start to its end, to hold it against its checksum.
+/// Reads a whole file and compares it with its checksum.
 pub(super) fn check(file: &mut File) -> io::Result<Integrity> {
     file.seek(SeekFrom::Start(0))?;
     let mut head = Vec::new();
@@ -117,10 +118,11 @@ pub(super) fn check(file: &mut File) -> io::Result<Integrity> {
     })
 }
 
-/// FNV-1a of 128 bits, taken over words of 64 bits, the last one filled with zeros, and over the number of bytes.
+/// FNV-1a of 128 bits, over 64-bit words, the last one padded with zeros, and over the number of
+/// bytes.
 ///
-/// Each step is a bijection of the sum so far and of the word, so that no single changed word goes unnoticed; of several,
-/// one in 2^128.
+/// Each step is a bijection of the sum and of the word, so that a single changed word is always
+/// detected; several changed words escape with a probability of 2^-128.
 #[derive(Clone, Debug)]
 struct Sum {
     sum: u128,
@@ -169,14 +171,14 @@ impl Sum {
     }
 }
 
-/// A sum with one word more, of at most 8 bytes.
+/// The sum extended by one word of at most 8 bytes.
 fn with_word(sum: u128, bytes: &[u8]) -> u128 {
     let mut word = [0; 8];
     word[..bytes.len()].copy_from_slice(bytes);
     (sum ^ u128::from(u64::from_le_bytes(word))).wrapping_mul(PRIME)
 }
 
-/// Puts the checksum into bytes that fits them, as one who means harm can.
+/// Writes a fitting checksum into bytes, as an attacker could.
 #[cfg(test)]
 pub(super) fn seal(bytes: &mut [u8]) {
     let place = AT + LABEL.len()..AT + LABEL.len() + DIGITS;

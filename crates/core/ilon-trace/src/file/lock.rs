@@ -1,4 +1,4 @@
-//! Outputs that one writer has for itself.
+//! Exclusive locks on outputs.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -7,32 +7,35 @@ use std::path::{Path, PathBuf};
 use super::atomic::{clear_unfinished, clear_unfinished_of, folder_of, io_error};
 use crate::error::TraceError;
 
-/// The name of a folder's lock, and how the name of a file's lock ends.
+/// The name of a folder's lock, and the ending of a file's lock.
 pub(crate) const LOCK: &str = ".ilon-lock";
 
-/// A folder, or a file, that nobody else who asks for this lock writes to until it is dropped.
+/// An exclusive lock on a folder or a file, held until it is dropped.
 ///
-/// The lock is the operating system's, on a hidden file that is removed with it. It ends with its process, however that
-/// ends: a file that a killed process leaves is locked by no one. It holds between processes and within one.
+/// The lock is the operating system's, on a hidden file that is removed with it. It ends with its
+/// process, in whatever way that ends, so a file left by a killed process is not locked. It works
+/// between processes and within one.
 #[derive(Debug)]
 pub struct OutputLock {
     path: PathBuf,
-    /// `None` on a file system that has no locks.
+    /// `None` on a file system without locks.
     file: Option<File>,
 }
 
 impl OutputLock {
-    /// Locks a folder, which must be there, and clears it of files that killed writers left unfinished.
+    /// Locks an existing folder, and removes unfinished files of killed writers from it.
     ///
     /// # Errors
-    /// [`TraceError::InUse`] where another holds it, [`TraceError::Io`] where the folder cannot be written to.
+    /// [`TraceError::InUse`] if the lock is taken, [`TraceError::Io`] if the folder cannot be
+    /// written to.
     pub fn of_folder(folder: &Path) -> Result<Self, TraceError> {
         let lock = Self::take(folder.join(LOCK), folder)?;
         clear_unfinished(folder)?;
         Ok(lock)
     }
 
-    /// Locks a file, whose folder must be there, and clears what killed writers of it left unfinished.
+    /// Locks a file in an existing folder, and removes unfinished files that killed writers left of
+    /// it.
     ///
     /// # Errors
     /// Like [`Self::of_folder`].
@@ -43,14 +46,14 @@ impl OutputLock {
         Ok(lock)
     }
 
-    /// Whether the lock is held: a file system without locks holds none.
+    /// Whether the lock is held; always false on a file system without locks.
     pub fn is_held(&self) -> bool {
         self.file.is_some()
     }
 
     fn take(path: PathBuf, output: &Path) -> Result<Self, TraceError> {
         loop {
-            // A link would have another file written to.
+            // A link would redirect the lock to another file.
             if fs::symlink_metadata(&path).is_ok_and(|is| !is.is_file()) {
                 let stands = io::Error::new(io::ErrorKind::AlreadyExists, "it is no file");
                 return Err(io_error("lock", &path)(stands));
@@ -68,7 +71,7 @@ impl OutputLock {
                 }
                 Err(TryLockError::Error(_)) => return Ok(Self { path, file: None }),
             }
-            // Another may have removed it, with its lock, since it was opened.
+            // Another process may have removed it, with its lock, since it was opened.
             if !is_still_at(&file, &path) {
                 continue;
             }
@@ -76,7 +79,7 @@ impl OutputLock {
                 file.set_len(0)?;
                 write!(file, "{}", std::process::id())
             };
-            // Who holds it is a courtesy.
+            // The holder's name is optional, so an error is ignored.
             let _ = name_holder(&file);
             return Ok(Self {
                 path,
@@ -88,14 +91,15 @@ impl OutputLock {
 
 impl Drop for OutputLock {
     fn drop(&mut self) {
-        // Before the lock ends, so that nobody else's is removed. One that stays is locked by no one.
+        // Removed before the lock ends, so that nobody else's file is removed. A file that stays is
+        // not locked.
         if self.file.is_some() {
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// The process that holds a lock, if it says so.
+/// The process that holds a lock, if the file names it.
 fn holder(file: &mut File) -> Option<u32> {
     let mut text = String::new();
     file.seek(SeekFrom::Start(0)).ok()?;
@@ -103,7 +107,7 @@ fn holder(file: &mut File) -> Option<u32> {
     text.trim().parse().ok()
 }
 
-/// Whether an open file is the one of that name.
+/// Whether an open file still has this path.
 fn is_still_at(file: &File, path: &Path) -> bool {
     #[cfg(unix)]
     {

@@ -21,27 +21,27 @@ use crate::record::MAX_TASKS;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
-/// A trace in its file: its rows are read as they are gone through, a group at a time, so that memory does not grow with
+/// A trace in its file. Its rows are read one group at a time, so that memory does not grow with
 /// the length of the run.
 pub struct TraceFile {
     path: PathBuf,
-    /// The same file as the reader's.
+    /// A second handle on the reader's file.
     file: File,
     reader: SerializedFileReader<File>,
     header: Header,
     row_count: usize,
 }
 
-/// The most wheels of a robot whose trace is read.
+/// The most wheels of a readable trace. Chosen.
 const MOST_WHEELS: usize = 1000;
-/// The most rollers whose angles are read.
+/// The most rollers with recorded angles of a readable trace. Chosen.
 const MOST_ROLLERS: usize = 100_000;
 
 impl TraceFile {
-    /// Opens a trace, once the whole file is known to be as it was written, and reads its header.
+    /// Opens a trace after checking the whole file against its checksum, and reads its header.
     ///
     /// # Errors
-    /// Says whether the file is missing, broken, damaged, or no trace.
+    /// If the file is missing, broken, damaged, or not a trace.
     pub fn open(path: &Path) -> Result<Self, TraceError> {
         let file = FileAccess::anywhere().open(path).map_err(|fault| {
             let source = match fault {
@@ -51,7 +51,7 @@ impl TraceFile {
             io_error("read", path)(source)
         })?;
         let mut own = file.try_clone().map_err(io_error("read", path))?;
-        // What reads Parquet does not bear with everything: it sees no file but as it was written.
+        // The Parquet reader does not survive every broken file, so it sees only intact ones.
         let found = checksum::check(&mut own).map_err(io_error("read", path))?;
         let path_owned = path.to_owned();
         match found {
@@ -70,7 +70,7 @@ impl TraceFile {
         Self::of(file, &std::env::temp_dir())
     }
 
-    /// A trace in a file that is known to be whole.
+    /// A trace in a file that is known to be intact.
     pub(crate) fn of(file: File, path: &Path) -> Result<Self, TraceError> {
         shielded(path, || Self::parse(file, path))
     }
@@ -98,7 +98,7 @@ impl TraceFile {
         })
     }
 
-    /// Copies the file as it is.
+    /// Copies the file unchanged.
     pub(crate) fn copy_to(&self, copy: &mut File) -> std::io::Result<u64> {
         let mut own = &self.file;
         own.seek(SeekFrom::Start(0))?;
@@ -191,9 +191,10 @@ impl Rows for TraceFile {
     }
 }
 
-/// Reads Parquet out of reach of its reader's panics: a file may be made to have a checksum that fits, and yet be broken.
+/// Reads Parquet and catches panics of its reader: a malicious file can have a fitting checksum and
+/// still be broken.
 fn shielded<T>(path: &Path, read: impl FnOnce() -> Result<T, TraceError>) -> Result<T, TraceError> {
-    // What the closures look at is read anew each time, or dropped.
+    // What the closures refer to is read again each time, or dropped.
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
         Err(TraceError::Damaged {
             path: path.to_owned(),
@@ -201,7 +202,7 @@ fn shielded<T>(path: &Path, read: impl FnOnce() -> Result<T, TraceError>) -> Res
     })
 }
 
-/// What stands under a key among the file's metadata.
+/// The value under a key of the file's metadata.
 fn metadata<'r>(reader: &'r SerializedFileReader<File>, key: &str) -> Option<&'r str> {
     let pairs = reader.metadata().file_metadata().key_value_metadata()?;
     let pair = pairs.iter().find(|pair| pair.key == key)?;
@@ -218,7 +219,7 @@ fn read_header(json: &str, path: &Path) -> Result<Header, TraceError> {
         return Err(TraceError::TooManyTasks { found });
     }
     if header.rollers_recorded() > MOST_ROLLERS {
-        // Room is made for each of them: only a file that was made to mislead has as many.
+        // Each roller takes memory: only a malicious file has so many.
         return Err(TraceError::Damaged {
             path: path.to_owned(),
         });
@@ -226,8 +227,8 @@ fn read_header(json: &str, path: &Path) -> Result<Header, TraceError> {
     Ok(header)
 }
 
-/// How many rows the file says that it holds; `None` where they are not what a trace of this header can have. Room is made
-/// for them before they are read.
+/// The number of rows that the file claims; `None` if it is impossible for a trace with this
+/// header. Memory for them is reserved before they are read.
 fn rows_of(reader: &SerializedFileReader<File>, header: &Header) -> Option<usize> {
     let metadata = reader.metadata();
     let mut sum = 0usize;
@@ -240,7 +241,7 @@ fn rows_of(reader: &SerializedFileReader<File>, header: &Header) -> Option<usize
     is_possible.then_some(sum)
 }
 
-/// One column as numbers; `None` where it is of a type that no signal has.
+/// One column as numbers; `None` if no signal has its type.
 fn read_column(
     column: ColumnReader,
     row_count: usize,

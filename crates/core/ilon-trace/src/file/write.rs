@@ -23,7 +23,7 @@ use crate::header::Header;
 use crate::record::MAX_TASKS;
 use crate::trace::Trace;
 
-/// A trace file that grows by groups of rows and appears under its name once it is whole.
+/// A trace file that grows by groups of rows and gets its name when it is complete.
 #[derive(Debug)]
 pub struct TraceWriter<W: Write + Send = File> {
     signals: Vec<Signal>,
@@ -34,29 +34,30 @@ pub struct TraceWriter<W: Write + Send = File> {
 /// Where a trace file grows.
 #[derive(Debug)]
 enum Destination {
-    /// Under another name, until it is finished.
+    /// Under a temporary name until it is finished.
     Named(Unfinished),
-    /// Under no name, on the disk of this folder.
+    /// Without a name, on the disk of this folder.
     Nameless(PathBuf),
 }
 
 impl TraceWriter {
-    /// Begins the file `path`, which grows in the folder `growing_in`, on the same file system.
+    /// Begins the file `path`, which grows in the folder `growing_in` on the same file system.
     ///
     /// # Errors
-    /// [`TraceError::Io`] where the file cannot be made, [`TraceError::TooManyTasks`].
+    /// [`TraceError::Io`] if the file cannot be created, [`TraceError::TooManyTasks`].
     pub fn begin(path: &Path, growing_in: &Path, header: &Header) -> Result<Self, TraceError> {
         let unfinished = Unfinished::create(path, growing_in)?;
         let file = unfinished.file()?;
         Self::into(Destination::Named(unfinished), file, header)
     }
 
-    /// Begins a file without a name, which is gone once nobody has it open, however that comes about.
+    /// Begins a file without a name, which vanishes when its last handle is closed.
     pub(crate) fn begin_nameless(file: File, header: &Header) -> Result<Self, TraceError> {
         Self::into(Destination::Nameless(std::env::temp_dir()), file, header)
     }
 
-    /// Ends the file with the header and gives it its name. The header has the signals of that with which it began.
+    /// Ends the file with the header and gives it its name. The header must have the same signals
+    /// as the one at the beginning.
     ///
     /// # Errors
     /// [`TraceError::Encode`], [`TraceError::Io`].
@@ -66,7 +67,7 @@ impl TraceWriter {
 }
 
 impl<W: Write + Seek + Send> TraceWriter<W> {
-    /// Begins a file that has no name and never gets one, such as one in memory.
+    /// Begins a file that never gets a name, such as one in memory.
     pub(super) fn begin_into(file: W, header: &Header) -> Result<Self, TraceError> {
         Self::into(Destination::Nameless(PathBuf::from("memory")), file, header)
     }
@@ -85,7 +86,7 @@ impl<W: Write + Seek + Send> TraceWriter<W> {
         })
     }
 
-    /// Adds rows of a trace as a group.
+    /// Adds rows of a trace as one group.
     ///
     /// # Errors
     /// [`TraceError::Encode`].
@@ -103,8 +104,9 @@ impl<W: Write + Seek + Send> TraceWriter<W> {
         write().map_err(|source| encode(self.place.path(), source))
     }
 
-    /// Ends the file with the header, gives it its name if it shall have one, and gives it back. What is known only after the run, such as the
-    /// header's twins, is in its file too: Parquet's metadata stands at its end.
+    /// Ends the file with the header, gives it its name if it is to have one, and returns it. Data
+    /// known only after the run, such as the header's twins, is included, because Parquet's
+    /// metadata comes last.
     pub(crate) fn end(mut self, header: &Header) -> Result<W, TraceError> {
         let json = serde_json::to_string(header).map_err(|source| {
             encode(self.place.path(), ParquetError::External(Box::new(source)))
@@ -202,7 +204,8 @@ fn write_column<W: Write + Send>(
             signal.name
         )));
     };
-    // Definition levels: 1 where a value is present, 0 where it is null; required columns have none.
+    // Definition levels: 1 where a value is present, 0 where it is null; required columns have
+    // none.
     let levels: Vec<i16> = values.iter().map(|v| i16::from(v.is_some())).collect();
     let levels = signal.nullable.then_some(levels.as_slice());
     let present = values.iter().flatten();

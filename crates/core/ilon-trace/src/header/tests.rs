@@ -25,8 +25,8 @@ fn the_outline_of_a_box_turned_by_a_quarter_turn_has_its_sides_exchanged() {
 
 #[test]
 fn the_m_row_of_a_mecanum_wheel_is_the_one_known_in_closed_form() {
-    // Hub at (0.15, 0.16), axis +y, gamma +45 deg: u_gamma = (-1, 1)/sqrt 2, n_gamma = (-1, -1)/sqrt 2, and
-    // b . u_gamma = 0.01/sqrt 2.
+    // Hub at (0.15, 0.16), axis +y, gamma +45 deg: u_gamma = (-1, 1)/sqrt 2, n_gamma = (-1,
+    // -1)/sqrt 2, and b . u_gamma = 0.01/sqrt 2.
     let wheel = WheelHeader {
         position_m: [0.15, 0.16],
         axis: [0.0, 1.0],
@@ -41,7 +41,8 @@ fn the_m_row_of_a_mecanum_wheel_is_the_one_known_in_closed_form() {
     }
 }
 
-/// The least and the largest x and y of a shape's outline, where the shape's z axis lies along the body's x axis.
+/// The smallest and the largest x and y of a shape's outline, with the shape's z axis along the
+/// body's x axis.
 fn lying(shape: &CollisionShape) -> [f64; 4] {
     let z_to_x = nalgebra::Isometry3::rotation(Vector3::y() * std::f64::consts::FRAC_PI_2);
     let outline = outline_from_above_m(&z_to_x, shape);
@@ -51,8 +52,9 @@ fn lying(shape: &CollisionShape) -> [f64; 4] {
     [least(0), largest(0), least(1), largest(1)]
 }
 
-/// A box and a cylinder reach half their length to either side of their middle, a capsule its radius further. Round ones have points in
-/// the directions of their axes, so that they are as wide as they are.
+/// A box and a cylinder reach half their length to either side of their middle, a capsule its
+/// radius further. Round shapes have sample points on their axes, so that the outline has the full
+/// width.
 #[test]
 fn outlines_of_shapes_that_lie_are_as_long_and_as_wide_as_the_shapes() {
     let (radius_m, length_m) = (0.05, 0.4);
@@ -91,7 +93,7 @@ fn the_reference_point_goes_round_with_the_body() {
         reference_point_m: [0.3, 0.1],
         ..Header::default()
     };
-    // Looking along y, 0.3 m ahead is along y and 0.1 m to the left against x.
+    // With the heading along y, 0.3 m ahead is along +y and 0.1 m to the left along -x.
     let point = header.reference_point_at(Pose {
         x_m: 1.0,
         y_m: 2.0,
@@ -101,7 +103,8 @@ fn the_reference_point_goes_round_with_the_body() {
     assert_eq!(point.heading_rad, std::f64::consts::FRAC_PI_2);
 }
 
-/// A wheel is as wide as its rollers reach along its axle: the row's offset, and half of a roller's length along the axle.
+/// A wheel's width is the axial extent of its rollers: the row's offset plus half of a roller's
+/// length along the axle.
 #[test]
 fn a_wheel_is_as_wide_as_its_rows_of_rollers_reach() {
     let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
@@ -111,7 +114,8 @@ fn a_wheel_is_as_wide_as_its_rows_of_rollers_reach() {
     let roller = &wheel.rollers[0];
     let along_m = roller.length_m * roller.axis_in_hub.z.abs();
     assert!((one_row_m - along_m).abs() < 1e-12, "{one_row_m} {along_m}");
-    // Every other roller moves 3 cm along the axle: the wheel grows by twice as much, for it is drawn about its hub.
+    // Every other roller moves 3 cm along the axle: the wheel grows by twice as much, because it is
+    // drawn symmetric about its hub.
     for roller in wheel.rollers.iter_mut().step_by(2) {
         roller.center_in_hub_m.z -= 0.03;
     }

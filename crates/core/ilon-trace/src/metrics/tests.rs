@@ -6,8 +6,8 @@ use ilon_robot::Pose;
 
 const DT_S: f64 = 0.01;
 
-/// 10 s of records made from their time; one wheel at (0.3, 0.4), so that the arm is 0.5 m. A robot whose twist is given
-/// moves by it.
+/// 10 s of records computed from their time; one wheel at (0.3, 0.4), so that the arm is 0.5 m. If
+/// a record has a twist, the robot moves by it.
 fn run(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Trace {
     let header = Header {
         wheels: vec![WheelHeader {
@@ -44,7 +44,7 @@ fn summary(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Summary {
     Summary::of(&run(of_time), &Settings::default())
 }
 
-/// The robot off its reference, which stands at (1 m, 2 m, 0.5 rad), along x and in heading.
+/// A robot off its reference, which is at (1 m, 2 m, 0.5 rad), along x and in heading.
 fn tracking(off_x_m: f64, off_rad: f64) -> Record {
     let desired = Pose {
         x_m: 1.0,
@@ -68,8 +68,8 @@ fn tracking(off_x_m: f64, off_rad: f64) -> Record {
 
 #[test]
 fn the_error_has_converged_from_the_last_time_on_that_it_enters_its_threshold() {
-    // exp(-t) m falls below 5 cm at ln 20 = 2.996 s; the heading dips below 3 deg at once, but leaves again until
-    // 7 s; the wrap at pi is crossed on the way.
+    // exp(-t) m falls below 5 cm at ln 20 = 2.996 s; the heading error is below 3 deg at first, but
+    // exceeds it again until 7 s, and crosses the wrap at pi.
     let heading_rad = |t: f64| if (3.0..7.0).contains(&t) { 6.0 } else { 0.01 };
     let s = summary(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
     let entered = s.position_converged_s.unwrap();
@@ -122,7 +122,7 @@ fn an_error_on_its_threshold_is_not_below_it() {
 fn the_seen_pose_is_held_against_the_real_one() {
     let s = summary(|_| {
         let mut record = tracking(7.0, 3.0);
-        // 3-4-5, and across the cut at pi.
+        // 3-4-5, and across the wrap at pi.
         record.seen_pose = Pose {
             x_m: 8.3,
             y_m: 1.6,
@@ -184,9 +184,9 @@ fn an_open_loop_run_shakes_by_its_deviation_from_the_mean() {
     let ripple = Summary::of(&trace, &Settings::default())
         .twist_ripple
         .unwrap();
-    // As many rows on either side, but 599 ways between them: their mean lies a 599th of the deviation off the middle,
-    // which lengthens the root of the squares by half the square of that; and the ways are chords of arcs that bend
-    // by 4 mrad, which the mean undoes.
+    // Both halves have as many rows, but there are 599 displacements between them: their mean is a
+    // 599th of the deviation off the middle, which increases the rms by half the square of that.
+    // The displacements are chords of arcs that bend by 4 mrad, which the mean corrects.
     let is = |is: f64, derived: f64| (is / derived - 1.0).abs() < 0.5 / (598.0 * 598.0);
     assert!(is(ripple.vx_m_s, 0.01));
     assert!(is(ripple.vy_m_s, 0.02));
@@ -248,7 +248,7 @@ fn what_was_asked_for_and_what_the_chassis_carried_are_counted() {
             twist_ideal: Twist::new(0.1, 0.0, 0.0),
             support: Some(Support {
                 wheels_n: 30.0,
-                // Half of the time as much as the wheels.
+                // Half of the time with as much load as the wheels.
                 chassis_n: if t < 5.005 { 30.0 } else { 0.0 },
                 ..Support::default()
             }),
@@ -264,7 +264,7 @@ fn what_was_asked_for_and_what_the_chassis_carried_are_counted() {
         (s.twist_ratio_asked.vy, s.twist_ratio_asked.omega),
         (None, None)
     );
-    // 30 N for 5 s of 30 N for 10 s and 30 N for 5 s: a third, to the row at its edge.
+    // 30 N for 5 s against 30 N for 10 s and 30 N for 5 s: a third, to the row at its edge.
     assert!(
         (s.chassis_load_share.unwrap() - 1.0 / 3.0).abs() < 1e-3,
         "{:?}",
@@ -287,7 +287,8 @@ fn means_leave_out_what_is_outside_their_window() {
         record.truth.twist_in_body = Twist::new(1e-4, 0.97 * v.vy_m_s, 0.001);
         (record, WheelSample::default())
     });
-    // 600 additions of 0.3: below 1e-13. Poses at 150 m are rounded by 3e-14 m, 600 of them over a way of 1.7 m.
+    // 600 additions of 0.3: below 1e-13. Poses at 150 m are rounded by 3e-14 m, 600 of them over a
+    // way of 1.7 m.
     assert!((s.twist_ideal_mean.unwrap().vy_m_s - 0.3).abs() < 1e-13);
     assert!((s.twist_ratio_ideal.vy.unwrap() - 0.97).abs() < 1e-11);
     assert!((s.twist_ratio_contact.vy.unwrap() - 0.97 / 0.98).abs() < 1e-11);
@@ -329,7 +330,8 @@ fn duration_steps_and_extremes_are_those_of_the_run() {
     // A thousand squares of 0.25, each off by a rounding of 8.7.
     assert!((s.wheel_rate_error_rms_rad_s.unwrap() - 0.25).abs() < 1e-14);
     assert_eq!(s.wheel_torque_max_n_m, Some(3.0));
-    // A sine of amplitude 0.1 mm; the sampling at 0.1 rad misses its peaks by at most (0.05^2)/2 each.
+    // A sine of amplitude 0.1 mm; the sampling at 0.1 rad misses its peaks by at most (0.05^2)/2
+    // each.
     assert!((s.hub_ripple_m.unwrap() - 2e-4).abs() < 2e-4 * 0.00125);
     assert_eq!(s.saturated_share, Some(0.25));
 }
@@ -385,11 +387,12 @@ fn a_share_of_the_energy_is_known_of_robots_of_any_size() {
     }
 }
 
-/// What is unexplained is a share of what was turned over, and not of what is left of it: 12 J driven and 11.9 J braked again, a push that gave
-/// 2 J and took them back, a fall of 3 J from which the robot was lifted again, a bearing that gave 4 J.
+/// The unexplained energy is a share of the energy turned over, not of the net energy: 12 J driven
+/// and 11.9 J braked again, a push that gave 2 J and took them back, a fall of 3 J from which the
+/// robot was lifted again, a bearing that gave 4 J.
 #[test]
 fn what_was_put_in_and_taken_out_are_not_set_off_against_each_other() {
-    // From 0 to 1 in the first half of the run, and back to this.
+    // From 0 to 1 in the first half of the run, and back to `back`.
     let there_and_back = |t: f64, back: f64| {
         let half = 9.99 / 2.0;
         if t < half {
@@ -450,7 +453,7 @@ fn what_was_put_in_and_taken_out_are_not_set_off_against_each_other() {
 
 #[test]
 fn rows_that_are_far_apart_come_to_what_close_ones_do() {
-    // Steady: 0.2 m/s ahead, asked for 0.3 m/s. 1000 control periods, of which the last is a row whatever the distance.
+    // Steady: 0.2 m/s ahead, commanded 0.3 m/s. 1000 control periods; the last one is always a row.
     let steady = |t_s: f64| {
         let twist = Twist::new(0.2, 0.0, 0.0);
         let record = Record {

@@ -1,19 +1,20 @@
-//! How accurate the figures of a run are at the step that the program chooses, as `docs/measured.md` states it.
+//! The stated accuracy of figures at the automatic step (`docs/measured.md`).
 
 use super::quantity::Quantity;
 use super::{all, si_unit};
 use crate::header::Header;
 use crate::metrics::Summary;
 
-/// What the accuracy of a figure is a share of.
+/// The reference of an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Measure {
     /// The figure itself.
     Itself,
-    /// Of a length: the way of the farthest wheel, travelled or turned, and at least that wheel's distance from the body's origin, in metres.
+    /// For a length: the path of the farthest wheel, travelled or turned, and at least that wheel's
+    /// distance from the body's origin, in metres.
     Way,
-    /// Of an angle: that way over the wheel's distance from the body's origin, in radians.
+    /// For an angle: that path over the wheel's distance from the body's origin, in radians.
     Turn,
 }
 
@@ -21,13 +22,13 @@ pub enum Measure {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Accuracy {
-    /// What it is a share of.
+    /// Its reference.
     pub of: Measure,
-    /// The share.
+    /// The share of the reference.
     pub share: f64,
 }
 
-/// The figures whose accuracy is stated, and their accuracy: where the robot goes, then what it takes.
+/// The figures with a stated accuracy: first the motion, then its cost.
 const STATED: [(&str, Accuracy); 28] = {
     const fn of(of: Measure, share: f64) -> Accuracy {
         Accuracy { of, share }
@@ -69,13 +70,13 @@ const STATED: [(&str, Accuracy); 28] = {
     ]
 };
 
-/// The accuracy that is stated of a figure, by its key; `None` where none is.
+/// The stated accuracy of a figure by its key; `None` if there is none.
 pub fn accuracy(key: &str) -> Option<Accuracy> {
     let stated = STATED.iter().find(|(known, _)| *known == key);
     stated.map(|(_, accuracy)| *accuracy)
 }
 
-/// The quantities of which an accuracy is stated, with it, in the order of [`all`].
+/// The quantities with a stated accuracy, in the order of [`all`].
 pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
     all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
 }
@@ -95,36 +96,36 @@ const COMPARED_TOO: [&str; 11] = [
     "hub_ripple_m",
 ];
 
-/// The quantities that a run is compared with its twins by, in the order of [`all`].
+/// The quantities that are compared between a run and its twins, in the order of [`all`].
 pub fn compared() -> impl Iterator<Item = &'static Quantity> {
     all()
         .filter(|quantity| accuracy(quantity.key).is_some() || COMPARED_TOO.contains(&quantity.key))
 }
 
-/// What figures of a run are measured against.
+/// The references of a run's accuracies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
     way_m: f64,
     arm_m: f64,
-    /// Turned over by motors, pushes and losses, in J.
+    /// Energy turned over by motors, pushes and losses, in J.
     turned_over_j: f64,
     /// The robot's weight times the radius of its largest wheel, in N m.
     weight_n_m: f64,
-    /// What that wheel falls at over its radius, in m/s.
+    /// Speed of a fall from that wheel's radius, in m/s.
     fall_m_s: f64,
 }
 
-/// Of the scales of a robot: below it a difference is rounding, or says nothing.
+/// Relative to the robot's scales: smaller differences are rounding, or meaningless. Chosen.
 const LEAST: f64 = 1e-4;
-/// Of all that is turned over: what the balance of energies leaves open.
+/// Relative to the energy turned over: the accuracy of the energy balance. Chosen.
 const LEAST_OF_ENERGY: f64 = 1e-3;
-/// Of shares and ratios, and of a wheel's fall.
+/// For shares and ratios, and relative to a wheel's fall. Chosen.
 const LEAST_SHARE: f64 = 1e-3;
 /// Gravity on earth, in m/s^2.
 const GRAVITY_M_S2: f64 = 9.81;
 
 impl Scales {
-    /// Of a run.
+    /// The scales of a run.
     pub fn of(summary: &Summary, header: &Header) -> Self {
         let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
         let radius_m = radii.fold(0.0, f64::max);
@@ -148,7 +149,7 @@ impl Scales {
         }
     }
 
-    /// What a figure of this value is measured against, in its SI unit.
+    /// The reference of a figure with this value, in its SI unit.
     pub fn measure(&self, of: Measure, value: f64) -> f64 {
         match of {
             Measure::Itself => value.abs(),
@@ -157,7 +158,7 @@ impl Scales {
         }
     }
 
-    /// The difference up to which a figure has not moved, in its SI unit.
+    /// The resolution of a figure, in its SI unit: smaller changes do not count.
     pub fn floor(&self, quantity: &Quantity) -> f64 {
         match si_unit(quantity.key) {
             "m" => LEAST * self.arm_m,

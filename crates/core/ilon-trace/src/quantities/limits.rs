@@ -1,17 +1,17 @@
-//! Which values a figure can have at all, so that bounds that say nothing are known before a run.
+//! The possible range of each figure, so that bounds that can never fail are reported before a run.
 
 use super::by_key;
 
-/// The values that a figure can have, in SI units.
+/// The possible values of a figure, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Limits {
-    /// The least.
+    /// Smallest.
     pub least: f64,
-    /// The largest.
+    /// Largest.
     pub most: f64,
-    /// Whether every run has the figure, and within the limits even where its step resolves too little: losses then come out below zero, and
-    /// an error may never have settled.
+    /// Whether every run has the figure, and keeps the limits even if its step is too long: then
+    /// losses can come out below zero, and an error may never settle.
     pub is_certain: bool,
 }
 
@@ -72,7 +72,8 @@ const SIZES: [&str; 32] = [
     "odometry_joints_m",
 ];
 
-/// What a figure of a run, or one of the two signals above, can be; `None` where it may have either sign.
+/// The possible range of a figure, or of one of the two signals above; `None` if it can have either
+/// sign.
 pub fn limits(key: &str) -> Option<Limits> {
     let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
     let in_group = by_key(key).is_some()

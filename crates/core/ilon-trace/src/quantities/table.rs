@@ -1,4 +1,4 @@
-//! The table itself: a line a quantity.
+//! The table itself: one line per quantity.
 
 use super::quantity::{Group, Quantity, Unit};
 use crate::ledger::Integral;
@@ -28,7 +28,7 @@ const PERCENT: Unit = unit("%", 1e2);
 const NUMBER: Unit = unit("", 1.0);
 const TIMES_REAL: Unit = unit("times real time, one core", 1.0);
 
-/// What a field of a summary holds, as a number.
+/// A field of a summary as a number.
 trait Figure {
     fn figure(self) -> Option<f64>;
 }
@@ -51,8 +51,8 @@ impl Figure for u64 {
     }
 }
 
-/// One line of the table: the field, which is also the key; with `?` behind a part that may be absent, and with `if`
-/// before what says whether it is there.
+/// One line of the table: the field, which is also the key; `?` marks a part that may be absent,
+/// and `if` a condition for its presence.
 macro_rules! quantity {
     ($is_main:literal, $($field:ident).+, $label:literal, $unit:ident, $decimals:literal) => {
         quantity!(@ $is_main, [$($field).+], |s: &Summary| Figure::figure(s.$($field).+), $label, $unit, $decimals)
@@ -78,7 +78,7 @@ macro_rules! quantity {
 macro_rules! main { ($($line:tt)+) => { quantity!(true, $($line)+) }; }
 macro_rules! detail { ($($line:tt)+) => { quantity!(false, $($line)+) }; }
 
-/// The terms of the error budget, of which each group shows one component.
+/// The terms of the error budget; each group shows one component.
 macro_rules! budget {
     ($heading:literal, $line:ident, $component:ident, $unit:ident, $decimals:literal) => {
         Group {
@@ -114,7 +114,7 @@ macro_rules! budget {
     };
 }
 
-/// Dead reckoning against the truth.
+/// The drift of dead reckoning.
 macro_rules! drift {
     ($heading:literal, $way:ident) => {
         Group {
@@ -172,7 +172,7 @@ macro_rules! ratio {
     };
 }
 
-/// Every number of a summary but those of single wheels, in the order in which they are shown.
+/// Every number of a summary except those of single wheels, in display order.
 #[rustfmt::skip]
 pub static GROUPS: &[Group] = &[
     Group {

@@ -50,7 +50,8 @@ fn rows_and_wheels_that_there_are_not_are_empty() {
     assert_eq!(rates, [0.0, 1.0]);
 }
 
-/// Two wheels of two rollers each: four angles a row, none of another row among them, and none beyond the end.
+/// Two wheels of two rollers each: four angles per row, none from another row, and none beyond the
+/// end.
 #[test]
 fn roller_angles_of_a_row_are_those_of_that_row_alone() {
     let wheel = WheelHeader {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// A normal and two tangents, of which the first lies along a direction as far as it can.
+/// A frame of a normal and two tangents; the first tangent is as parallel to `along` as possible.
 pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>; 3] {
     let tangent = |v: Vector3<f64>| (v - normal * normal.dot(&v)).try_normalize(1e-3);
     let first = tangent(along)
@@ -12,7 +12,7 @@ pub(crate) fn frame(normal: Vector3<f64>, along: Vector3<f64>) -> [Vector3<f64>;
     [normal, first, normal.cross(&first)]
 }
 
-/// A vector along the axes of a frame.
+/// The components of a vector in a frame.
 pub(crate) fn along_frame(frame: &[Vector3<f64>; 3], vector: &Vector3<f64>) -> Vector3<f64> {
     Vector3::from(frame.map(|axis| axis.dot(vector)))
 }

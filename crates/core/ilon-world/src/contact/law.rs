@@ -1,21 +1,26 @@
-//! The impulses of a step: what the ground and dry bearings do to a robot, solved to the end.
+//! The impulses of a step: those of the ground and of dry bearings on a robot, solved to a
+//! tolerance.
 //!
-//! A sweep through a robot's degrees of freedom is dear and converges slowly, because a roller is light across its axis
-//! (it spins) and heavy along it (it carries the robot). Here the problem is written down between the impulses alone,
-//! where a direct solution costs next to nothing:
+//! Sweeps over a robot's degrees of freedom are expensive and converge slowly, because a roller is
+//! light across its axis (it spins) and heavy along it (it carries the robot). Here the problem is
+//! formulated in the impulses alone, which makes a direct solution cheap:
 //!
-//! u = u_free + W p, with u the velocities where the impulses p act and W the Delassus matrix, what a unit impulse at one
-//! place does to the velocity at another, and a law for each of them:
+//! u = u_free + W p, with u the velocities at the impulses p, and W the Delassus matrix: the
+//! velocity change at one place per unit impulse at another. Each impulse obeys a law:
 //!
-//! - *contact*, Signorini: p_n >= 0, u_n + b + c p_n >= 0, one of them 0 (b is the gap's, c the compliance of the
-//!   contact);
-//! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is as large as it may be and opposes the sliding u_t;
-//! - *joint*: least <= p <= most; it sticks, or p is as large as it may be and opposes the turning;
-//! - *disc*: |p| <= most, over two rows; it sticks, or p is as large as it may be and opposes the motion;
-//! - *slide*, between two stops: least <= u <= most, and p = 0 but at a stop, from which it pushes;
-//! - *curve*: (u, p) lies on a curve of straight pieces along which velocity grows: a motor at its bounds with its gear.
+//! - *contact*, Signorini: p_n >= 0, u_n + b + c p_n >= 0, one of them 0 (b from the gap, c the
+//!   compliance of the contact);
+//! - *contact*, Coulomb: |p_t| <= mu p_n; it sticks, or p_t is at its limit and opposes the sliding
+//!   u_t;
+//! - *joint*: least <= p <= most; it sticks, or p is at its limit and opposes the rotation;
+//! - *disc*: |p| <= most, over two rows; it sticks, or p is at its limit and opposes the motion;
+//! - *slide*, between two stops: least <= u <= most, and p = 0 except at a stop, from which it
+//!   pushes;
+//! - *curve*: (u, p) lies on a piecewise linear curve along which the velocity grows: a motor at
+//!   its limits with its gear.
 //!
-//! `kinds` has the laws, `system` the numbers that they hold between, `residual` what is missing from them, `solver` what finds the impulses.
+//! `kinds` has the laws, `system` the quantities that they relate, `residual` the violation of the
+//! laws, `solver` the solution.
 
 mod anisotropy;
 mod curve;

@@ -1,8 +1,10 @@
 //! Small dense linear systems.
 
-/// Solves a linear system, given row by row, in place by elimination with row pivots. Says whether it is regular.
+/// Solves a linear system, given row by row, in place by elimination with row pivots. Returns
+/// whether it is regular.
 pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
-    // The sizes of two to six contacts, at which nearly every step is solved: a loop of known length is several times as fast.
+    // The sizes of two to six contacts, as in nearly every step: a loop of known length is several
+    // times as fast.
     let is_regular = match x.len() {
         6 => eliminate_square::<6>(matrix, x),
         9 => eliminate_square::<9>(matrix, x),
@@ -26,7 +28,7 @@ pub(crate) fn solve_in_place(matrix: &mut [f64], x: &mut [f64]) -> bool {
     x.iter().all(|x| x.is_finite())
 }
 
-/// Takes a system to one with nothing below the diagonal. Says whether it is regular.
+/// Eliminates everything below the diagonal. Returns whether the system is regular.
 fn eliminate(matrix: &mut [f64], x: &mut [f64]) -> bool {
     let n = x.len();
     for column in 0..n {
@@ -56,7 +58,7 @@ fn eliminate(matrix: &mut [f64], x: &mut [f64]) -> bool {
     true
 }
 
-/// The same of a system of N rows, to the bit. What it leaves below the diagonal counts for nothing.
+/// The same for a system of N rows, to the bit. The remainders below the diagonal are meaningless.
 fn eliminate_square<const N: usize>(matrix: &mut [f64], x: &mut [f64]) -> bool {
     let (rows, _) = matrix.as_chunks_mut::<N>();
     for column in 0..N {
@@ -81,9 +83,10 @@ fn eliminate_square<const N: usize>(matrix: &mut [f64], x: &mut [f64]) -> bool {
     true
 }
 
-/// Solves a linear system of n rows for several right-hand sides by one elimination with row pivots. Each row of `rows` holds a row of the
-/// matrix and then an entry of each right-hand side, in whose place the solutions come: to the bit those of [`solve_in_place`]. Says whether
-/// it is regular.
+/// Solves a linear system of n rows for several right-hand sides by one elimination with row
+/// pivots. Each row of `rows` holds a row of the matrix and then an entry of each right-hand side,
+/// which the solutions replace: to the bit those of [`solve_in_place`]. Returns whether it is
+/// regular.
 pub(crate) fn solve_for_all(rows: &mut [f64], n: usize) -> bool {
     let width = rows.len() / n.max(1);
     for column in 0..n {
@@ -121,8 +124,8 @@ pub(crate) fn solve_for_all(rows: &mut [f64], n: usize) -> bool {
     solutions.all(|x| x.is_finite())
 }
 
-/// Takes a symmetric matrix of n rows apart into L L^T, in place: L on and below the diagonal (Cholesky). Says whether it is positive
-/// definite.
+/// Factorises a symmetric matrix of n rows to L L^T, in place: L on and below the diagonal
+/// (Cholesky). Returns whether it is positive definite.
 pub(crate) fn factorise(matrix: &mut [f64], n: usize) -> bool {
     for row in 0..n {
         let (above, own) = matrix.split_at_mut(row * n);
@@ -132,7 +135,7 @@ pub(crate) fn factorise(matrix: &mut [f64], n: usize) -> bool {
             own[column] = (own[column] - known) / other[column];
         }
         let left = own[row] - dot(&own[..row], &own[..row]);
-        // Not a number is not positive either.
+        // NaN is not positive either.
         if !matches!(left.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)) {
             return false;
         }
@@ -141,7 +144,7 @@ pub(crate) fn factorise(matrix: &mut [f64], n: usize) -> bool {
     true
 }
 
-/// Solves a linear system in place with what [`factorise`] made of its matrix.
+/// Solves a linear system in place with the result of [`factorise`].
 pub(crate) fn solve_factorised(factors: &[f64], x: &mut [f64]) {
     let n = x.len();
     for row in 0..n {
@@ -158,16 +161,16 @@ pub(crate) fn solve_factorised(factors: &[f64], x: &mut [f64]) {
     }
 }
 
-/// The sum of products of as many as both have.
+/// The sum of products over the shorter length.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The row with the largest entry of a column, the last of equals; `None` where all are zero.
+/// The row with the largest entry of a column, the last of equals; `None` if all are zero.
 fn largest<'r>(rows: impl Iterator<Item = &'r [f64]>, column: usize) -> Option<usize> {
     let (mut place, mut most) = (0, 0);
     for (row, entries) in rows.enumerate() {
-        // Bits of numbers without a sign are in the order of the numbers, and not a number is above all.
+        // Bits of numbers without sign have the order of the numbers, with NaN above all.
         let size = entries[column].abs().to_bits();
         if size >= most {
             (place, most) = (row, size);
@@ -190,7 +193,7 @@ mod tests {
         .take(count)
     }
 
-    /// The loops of known length give what the one of any length gives, to the bit.
+    /// The loops of known length give the result of the general one, to the bit.
     #[test]
     fn a_square_of_a_known_size_is_eliminated_as_any_other() {
         fn held<const N: usize>() {
@@ -220,11 +223,11 @@ mod tests {
             let mut solution: Vec<f64> = b.collect();
             assert!(solve_in_place(&mut matrix.clone(), &mut solution));
             for (found, x) in solution.iter().zip(&x) {
-                // Rounding, times a condition number of some hundreds.
+                // Rounding times a condition number of some hundreds.
                 assert!((found - x).abs() < 1e-12, "{found} {x}");
             }
         }
-        // Two equal rows, a column of zeros, and numbers that are none.
+        // Two equal rows, a column of zeros, and NaN.
         assert!(!solve_in_place(&mut [1.0, 2.0, 1.0, 2.0], &mut [1.0, 1.0]));
         assert!(!solve_in_place(&mut [0.0, 2.0, 0.0, 1.0], &mut [1.0, 1.0]));
         assert!(!solve_in_place(&mut [f64::NAN], &mut [1.0]));
@@ -250,7 +253,7 @@ mod tests {
         assert!(!solve_for_all(&mut [f64::NAN, 1.0], 1) && solve_for_all(&mut [], 0));
     }
 
-    /// L L^T of whole numbers is taken apart again, and solved for what it was multiplied with.
+    /// L L^T of whole numbers is factorised again, and solved for a known product.
     #[test]
     fn a_symmetric_matrix_is_taken_apart_and_solved() {
         let l = [2.0, 0.0, 0.0, -1.0, 3.0, 0.0, 4.0, 0.5, 1.0];
@@ -266,7 +269,7 @@ mod tests {
         for (found, sought) in x.iter().zip(sought) {
             assert!((found - sought).abs() < 1e-12, "{x:?}");
         }
-        // Not positive, and not a number.
+        // Not positive, and NaN.
         assert!(!factorise(&mut [1.0, 2.0, 2.0, 1.0], 2) && !factorise(&mut [f64::NAN], 1));
     }
 }

@@ -1,45 +1,45 @@
-//! What bodies, the ground and dry bearings do to one another in a step.
+//! The reactions between bodies, the ground and dry bearings in a step.
 //!
-//! Each body moves by itself as if nothing touched it, with its mass matrix, gravity, motors and
-//! the forces of turning frames ([`crate::dynamics`]). The impulses of ground and bearings that
-//! follow are solved for here, all at once and to the end, and change the rates with which the step
-//! is taken. Each contact is between body A and its partner B, the ground or another body, and its
-//! rows hold what stands for these two alone.
+//! Each body first moves as if nothing touched it, with its mass matrix, gravity, motors and the
+//! forces of rotating frames ([`crate::dynamics`]). The impulses of ground and bearings are then
+//! solved for, all at once and to a tolerance, and change the rates with which the step is taken.
+//! Each contact is between body A and its partner B, the ground or another body, and its rows hold
+//! entries for these two alone.
 //!
 //! **The middle of the step.** Impulses act, and velocities are measured, at the poses in the
-//! middle of the step. What a contact's law speaks of is its velocity u_1 at the *end* of the step,
-//! in the pose that it has then. With J the rows in the middle, q'_0 and q'_1 the rates before and
-//! after, and J_0 and J_1 the rows in the poses at the start and where q'_0 leads by the end,
+//! middle of the step. A contact's law is about its velocity u_1 at the *end* of the step, in the
+//! pose that it has then. With J the rows in the middle, q'_0 and q'_1 the rates before and after,
+//! and J_0 and J_1 the rows in the poses at the start and at the end by q'_0,
 //!
 //! u_0 = J q'_0 - b,  u_1 = J q'_1 + b,  b = (J_1 - J_0) q'_0 / 2:
 //!
-//! b is what the turning of the frame does to the velocity in half a step. That is right to second
-//! order, and a contact that is held, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 = (u_0 +
-//! u_1) / 2 = 0. To hold it in the frame at the start would take m v^2 omega^2 dt / 2 of power from
-//! a robot in a turn in which nothing slides. Across the ground b is left out: a roller that hands
-//! over leaves its place there in another way than it turns. A roller that came down takes over
+//! b is the change of the velocity by the rotation of the frame in half a step. That is right to
+//! second order, and a contact that sticks, u_0 = u_1 = 0, takes no energy: J (q'_0 + q'_1) / 2 =
+//! (u_0 + u_1) / 2 = 0. Holding it in the frame at the start would take a power of m v^2 omega^2 dt
+//! / 2 from a robot that turns without sliding. Along the normal b is left out, because a roller
+//! that hands over does not leave its place by its rotation. A roller that came down takes over
 //! anywhere within half a step of the start, and on average at it: its tangents' rows are J_0, and
 //! b is all after it.
 //!
 //! **The work.** An impulse takes its product with the mean of the velocities before and after it,
-//! which is exact for a step of constant inertia; where rollers come down,
-//! [`crate::contact::reactions::handover_impulse`] says of which velocities.
+//! which is exact for a step of constant inertia; for rollers that come down,
+//! [`crate::contact::reactions::handover_impulse`] defines the velocities.
 //!
 //! **The compliance.** Every contact of a robot is a spring of the same stiffness k with a damper k
-//! tau beside it, which only pushes: p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the gap
-//! to come. As a law between p and u_1: u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0. A gap
-//! that is still open is not damped.
+//! tau parallel to it, which only pushes: p / dt = -k g_1 - k tau u_1, with g_1 = g_0 + dt u_1 the
+//! gap at the end. As a law between p and u_1: u_1 + g_0 / (dt + tau) + p / (k dt (dt + tau)) = 0.
+//! A gap that is still open is not damped.
 //!
 //! **Hand-overs.** A roller that comes down within a step bears its share of the load N over all of
-//! it. Were each taken up that comes down before the step's end, rollers would take over half a step
-//! early on average, and with v the speed of the approach each would cost N v dt / 2 of work more
-//! than the hit itself. So one is taken up where it comes down in the first half, g_0 + dt u_1 / 2 >=
-//! 0: some are late then by as much as others are early, and what is left of the error has no sign.
-//! What hits, and on bumps and edges all that would be deep then, is stopped before it is in the
-//! ground: there the hit is more than the load over a step.
+//! it. If every roller that comes down before the step's end were included, rollers would take over
+//! half a step early on average, and with v the speed of the approach each would take an additional
+//! energy of N v dt / 2. So a roller is included if it comes down in the first half, g_0 + dt u_1 /
+//! 2 >= 0: some are then late by as much as others are early, and the remaining error has no bias.
+//! Impacts, and contacts on bumps and edges that would be deep by then, are stopped before they are
+//! in the ground: there the impact is more than the load over a step.
 //!
-//! **What lasts.** [`Reactions`] are those of the last step: each world and island keeps them. A
-//! [`ReactionSolver`] finds those of the next one, and holds nothing that lasts.
+//! **Lifetime.** [`Reactions`] are those of the last step: each world and island keeps them. A
+//! [`ReactionSolver`] finds those of the next one, and keeps nothing.
 
 mod assembly;
 mod compliance;
@@ -70,24 +70,23 @@ use crate::contact::search::candidate::Candidate;
 use crate::contact::search::on_ground::Workspace;
 pub(crate) use last_step::Reactions;
 
-/// Finds the reactions of a part of a step. Each part fills all of it anew: a solver may serve any
-/// number of worlds, one after the other, and is the only thing of a step that is large.
+/// Finds the reactions of a part of a step. Each part refills all of it, so that a solver may serve
+/// any number of worlds in turn. It is the only large object of a step.
 #[derive(Debug, Default)]
 pub(crate) struct ReactionSolver {
-    /// Where bodies are near something: of one body, and of all.
+    /// Places where bodies are near something: of one body, and of all.
     found: Vec<Candidate>,
     nearby: Vec<Candidate>,
-    /// What these places would be as contacts.
+    /// These places as contacts.
     potential: Vec<PotentialContact>,
     workspace: Workspace,
-    /// Of each contact in its order: how far from its partner it is in the middle of the step and
-    /// was at its start, in metres.
+    /// For each contact in order the gap in the middle of the step and at its start, in metres.
     gaps_m: Vec<(f64, f64)>,
-    /// Of the rollers that may touch.
+    /// The axles of the rollers that may touch.
     axles: Vec<Axle>,
     /// The reactions, in the order of the problem's laws.
     all: Vec<Reaction>,
-    /// By how much they break the laws, in m/s or rad/s.
+    /// Their violation of the laws, in m/s or rad/s.
     error: f64,
     /// Energy of treads that left the ground, in J.
     released_j: f64,
@@ -95,16 +94,16 @@ pub(crate) struct ReactionSolver {
     problem: ImpulseProblem,
     solver: Solver,
     responses: Responses,
-    /// What acts in each joint of all bodies loses so much of its impulse per rate gained, in N m s
+    /// Implicit damping of each joint of all bodies: the loss of impulse per rate gained, in N m s
     /// per rad/s or N s per m/s.
     held_n_m_s2: Vec<f64>,
     freed_axles: Vec<f64>,
-    /// By how much the reactions change the rates, by degree of freedom of all bodies, one after
-    /// the other.
+    /// Change of the rates by the reactions, by degree of freedom of all bodies, one after the
+    /// other.
     change: Vec<f64>,
     handover: HandoverImpulse,
-    /// The wheels and joints, each with its body and by its place in the tree, whose motors and
-    /// servos reach a bound within the step.
+    /// Wheels and joints, each with its body and its index in the tree, whose motors and servos
+    /// reach a limit within the step.
     driven: Vec<(usize, usize)>,
     curve: Curve,
 }
@@ -114,11 +113,11 @@ pub(crate) struct ReactionSolver {
 pub(crate) struct TouchedRoller {
     pub wheel: usize,
     pub roller: usize,
-    /// The mean of its rate about its axis over the step, in rad/s.
+    /// Mean rate about its axis over the step, in rad/s.
     pub mean_rad_s: f64,
-    /// Its rate about its axis after the step, in rad/s.
+    /// Rate about its axis after the step, in rad/s.
     pub rate_rad_s: f64,
-    /// Its rate along its axle after the step, in m/s; 0 without play.
+    /// Rate along its axle after the step, in m/s; 0 without play.
     pub slide_m_s: f64,
 }
 
@@ -130,12 +129,12 @@ impl ReactionSolver {
         self.react_again(scenes);
     }
 
-    /// The same once more, of bodies that come together where they did but with other rates.
+    /// The same again, for bodies at the same places but with other rates.
     pub fn react_again(&mut self, scenes: Scenes<'_>) {
         self.forget_laws();
         self.driven.clear();
-        // Which motors reach a bound is known when the step is solved; few do, and no step finds
-        // more than once that one does.
+        // Which motors reach a limit is known once the step is solved; few do, and each is found at
+        // most once.
         loop {
             self.assemble(scenes);
             self.responses.clear(scenes);
@@ -180,7 +179,7 @@ impl ReactionSolver {
         }
     }
 
-    /// Counts what each impulse took.
+    /// Counts the energy taken by each impulse.
     fn count_work(&mut self, last: &Reactions) {
         let mut row = 0;
         for reaction in &mut self.all {
@@ -195,7 +194,7 @@ impl ReactionSolver {
             let Some(tread) = reaction.tread().copied() else {
                 continue;
             };
-            // What a tread stores it gives back.
+            // Energy stored in a tread is returned later.
             let gained_j = |k: usize| tread.stored_j[k] - tread.stored_before_j[k];
             reaction.taken_j.x -= gained_j(0);
             reaction.taken_j.y -= gained_j(1);
@@ -204,18 +203,18 @@ impl ReactionSolver {
         self.released_j = left_j;
     }
 
-    /// Hands the reactions over to what keeps those of the last step.
+    /// Hands the reactions over to the storage of the last step.
     pub fn keep_in(&mut self, last: &mut Reactions, dt_s: f64) {
         last.take_solved(&mut self.all, (self.error, self.released_j), dt_s);
     }
 
-    /// By how much the reactions change each rate of an articulated body.
+    /// Change of each rate of an articulated body by the reactions.
     pub fn change(&self, body: usize) -> &[f64] {
         &self.change[self.responses.dofs_of(body)]
     }
 
-    /// By how much the rates of an articulated body are further, where the mean over the last step
-    /// starts from, than they were when it began.
+    /// Change of the rates of an articulated body from the beginning of the step to the start of
+    /// the mean over it.
     pub fn start_change(&self, body: usize) -> impl Iterator<Item = f64> {
         self.handover.start_change(self.responses.dofs_of(body))
     }
@@ -232,12 +231,12 @@ impl ReactionSolver {
         })
     }
 
-    /// By how much the laws are broken, in m/s or rad/s.
+    /// The violation of the laws, in m/s or rad/s.
     pub fn error(&self) -> f64 {
         self.error
     }
 
-    /// What solving took since this was asked for last.
+    /// The cost of solving since the last call.
     pub fn take_effort(&mut self) -> SolverEffort {
         self.solver.take_effort()
     }
@@ -249,7 +248,7 @@ impl ReactionSolver {
         })
     }
 
-    /// Forgets the laws of the step, but not where bodies are near the ground and one another.
+    /// Removes the laws of the step, but keeps the places where bodies are near something.
     fn forget_laws(&mut self) {
         self.all.clear();
         self.rows.clear();
@@ -264,11 +263,11 @@ impl ReactionSolver {
         let (axles, responses) = (&self.axles, &self.responses);
         self.problem
             .set_delassus(|row, w| responses.fill_w(axles, row, w));
-        // What acted in the last step is most of what acts in this one.
+        // The impulses of the last step are a good start.
         for law in 0..self.all.len() {
             let now = &self.all[law];
             if now.tread().is_some() {
-                // Rollers come and go in any order: each goes on from itself.
+                // Rollers may come and go in any order: each continues from its own impulse.
                 let mut before = scenes.reactions.all().iter();
                 if let Some(before) = before.find(|other| (other.a, other.b) == (now.a, now.b)) {
                     self.problem.warm_start(law, before.impulse);
@@ -290,7 +289,7 @@ impl ReactionSolver {
         self.responses.complete(scenes, &mut self.change);
     }
 
-    /// Takes the impulses over, and half of what they do to the bodies' rates.
+    /// Takes over the impulses, and half of their effect on the bodies' rates.
     fn take_solution(&mut self, dt_s: f64) {
         self.change.clear();
         self.change.resize(self.responses.dofs(), 0.0);

@@ -1,4 +1,4 @@
-//! Everything that a step's reactions depend on.
+//! The inputs of a step's reactions.
 
 use ilon_robot::{Robot, Scale};
 use nalgebra::Vector3;
@@ -12,23 +12,23 @@ use crate::robot::articulated::{Articulated, BodyStep};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
-/// Everything that a step's reactions depend on: the ground and all articulated bodies, as they
-/// move without one another.
+/// The inputs of a step's reactions: the ground and all articulated bodies, as they move without
+/// one another.
 #[derive(Clone, Copy)]
 pub(crate) struct Scenes<'a> {
     pub ground: &'a Ground,
     pub settings: &'a Settings,
-    /// How long the step is, in seconds.
+    /// Length of the step, in seconds.
     pub dt_s: f64,
     pub bodies: &'a [Articulated],
-    /// What acted between them in the last step.
+    /// The reactions between them in the last step.
     pub reactions: &'a Reactions,
 }
 
-/// What concerns one articulated body of it.
+/// The inputs for one articulated body.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
-    /// Its place among the bodies.
+    /// Its index among the bodies.
     pub index: usize,
     pub body: &'a Articulated,
     pub ground: &'a Ground,
@@ -38,16 +38,16 @@ pub(crate) struct Scene<'a> {
     pub wheels: &'a [WheelBody],
     pub tree: &'a Tree,
     pub settings: &'a Settings,
-    /// How long the step is, in seconds.
+    /// Length of the step, in seconds.
     pub dt_s: f64,
-    /// What acted between the bodies in the last step.
+    /// The reactions between the bodies in the last step.
     pub reactions: &'a Reactions,
-    /// The step as the body takes it without any reaction.
+    /// The step of the body without any reaction.
     pub step: &'a BodyStep,
 }
 
 impl<'a> Scenes<'a> {
-    /// What concerns the articulated body at a place among them.
+    /// The inputs for the articulated body at an index.
     pub fn of(&self, index: usize) -> Scene<'a> {
         let body = &self.bodies[index];
         Scene {
@@ -65,7 +65,7 @@ impl<'a> Scenes<'a> {
         }
     }
 
-    /// What concerns each articulated body, in their order.
+    /// The inputs for each articulated body, in order.
     pub fn each(self) -> impl Iterator<Item = Scene<'a>> {
         (0..self.bodies.len()).map(move |index| self.of(index))
     }
@@ -82,14 +82,14 @@ impl<'a> Scene<'a> {
         self.of_joint(self.wheels[wheel].joint, 1.0)
     }
 
-    /// So many times the rate of a joint of the tree.
+    /// The rate of a joint of the tree, times a factor.
     pub fn of_joint(&self, joint: usize, times: f64) -> Side {
         let share = |at: usize| if at == joint { times } else { 0.0 };
         Side::of_joints(self.index, self.tree.path(joint, share))
     }
 
-    /// How fast what moves with the link of a joint of the tree, or with the chassis, moves along a
-    /// direction at a place, and turns along another, given in the pose of a state.
+    /// The velocity along a direction, and the rate about another, of a point that moves with the
+    /// link of a joint of the tree, or with the chassis, in the pose of a state.
     pub fn moving_with(
         &self,
         joint: Option<usize>,

@@ -1,4 +1,4 @@
-//! Where bodies are near the ground and one another: the places that may touch in a step.
+//! The search for places where bodies are near the ground and one another, and may touch in a step.
 
 pub(crate) mod ball_and_cylinder;
 pub(crate) mod between_chassis;

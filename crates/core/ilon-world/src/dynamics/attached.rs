@@ -1,11 +1,12 @@
-//! What a root bears of something that another engine moves: an arm, a box that it pushes.
+//! The coupling of a root to bodies that another engine moves: an arm, a box that it pushes.
 //!
-//! The other engine says which wrench its part puts on the body, W = W_0 - A a: W_0 where the body is not accelerated, and A, the
-//! articulated-body inertia of its part at the body frame's origin (Featherstone, Rigid Body Dynamics Algorithms 2008, section 7.1), for an
-//! acceleration a of that origin. A stands in the mass matrix, so that contacts and motors meet what they really move, at any
-//! ratio of masses and without a delay. W_0 is a push.
+//! The other engine gives the wrench of its bodies on the root, W = W_0 - A a: W_0 without
+//! acceleration, and A, the articulated-body inertia of its bodies at the body frame's origin
+//! (Featherstone, Rigid Body Dynamics Algorithms 2008, section 7.1), for an acceleration a of that
+//! origin. A is added to the mass matrix, so that contacts and motors move the true inertia, at any
+//! mass ratio and without a delay. W_0 is a push.
 //!
-//! | symbol | is |
+//! | symbol | meaning |
 //! |---|---|
 //! | c, o | the root's centre of mass; the body frame's origin |
 //! | r | from c to o |
@@ -13,22 +14,23 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-/// The articulated inertia of what another engine moves.
+/// The articulated inertia of bodies that another engine moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Attached {
     /// A, linear before angular, along the floor's axes, about o.
     inertia: Matrix6<f64>,
     /// r along the body's axes.
     origin_in_body_m: Vector3<f64>,
-    /// T^T A T, and r along the floor's axes, as the root stands.
+    /// T^T A T, and r along the floor's axes, in the root's orientation.
     about_center: Matrix6<f64>,
     lever_m: Vector3<f64>,
-    /// T^T A (w x (w x r), 0) as it was asked for last.
+    /// The last T^T A (w x (w x r), 0).
     asked_n: Vector6<f64>,
 }
 
 impl Attached {
-    /// An inertia about the origin of the body frame, from which the root's centre of mass is `center_in_body_m` away.
+    /// An inertia about the origin of the body frame, from which the root's centre of mass is
+    /// `center_in_body_m` away.
     pub fn new(inertia: Matrix6<f64>, center_in_body_m: &Vector3<f64>) -> Self {
         Self {
             inertia,
@@ -39,12 +41,12 @@ impl Attached {
         }
     }
 
-    /// The same, where the root's centre of mass has moved by as much in the body.
+    /// The same after the root's centre of mass has moved by `moved_m` in the body.
     pub fn recenter(&mut self, moved_m: &Vector3<f64>) {
         self.origin_in_body_m -= moved_m;
     }
 
-    /// Takes up how the root is turned.
+    /// Updates the root's orientation.
     pub fn stand(&mut self, floor_from_body: &Matrix3<f64>) {
         self.lever_m = floor_from_body * self.origin_in_body_m;
         let mut origin_from_center = Matrix6::identity();
@@ -55,17 +57,18 @@ impl Attached {
         self.about_center = origin_from_center.tr_mul(&(self.inertia * origin_from_center));
     }
 
-    /// T^T A T: what stands in the mass matrix.
+    /// T^T A T: the addition to the mass matrix.
     pub fn about_center(&self) -> &Matrix6<f64> {
         &self.about_center
     }
 
-    /// The mass that it sets against an acceleration in the plane, the mean over all directions, in kg.
+    /// The mean over all directions of its mass against an acceleration in the plane, in kg.
     pub fn mean_mass_kg(&self) -> f64 {
         0.5 * (self.inertia[(0, 0)] + self.inertia[(1, 1)])
     }
 
-    /// What has to act at the root's centre of mass, in N and N m, that the origin goes round with it at a rate in rad/s.
+    /// The wrench at the root's centre of mass, in N and N m, that keeps the origin rotating with
+    /// it at a rate in rad/s.
     pub fn asks_of_turning(&mut self, w: &Vector3<f64>) -> Vector6<f64> {
         let inwards_m_s2 = w.cross(&w.cross(&self.lever_m));
         let wrench = self.inertia.fixed_view::<6, 3>(0, 0) * inwards_m_s2;
@@ -76,7 +79,8 @@ impl Attached {
         self.asked_n
     }
 
-    /// What it took in a step from the rates of the root before to those after, in J: what it asked for, times the mean of both.
+    /// Its energy intake in a step from the rates of the root before to those after, in J: its
+    /// force times the mean of both.
     pub fn took_j(&self, before: &Vector6<f64>, after: &Vector6<f64>, dt_s: f64) -> f64 {
         let asked_n_s = self.about_center * (after - before) + dt_s * self.asked_n;
         asked_n_s.dot(&(0.5 * (before + after)))

@@ -1,8 +1,10 @@
-//! The mass matrix, factorised.
+//! The factorised mass matrix.
 //!
-//! H = L^T L with L lower triangular has zeros wherever H has: between joints that are on no common way from the root (Featherstone 2008,
-//! section 6.5). A right-hand side b is solved in two halves, z = L^-T b and x = L^-1 z; what a row J does through the body to
-//! another is J_1 H^-1 J_2^T = z_1 . z_2, for which the first half is enough, and of a row that acts on one link it is as sparse as the row.
+//! H = L^T L with L lower triangular has zeros wherever H has: between joints that are on no common
+//! path from the root (Featherstone 2008, section 6.5). A right-hand side b is solved in two
+//! halves, z = L^-T b and x = L^-1 z; the effect of a row J_2 through the body on another row is
+//! J_1 H^-1 J_2^T = z_1 . z_2, for which the first half is enough, and for a row on one link it is
+//! as sparse as the row.
 
 use nalgebra::Vector6;
 
@@ -16,20 +18,20 @@ pub(crate) struct Factors {
     /// One over the diagonal of the factor.
     root_inverse: [f64; ROOT_DOFS],
     pub(super) joints: Vec<OfJoint>,
-    /// What couples each joint with those between it and the root, as [`Tree::entries_of`] has them.
+    /// Coupling of each joint with those between it and the root, indexed by [`Tree::entries_of`].
     pub(super) between: Vec<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OfJoint {
-    /// What couples it with the root.
+    /// Coupling with the root.
     pub root: Vector6<f64>,
-    /// The diagonal; one over it once factorised.
+    /// The diagonal; its inverse once factorised.
     pub own: f64,
 }
 
 impl Factors {
-    /// Room for a tree.
+    /// Memory for a tree.
     pub fn of(tree: &Tree) -> Self {
         let empty = OfJoint {
             root: Vector6::zeros(),
@@ -43,7 +45,7 @@ impl Factors {
         }
     }
 
-    /// Takes the matrix apart, in place. It is positive definite, for every link has a mass.
+    /// Factorises the matrix in place. It is positive definite, because every link has a mass.
     pub(super) fn factorise(&mut self, tree: &Tree) {
         for joint in (0..self.joints.len()).rev() {
             let inverse = 1.0 / self.joints[joint].own.sqrt();
@@ -84,7 +86,7 @@ impl Factors {
         }
     }
 
-    /// The first half of the solution for a row that acts on one link.
+    /// The first half of the solution for a row on one link.
     #[inline]
     pub fn halve(&self, tree: &Tree, root: &mut Vector6<f64>, path: &mut Path) {
         let (joints, shares) = path.parts_mut();

@@ -1,4 +1,4 @@
-//! A tree as it stands at one moment: its mass matrix, and the forces that its motion asks for.
+//! A tree in one pose: its mass matrix, and the forces of its motion.
 
 use ilon_robot::MassProperties;
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -7,54 +7,54 @@ use super::attached::Attached;
 use super::factors::{Factors, OfJoint};
 use super::tree::{LinkPose, Motion, ROOT_DOFS, Tree};
 
-/// A tree in a pose, and room to work in.
+/// A tree in a pose, with work space.
 #[derive(Clone, Debug)]
 pub(crate) struct Mechanics {
     root: Link,
     links: Vec<Link>,
-    /// Of each link with all that it carries.
+    /// Composite inertia of each link with all that it carries.
     wholes: Vec<Inertia>,
     moving: Vec<Moving>,
     factors: Factors,
-    /// What the root bears of something that another engine moves.
+    /// The inertia of bodies that another engine moves with the root.
     pub attached: Option<Box<Attached>>,
 }
 
-/// What acts on a tree besides gravity, in N, N m, and of joints that slide in N.
+/// Loads on a tree besides gravity, in N, N m, and in N for prismatic joints.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     /// On the root: the force, and the torque about its centre of mass.
     pub force_on_root_n: Vector3<f64>,
     pub torque_on_root_n_m: Vector3<f64>,
-    /// Torques on the links, from outside of the tree.
+    /// External torques on the links.
     pub torques_on_links_n_m: Vec<Vector3<f64>>,
-    /// In the joints: on the link, and the opposite on what carries it.
+    /// In the joints: on the link, and the opposite on its carrier.
     pub in_joints: Vec<f64>,
 }
 
-/// A link as it stands, from the root's centre of mass.
+/// A link in its pose, relative to the root's centre of mass.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     mass_kg: f64,
     /// Its centre of mass.
     at_m: Vector3<f64>,
-    /// About that.
+    /// About its centre of mass.
     inertia_kg_m2: Matrix3<f64>,
     /// The origin of its frame.
     origin_m: Vector3<f64>,
     axis: Vector3<f64>,
-    /// The twist that a unit rate of its joint gives it: linear, then angular.
+    /// Its twist per unit rate of its joint: linear, then angular.
     screw: Vector6<f64>,
 }
 
-/// How a link moves with the rates as they are and without any acceleration of them.
+/// The motion of a link at the current rates without joint accelerations.
 #[derive(Clone, Copy, Debug)]
 struct Moving {
     angular_rad_s: Vector3<f64>,
     angular_rad_s2: Vector3<f64>,
     /// Of its frame's origin.
     linear_m_s2: Vector3<f64>,
-    /// What has to act on it and all that it carries, about the root's centre of mass.
+    /// Force on it and all that it carries, about the root's centre of mass.
     force_n: Vector3<f64>,
     torque_n_m: Vector3<f64>,
 }
@@ -111,7 +111,7 @@ impl Link {
         }
     }
 
-    /// What has to act on it that it moves so.
+    /// The force and moment that this motion needs.
     fn needs(&self, moving: &Moving, gravity: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let Moving {
             angular_rad_s: w,
@@ -129,7 +129,7 @@ impl Link {
 }
 
 impl Loads {
-    /// None, on a tree.
+    /// No loads on a tree.
     pub fn none(tree: &Tree) -> Self {
         let joints = tree.joints().len();
         Self {
@@ -142,7 +142,7 @@ impl Loads {
 }
 
 impl Mechanics {
-    /// Room for a tree.
+    /// Memory for a tree.
     pub fn of(tree: &Tree) -> Self {
         let nowhere = LinkPose {
             center_m: Vector3::zeros(),
@@ -171,19 +171,21 @@ impl Mechanics {
         }
     }
 
-    /// Its mass matrix as it stands, factorised, with what holds the joints on the diagonal.
+    /// Its current mass matrix, factorised, with the implicit damping of the joints on the
+    /// diagonal.
     pub fn factors(&self) -> &Factors {
         &self.factors
     }
 
-    /// Takes up a pose, in the floor's frame, and factorises its mass matrix. `held` is what stands on the diagonal beside the masses:
-    /// what a joint's drive and bearing lose of their impulse per rate gained, in N m s^2 or kg.
+    /// Updates the pose, in the floor's frame, and factorises its mass matrix. `held` is added to
+    /// the diagonal: the loss of impulse per rate gained by a joint's drive and bearing, in N m s^2
+    /// or kg.
     pub fn stand(&mut self, tree: &Tree, root: &LinkPose, links: &[LinkPose], held: &[f64]) {
         self.set_up(tree, root, links, held);
         self.factors.factorise(tree);
     }
 
-    /// The same, up to the mass matrix.
+    /// The same without the factorisation.
     pub(super) fn set_up(
         &mut self,
         tree: &Tree,
@@ -238,7 +240,8 @@ impl Mechanics {
         }
     }
 
-    /// The generalised forces that are left for accelerations, tau - c, with these rates, loads and gravity in m/s^2.
+    /// The generalised forces that remain for accelerations, tau - c, for these rates, loads and
+    /// gravity in m/s^2.
     pub fn forces(
         &mut self,
         tree: &Tree,

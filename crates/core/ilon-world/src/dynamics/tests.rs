@@ -1,11 +1,11 @@
-//! Trees against a dense reference, against closed forms, and thrown.
+//! Trees against a dense reference, closed forms, and conservation laws.
 
 use ilon_robot::MassProperties;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
 
-/// Numbers between -1 and 1, the same in every run.
+/// Random numbers between -1 and 1, the same in every run.
 struct Draw(u64);
 
 impl Draw {
@@ -27,7 +27,7 @@ impl Draw {
     }
 
     fn mass(&mut self, at_its_center: bool) -> MassProperties {
-        // Of four points no inertia is too large on one axis for the two others.
+        // Four points give a valid inertia on all axes.
         let parts: Vec<_> = (0..4)
             .map(|_| MassProperties::point(0.3 + 0.2 * self.next(), 0.2 * self.vector()))
             .collect();
@@ -64,7 +64,7 @@ fn branched(draw: &mut Draw) -> Tree {
     Tree::new(draw.mass(true), joints)
 }
 
-/// A tree where it is, and how it moves.
+/// A tree with its pose and rates.
 #[derive(Clone)]
 struct Thrown {
     tree: Tree,
@@ -132,7 +132,8 @@ impl Thrown {
         bodies.iter().map(frame).collect()
     }
 
-    /// The velocity and the angular velocity of each body that follow from rates: by central differences of the poses alone.
+    /// The velocity and the angular velocity of each body for given rates, by central differences
+    /// of the poses.
     fn velocities(&self, rates: &[f64]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         const H: f64 = 1e-5;
         let (ahead, behind) = (self.moved_on(rates, H), self.moved_on(rates, -H));
@@ -208,7 +209,7 @@ impl Thrown {
         forces
     }
 
-    /// Takes a step as a world does in the air.
+    /// Takes a step like a world does in the air.
     fn step(&mut self, dt_s: f64, gravity: &Vector3<f64>) {
         let middle = self.moved_on(&self.rates.clone(), 0.5 * dt_s);
         let loads = Loads::none(&self.tree);
@@ -227,7 +228,8 @@ impl Thrown {
     }
 }
 
-/// What the factors solve is the mass matrix of the bodies, whose columns come from moving the tree and looking where its parts go.
+/// The factors solve the mass matrix of the bodies, whose columns come from moving the tree
+/// numerically.
 #[test]
 fn the_factors_are_those_of_the_bodies_mass_matrix() {
     let mut draw = Draw(1);
@@ -251,7 +253,7 @@ fn the_factors_are_those_of_the_bodies_mass_matrix() {
     }
 }
 
-/// Half solutions of sparse rows multiply to what whole ones do.
+/// Half solutions of sparse rows give the same products as full solutions.
 #[test]
 fn half_solutions_multiply_to_what_one_row_does_to_another() {
     let mut draw = Draw(2);
@@ -295,8 +297,8 @@ fn half_solutions_multiply_to_what_one_row_does_to_another() {
     }
 }
 
-/// The forces of turning frames are those of Lagrange's equations, d/dt (dT/dq') = M q'' + M' q', as the momentum of each body
-/// has it: with the accelerations that are found, no momentum is gained, and no energy.
+/// The forces of rotating frames are those of Lagrange's equations, d/dt (dT/dq') = M q'' + M' q':
+/// with the computed accelerations, momentum and energy are conserved.
 #[test]
 fn accelerations_keep_the_momenta_and_the_energy() {
     const H: f64 = 1e-4;
@@ -317,7 +319,8 @@ fn accelerations_keep_the_momenta_and_the_energy() {
             then.momenta()
         };
         let (ahead, behind) = (at(H), at(-H));
-        // Central differences: of second order in H, on top of the rounding of the velocities, 1e-11 / H.
+        // Central differences: of second order in H, on top of the rounding of the velocities,
+        // 1e-11 / H.
         let most = 1e-5;
         assert!((ahead.0 - behind.0).norm() / (2.0 * H) < most);
         assert!((ahead.1 - behind.1).norm() / (2.0 * H) < most);
@@ -325,7 +328,7 @@ fn accelerations_keep_the_momenta_and_the_energy() {
     }
 }
 
-/// By how much a thrown tree's angular momentum and energy change in a second.
+/// The change of a thrown tree's angular momentum and energy in a second.
 fn lost(dt_s: f64) -> (f64, f64) {
     let mut draw = Draw(4);
     let mut thrown = Thrown::drawn(branched(&mut draw), &mut draw);
@@ -351,7 +354,7 @@ fn a_thrown_tree_keeps_angular_momentum_and_energy_to_second_order() {
     }
 }
 
-/// A body so heavy that what hangs on it does not move it.
+/// A body so heavy that bodies on it do not move it.
 fn anchored(joints: Vec<Joint>) -> Tree {
     let root = MassProperties {
         mass_kg: 1e12,
@@ -378,7 +381,7 @@ fn swinging(parent: Option<usize>, below_m: f64, mass_kg: f64, length_m: f64) ->
     }
 }
 
-/// A mathematical pendulum that hangs at an angle: q'' = -(g / l) sin q.
+/// A mathematical pendulum at an angle: q'' = -(g / l) sin q.
 #[test]
 fn a_pendulum_falls_as_it_should() {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -390,12 +393,12 @@ fn a_pendulum_falls_as_it_should() {
             rates: vec![0.0; 7],
             tree: tree.clone(),
         };
-        // Held against falling by the force that gravity has on it.
+        // The root is held against gravity.
         let mut loads = Loads::none(&tree);
         loads.force_on_root_n = -gravity * 1e12;
         let gains = hanging.accelerations(&hanging.rates, &loads, &gravity);
         let expected = -9.81 / 0.4 * libm::sin(angle_rad);
-        // The force of 1e13 N is rounded to 1e-3 N, which is nothing to 1e12 kg.
+        // The force of 1e13 N is rounded to 1e-3 N, which is negligible for 1e12 kg.
         assert!(
             (gains[6] / expected - 1.0).abs() < 1e-9,
             "{gains:?} {expected}"
@@ -403,8 +406,9 @@ fn a_pendulum_falls_as_it_should() {
     }
 }
 
-/// A double pendulum of equal masses and lengths swings at w^2 = (2 -+ sqrt 2) g / l: its accelerations at small angles in either
-/// mode are -w^2 times the angles. The modes are 1 : +-sqrt 2 of the angles to the vertical.
+/// A double pendulum of equal masses and lengths has w^2 = (2 -+ sqrt 2) g / l: its accelerations
+/// at small angles in either mode are -w^2 times the angles. The modes are 1 : +-sqrt 2 of the
+/// angles to the vertical.
 #[test]
 fn a_double_pendulum_has_its_two_frequencies() {
     let (g, l) = (9.81, 0.3);
@@ -436,7 +440,8 @@ fn a_double_pendulum_has_its_two_frequencies() {
     }
 }
 
-/// A disc that spins fast on a body at rest and is tilted: the torque that turns its axis is w x (I s), square to both.
+/// A fast disc on a resting body is tilted: the torque that turns its axis is w x (I s),
+/// perpendicular to both.
 #[test]
 fn a_gyroscope_asks_for_the_torque_that_turns_its_axis() {
     let (along, across) = (2e-3, 1.1e-3);
@@ -468,7 +473,7 @@ fn a_gyroscope_asks_for_the_torque_that_turns_its_axis() {
         (&loads, &Vector3::zeros()),
         &mut forces,
     );
-    // x cross z is -y: what is left for the root is the opposite of what the disc needs.
+    // x cross z is -y: the remaining torque on the root is the opposite of the disc's.
     let expected = along * spins * tilts;
     assert!(
         (forces[4] - expected).abs() < 1e-12 * expected,

@@ -1,13 +1,14 @@
-//! What an articulated body is: a root, and links on joints.
+//! The structure of an articulated body: a root, and links on joints.
 
 use ilon_robot::MassProperties;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-/// Degrees of freedom of a root that floats: three of its centre of mass, three of its turning. Joints come after them.
+/// Degrees of freedom of a floating root: three of its centre of mass, three of rotation. Joints
+/// come after them.
 pub(crate) const ROOT_DOFS: usize = 6;
 
-/// Joints that may follow one another from the root to a link: a suspension, a rocker, a steered module and its wheel; a lift and an arm of six
-/// axes.
+/// The longest chain of joints from the root to a link: a suspension, a rocker, a steered module
+/// and its wheel; a lift and an arm of six axes. Chosen.
 pub(crate) const DEEPEST: usize = 7;
 
 /// A root and its links.
@@ -15,36 +16,37 @@ pub(crate) const DEEPEST: usize = 7;
 pub(crate) struct Tree {
     /// The root, in a frame whose origin is its centre of mass.
     pub root: MassProperties,
-    /// Parents stand before their children.
+    /// Parents come before their children.
     joints: Vec<Joint>,
-    /// Of each joint the rotation of its link's frame in its parent's while it stands at zero.
+    /// Rotation of each joint's link frame in its parent's at joint position zero.
     rotations: Vec<Matrix3<f64>>,
-    /// Of each joint those on the way from the root to it, one joint after the other.
+    /// The joints on the way from the root to each joint, one joint after the other.
     ancestors: Vec<u16>,
-    /// Where each joint's begin there, and where the last one's end.
+    /// The first of each joint's entries there, and the end of the last.
     starts: Vec<u32>,
 }
 
 /// A joint about or along the z axis of its link's frame, and the link that it moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
-    /// Place of the link that carries it among the joints; `None` where that is the root.
+    /// Index of the carrying link among the joints; `None` for the root.
     pub parent: Option<usize>,
     pub motion: Motion,
-    /// The link's frame in its parent's while the joint stands at zero.
+    /// The link's frame in its parent's at joint position zero.
     pub parent_from_link: Isometry3<f64>,
     /// The link, in its own frame.
     pub mass: MassProperties,
-    /// Inertia that is felt only where the joint moves, as a motor's rotor behind a gear is, in kg m^2 or kg.
+    /// Inertia that acts only on the joint's rate, such as a motor's rotor behind a gear, in kg m^2
+    /// or kg.
     pub armature: f64,
 }
 
-/// What a joint lets its link do.
+/// The motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// Turn about its axis.
+    /// Rotation about its axis.
     Turns,
-    /// Slide along it.
+    /// Translation along its axis.
     Slides,
 }
 
@@ -53,7 +55,7 @@ pub(crate) enum Motion {
 pub(crate) struct LinkPose {
     /// Its origin, in metres.
     pub center_m: Vector3<f64>,
-    /// The rotation from it.
+    /// Rotation from the link's frame to the floor's.
     pub rotation: Matrix3<f64>,
 }
 
@@ -63,14 +65,14 @@ impl LinkPose {
         self.rotation.column(2).into_owned()
     }
 
-    /// A place of the link in the floor's frame, in metres.
+    /// A point of the link in the floor's frame, in metres.
     pub fn place_m(&self, in_link_m: &Vector3<f64>) -> Vector3<f64> {
         self.center_m + self.rotation * in_link_m
     }
 }
 
 impl Tree {
-    /// A tree of joints whose parents stand before them; no chain of them is longer than [`DEEPEST`].
+    /// A tree of joints whose parents come before them; no chain is longer than [`DEEPEST`].
     pub fn new(root: MassProperties, joints: Vec<Joint>) -> Self {
         let (mut ancestors, mut starts) = (Vec::new(), vec![0]);
         for joint in &joints {
@@ -103,22 +105,22 @@ impl Tree {
         ROOT_DOFS + self.joints.len()
     }
 
-    /// The joints on the way from the root to a joint, but for itself.
+    /// The joints on the way from the root to a joint, without itself.
     pub fn ancestors(&self, joint: usize) -> &[u16] {
         &self.ancestors[self.entries_of(joint)]
     }
 
-    /// Where what couples a joint with its ancestors stands among that of all joints.
+    /// The range of a joint's couplings with its ancestors among those of all joints.
     pub(super) fn entries_of(&self, joint: usize) -> std::ops::Range<usize> {
         self.starts[joint] as usize..self.starts[joint + 1] as usize
     }
 
-    /// How much couples joints with their ancestors.
+    /// The total number of couplings of joints with their ancestors.
     pub(super) fn entries(&self) -> usize {
         self.ancestors.len()
     }
 
-    /// The way from the root to a joint, with a share of each joint on it.
+    /// The path from the root to a joint, with a coefficient for each joint on it.
     pub fn path(&self, joint: usize, share: impl Fn(usize) -> f64) -> Path {
         let mut path = Path::NONE;
         let above = self.ancestors(joint).iter().map(|at| usize::from(*at));
@@ -130,7 +132,7 @@ impl Tree {
         path
     }
 
-    /// Places all links, given where the root is and how far each joint has moved, in rad or m.
+    /// Places all links, given the root's pose and the position of each joint, in rad or m.
     pub fn place(&self, root: &LinkPose, moved: &[f64], links: &mut [LinkPose]) {
         let joints = self.joints.iter().zip(&self.rotations).zip(moved);
         for (index, ((joint, at_zero), moved)) in joints.enumerate() {
@@ -157,7 +159,7 @@ impl Tree {
     }
 }
 
-/// Shares of the joints on the way from the root to a link.
+/// Coefficients of the joints on the path from the root to a link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Path {
     joints: [u16; DEEPEST],
@@ -166,26 +168,26 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The way from the root to the root.
+    /// The empty path at the root.
     pub const NONE: Self = Self {
         joints: [0; DEEPEST],
         shares: [0.0; DEEPEST],
         length: 0,
     };
 
-    /// Each joint with its share, the root's neighbour first.
+    /// Each joint with its coefficient, starting at the root.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> {
         let joints = self.joints.iter().map(|joint| usize::from(*joint));
         joints.zip(self.shares).take(self.length)
     }
 
-    /// The sum of products of the shares of all joints that are on both ways.
+    /// The product of the coefficients over all joints that are on both paths.
     #[inline]
     pub fn dot(&self, other: &Self) -> f64 {
         let both = self.length.min(other.length);
         let mut sum = 0.0;
-        // Where two ways have parted they do not meet again.
+        // Paths that have parted do not meet again.
         for at in 0..both {
             if self.joints[at] != other.joints[at] {
                 break;
@@ -195,7 +197,7 @@ impl Path {
         sum
     }
 
-    /// The same way with shares of the other sign.
+    /// The same path with coefficients of the opposite sign.
     pub fn reversed(&self) -> Self {
         Self {
             shares: self.shares.map(|share| -share),
@@ -203,7 +205,7 @@ impl Path {
         }
     }
 
-    /// Its joints, with their shares to be changed.
+    /// Its joints, and their mutable coefficients.
     #[inline]
     pub(super) fn parts_mut(&mut self) -> (&[u16], &mut [f64]) {
         (&self.joints[..self.length], &mut self.shares[..self.length])

@@ -1,4 +1,4 @@
-//! Between the project's nalgebra and rapier's glam.
+//! Conversions between the project's nalgebra and rapier's glam.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rapier3d::math::{Matrix, Pose, Rotation, Vector};

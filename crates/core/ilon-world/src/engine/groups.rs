@@ -1,4 +1,4 @@
-//! Who may touch whom: the ground touches everything, the parts of a robot never each other.
+//! Collision groups: the ground touches everything, parts of a robot never touch each other.
 
 use crate::ContactSolver;
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
@@ -7,9 +7,9 @@ const fn groups(member: Group, filter: Group) -> InteractionGroups {
     InteractionGroups::new(member, filter, InteractionTestMode::And)
 }
 
-/// The ground and whatever else stands in the world.
+/// The ground and everything else in the world.
 pub(crate) const GROUND: InteractionGroups = groups(Group::GROUP_1, Group::ALL);
-/// Whose contacts rapier solves: all of them in its own mode, else none.
+/// The groups whose contacts rapier solves: all in its own mode, otherwise none.
 pub(crate) fn solved(solver: ContactSolver) -> InteractionGroups {
     match solver {
         ContactSolver::Ilon => InteractionGroups::none(),

@@ -1,4 +1,4 @@
-//! Collision shapes of the robot's file as parry's.
+//! Converts collision shapes of the robot's file to parry's.
 
 use ilon_robot::{Collision, CollisionShape, ModelledRoller};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -6,9 +6,9 @@ use rapier3d::prelude::*;
 
 use crate::engine::convert;
 
-/// A shape and its pose in the frame of the body that carries it; `None` for a hull that has no volume.
+/// A shape and its pose in the frame of its body; `None` for a hull without volume.
 pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedShape)> {
-    // URDF's cylinders stand along z, parry's along y.
+    // URDF's cylinders are along z, parry's along y.
     let y_to_z = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let as_it_is = UnitQuaternion::identity();
     let (shape, turn) = match &collision.shape {
@@ -31,7 +31,8 @@ pub(crate) fn shape_of(collision: &Collision) -> Option<(Isometry3<f64>, SharedS
     Some((collision.body_from_shape * turn, shape))
 }
 
-/// The shapes that a roller has in its file, as one in its own frame; `None` where a hull among them has no volume.
+/// The shapes of a roller in its file, as one in its own frame; `None` if a hull among them has no
+/// volume.
 pub(crate) fn shape_of_roller(modelled: &ModelledRoller) -> Option<SharedShape> {
     let parts: Option<Vec<_>> = modelled.shapes.iter().map(shape_of).collect();
     let parts = parts?

@@ -1,4 +1,4 @@
-//! A floor as it is described: its surface, what stands on it, and how slippery it is where.
+//! The description of a floor: its surface, obstacles, and friction by place.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use parry3d::shape::{HeightField, HeightFieldFlags};
@@ -10,30 +10,31 @@ use crate::WorldError;
 
 /// The ground a robot drives on.
 ///
-/// It is the frame of the world: the origin lies in its plane, and z is its normal. On a slope gravity leans.
+/// Its frame is that of the world: the origin is in its plane, and z is its normal. On a slope
+/// gravity is tilted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floor {
     /// Coulomb friction coefficient between roller and ground, >= 0.
     pub friction: f64,
-    /// Slope: the angle by which the ground falls towards +x, in radians. 0 is level. All places, boxes and their heights count
-    /// in the sloping plane, and along its normal.
+    /// Slope: the angle by which the ground falls towards +x, in radians; 0 is level. All
+    /// coordinates are in the sloping plane, and heights along its normal.
     pub slope_rad: f64,
-    /// Places where the friction is another, later ones over earlier ones.
+    /// Patches with another friction; later ones cover earlier ones.
     pub patches: Vec<Patch>,
-    /// Boxes that stand on the ground: kerbs, thresholds, walls.
+    /// Boxes on the ground: kerbs, thresholds, walls.
     pub boxes: Vec<GroundBox>,
-    /// A rough surface in place of the plane.
+    /// Uneven ground instead of the plane.
     pub relief: Option<Relief>,
-    /// What it is made of, where there is no patch.
+    /// Its surface outside patches.
     pub surface: FloorSurface,
-    /// Materials of rollers ([`ilon_robot::Wheel::material`]) for which `footings`, here and on each patch, say what the ground is to
-    /// them; `friction` and `surface` stand for all else.
+    /// Materials of rollers ([`ilon_robot::Wheel::material`]) for which `footings`, here and on
+    /// each patch, define the surface; `friction` and `surface` apply to all others.
     pub materials: Vec<String>,
-    /// What the ground is to rollers of each of `materials`, where there is no patch.
+    /// The surface for rollers of each of `materials`, outside patches.
     pub footings: Vec<ContactSurface>,
 }
 
-/// A rectangle of ground, along the world's axes, with a friction of its own.
+/// A rectangle of ground along the world's axes with its own friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     /// Its middle in the world, in metres.
@@ -42,9 +43,9 @@ pub struct Patch {
     pub half_sides_m: Vector2<f64>,
     /// Coulomb friction coefficient there, >= 0.
     pub friction: f64,
-    /// What it is made of.
+    /// Its surface.
     pub surface: FloorSurface,
-    /// What it is to rollers of each of the floor's [`Floor::materials`].
+    /// The surface for rollers of each of the floor's [`Floor::materials`].
     pub footings: Vec<ContactSurface>,
 }
 
@@ -57,18 +58,20 @@ pub struct GroundBox {
     pub half_sides_m: Vector3<f64>,
     /// Its heading in the world, in radians.
     pub heading_rad: f64,
-    /// By how much the end along its own x axis is lowered, about its middle, in radians: a ramp that leads up has less than 0.
+    /// The angle by which the end along its own x axis is lowered, about its middle, in radians;
+    /// negative for a ramp that leads up.
     pub pitch_rad: f64,
 }
 
-/// A rough surface: heights on a grid.
+/// Uneven ground: heights on a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
     /// Distance between neighbouring heights, in metres, > 0.
     pub cell_m: f64,
     /// The middle of the grid in the world, in metres.
     pub center_m: Vector2<f64>,
-    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows of one length, at least 2 x 2.
+    /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows
+    /// of one length, at least 2 x 2.
     pub heights_m: Vec<Vec<f64>>,
 }
 
@@ -93,8 +96,8 @@ impl Floor {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.slope_rad) * -Vector3::z()
     }
 
-    /// The highest point of relief and boxes within a circle around a place in the floor's own plane, in metres; 0 where there
-    /// are none.
+    /// The highest point of uneven ground and boxes within a circle around a point in the floor's
+    /// plane, in metres; 0 if there are none.
     pub(crate) fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> f64 {
         let on_boxes = self.boxes.iter().filter_map(|solid| {
             let within_m = radius_m + solid.half_sides_m.norm();
@@ -118,7 +121,7 @@ impl Floor {
         }
     }
 
-    /// Refuses floors that make no sense.
+    /// Refuses invalid floors.
     pub(crate) fn check(&self) -> Result<(), WorldError> {
         let setting = |name, value, range| Err(WorldError::Setting { name, value, range });
         for footing in self.all_footings() {
@@ -167,7 +170,7 @@ impl Floor {
         Ok(())
     }
 
-    /// What it is to all rollers, everywhere.
+    /// All surfaces of the floor, for all rollers.
     pub(crate) fn all_footings(&self) -> impl Iterator<Item = ContactSurface> {
         let plain = |friction, surface| ContactSurface { friction, surface };
         let floor = std::iter::once(plain(self.friction, self.surface));
@@ -178,9 +181,10 @@ impl Floor {
         floor.chain(self.footings.iter().copied()).chain(patches)
     }
 
-    /// Everything but the plane: where it stands in the floor's frame and its shape.
+    /// Everything but the plane: its pose in the floor's frame and its shape.
     pub(super) fn solids(&self) -> Vec<(Isometry3<f64>, SharedShape)> {
-        // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z and -z to y.
+        // parry's height fields rise along y over x and z: a quarter turn about x brings y up to z
+        // and -z to y.
         let upright =
             UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         let relief = self.relief.iter().map(|relief| {
@@ -206,7 +210,7 @@ impl GroundBox {
         Isometry3::from_parts(self.center_m.into(), heading * pitch)
     }
 
-    /// From its middle up to its highest corner, in metres.
+    /// From its centre up to its highest corner, in metres.
     fn half_height_m(&self) -> f64 {
         let (sin, cos) = libm::sincos(self.pitch_rad);
         cos.abs() * self.half_sides_m.z + sin.abs() * self.half_sides_m.x
@@ -214,7 +218,7 @@ impl GroundBox {
 }
 
 impl Relief {
-    /// How many heights there are along x and along y.
+    /// The number of heights along x and along y.
     pub(super) fn points(&self) -> [usize; 2] {
         [
             self.heights_m.first().map_or(0, Vec::len),
@@ -228,12 +232,13 @@ impl Relief {
         self.cell_m * Vector2::from(sides)
     }
 
-    /// Its corner at the least x and y, in metres.
+    /// Its corner at the smallest x and y, in metres.
     pub(super) fn corner_m(&self) -> Vector2<f64> {
         self.center_m - 0.5 * self.sides_m()
     }
 
-    /// The highest point within a circle around a place, in metres; `None` where the circle misses the relief.
+    /// The highest point within a circle around a point, in metres; `None` if the circle misses the
+    /// grid.
     fn highest_m(&self, center_m: Vector2<f64>, radius_m: f64) -> Option<f64> {
         let corner_m = self.corner_m();
         let is_near = |row: usize, column: usize| {
@@ -250,7 +255,7 @@ impl Relief {
 
     fn shape(&self) -> SharedShape {
         let [columns, rows] = self.points();
-        // parry counts rows along its z, which is our -y.
+        // parry's rows are along its z, which is our -y.
         let heights = Array2::new(
             rows,
             columns,
@@ -273,7 +278,7 @@ mod tests {
 
     use super::*;
 
-    /// A box reaches as high as the highest of its corners, however it is turned and pitched.
+    /// A box reaches as high as the highest of its corners, for any heading and pitch.
     #[test]
     fn a_box_is_as_high_as_its_highest_corner() {
         let half_sides_m = Vector3::new(0.4, 0.2, 0.1);
@@ -301,8 +306,9 @@ mod tests {
         }
     }
 
-    /// A relief is as high around a place as the highest of its points in the circle and a cell around it. Its corner is at (0, -2): the point in the
-    /// second row, the seventh along x, stands at (3, -1.5).
+    /// The height around a point is the highest of the grid points in the circle and a cell around
+    /// it. The corner is at (0, -2): the point in the second row, the seventh along x, is at (3,
+    /// -1.5).
     #[test]
     fn a_relief_is_as_high_as_its_highest_point_around_a_place() {
         let mut heights_m = vec![vec![0.0; 9]; 5];

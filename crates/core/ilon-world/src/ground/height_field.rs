@@ -1,7 +1,8 @@
-//! A relief in a running world: which of its triangles are near something.
+//! Uneven ground in a running world: finds its triangles near something.
 //!
-//! Each cell is two triangles, which share the line from its corner at the least x and y to the one across it, as in parry. A wheel is over dozens of
-//! them and near to a few: cells are passed over by their highest point alone, and blocks of cells by theirs.
+//! Each cell is two triangles, which share the line from its corner at the smallest x and y to the
+//! opposite one, as in parry. A wheel is over dozens of them and near to a few: cells are skipped
+//! by their highest point, and blocks of cells by theirs.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -9,15 +10,15 @@ use super::Relief;
 use crate::contact::search::bounds::Bounds;
 use crate::contact::search::nearest::Triangle;
 
-/// Cells along a side of a block.
+/// Cells along a side of a block. Chosen.
 const BLOCK: usize = 8;
 
-/// A relief, and how high its parts reach at most.
+/// Uneven ground with upper bounds of its parts.
 pub(crate) struct HeightField {
     cell_m: f64,
-    /// Its corner at the least x and y, in metres.
+    /// Its corner at the smallest x and y, in metres.
     corner_m: Vector2<f64>,
-    /// How many cells there are along x and along y.
+    /// The number of cells along x and along y.
     cells: [usize; 2],
     /// Heights of its points, row by row from -y to +y, in metres.
     heights_m: Vec<f64>,
@@ -27,11 +28,11 @@ pub(crate) struct HeightField {
     lowest_m: f64,
 }
 
-/// Cells from one to another that is none of them, along x and along y.
+/// Ranges of cells along x and along y.
 type Cells = [std::ops::Range<usize>; 2];
 
 impl HeightField {
-    /// Of a relief that was checked.
+    /// From a relief that was checked.
     pub fn of(relief: &Relief) -> Self {
         let cells = relief.points().map(|points| points - 1);
         let heights_m: Vec<f64> = relief.heights_m.iter().flatten().copied().collect();
@@ -70,14 +71,15 @@ impl HeightField {
     fn cells_in(&self, bounds: &Bounds) -> Cells {
         [0, 1].map(|axis| {
             let cell = |at_m: f64| (at_m - self.corner_m[axis]) / self.cell_m;
-            // A number below 0 becomes 0.
+            // Negative numbers become 0.
             let from = cell(bounds.least_m[axis]).floor() as usize;
             let to = cell(bounds.most_m[axis]).ceil() as usize;
             from..to.min(self.cells[axis])
         })
     }
 
-    /// Shows the cells that reach up to the lower side of a box, until one is held for enough: columns from -x to +x, each from +y to -y.
+    /// Passes the cells that reach up to the lower side of a box to `is_enough`, until it returns
+    /// true: columns from -x to +x, each from +y to -y.
     fn find_cells(&self, bounds: &Bounds, mut is_enough: impl FnMut(usize, usize) -> bool) {
         if bounds.most_m.z < self.lowest_m {
             return;
@@ -91,7 +93,7 @@ impl HeightField {
             while row > rows.start {
                 row -= 1;
                 if self.blocks_m[row / BLOCK * blocks + column / BLOCK] < floor_m {
-                    // All of the block's other rows lie lower too.
+                    // All other rows of the block are lower too.
                     row -= row % BLOCK;
                     continue;
                 }
@@ -118,7 +120,8 @@ impl HeightField {
         found
     }
 
-    /// Not lower than any of it is beneath and above a box, in metres; minus infinity where none of it is.
+    /// An upper bound of its height beneath and above a box, in metres; minus infinity if there is
+    /// none.
     pub fn ceiling_m(&self, bounds: &Bounds) -> f64 {
         let blocks = self.cells[0].div_ceil(BLOCK);
         let [columns, rows] = self.cells_in(bounds).map(|cells| {
@@ -136,7 +139,7 @@ impl HeightField {
         heights_m.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Shows the triangles that may reach into a box.
+    /// Passes the triangles that may reach into a box to `show`.
     pub fn triangles_in(&self, bounds: &Bounds, mut show: impl FnMut(Triangle)) {
         self.find_cells(bounds, |column, row| {
             let corner = |right: usize, up: usize| self.point_m(column + right, row + up);
@@ -151,10 +154,11 @@ impl HeightField {
         });
     }
 
-    /// Whether something can touch the edges of a cell's upper left triangle, and of its lower right one: there the surface ends, or a neighbour's corner
-    /// lies lower than the triangle's plane.
+    /// Whether something can touch the edges of a cell's upper left triangle, and of its lower
+    /// right one: there the surface ends, or a neighbour's corner is lower than the triangle's
+    /// plane.
     fn ridges(&self, column: usize, row: usize) -> [bool; 2] {
-        /// What lies lower by less bends nothing, in metres.
+        /// Differences below this are not bends, in metres. Chosen.
         const FLAT_M: f64 = 1e-12;
         let [columns, rows] = self.cells;
         if column == 0 || row == 0 || column + 1 == columns || row + 1 == rows {
@@ -176,8 +180,9 @@ impl HeightField {
         [upper, lower]
     }
 
-    /// How far a body with a box around it is from the relief, in metres, by how far it is from a triangle: infinity where that says so of all. What is
-    /// further from a triangle than it is asked for may be given as infinity.
+    /// The distance of a body, with a box around it, from the uneven ground, in metres, given its
+    /// distance from a triangle; infinity if it is infinite for all. `gap_m` may return infinity
+    /// for triangles beyond the given distance.
     pub fn gap_m(&self, bounds: &Bounds, gap_m: impl Fn(&Triangle, f64) -> f64) -> f64 {
         let mut within_m = self.cell_m;
         loop {
@@ -193,7 +198,7 @@ impl HeightField {
         }
     }
 
-    /// Whether no triangle is further out than a box.
+    /// Whether no triangle is outside a box.
     fn lies_in(&self, bounds: &Bounds) -> bool {
         let [columns, rows] = self.cells;
         let far_m = self.corner_m + self.cell_m * Vector2::new(columns as f64, rows as f64);
@@ -203,7 +208,7 @@ impl HeightField {
             })
     }
 
-    /// Its height at a place in the plane, in metres; `None` beside it.
+    /// Its height at a point of the plane, in metres; `None` beside it.
     pub fn height_m(&self, at_m: &Vector2<f64>) -> Option<f64> {
         let off = (at_m - self.corner_m) / self.cell_m;
         let is_on = |axis: usize| (0.0..=self.cells[axis] as f64).contains(&off[axis]);
@@ -231,7 +236,8 @@ mod tests {
     use super::*;
     use crate::contact::search::nearest::{Piece, PlacedBarrel};
 
-    /// Over each of the two triangles of a cell the height is that of the triangle's plane; beside the relief there is none.
+    /// Over each of the two triangles of a cell the height is that of the triangle's plane; beside
+    /// the grid there is none.
     #[test]
     fn heights_are_those_of_the_triangles() {
         let field = HeightField::of(&Relief {
@@ -250,7 +256,7 @@ mod tests {
         assert_eq!(at(1.0, 1.01), None);
     }
 
-    /// Numbers from 0 to 1, by a multiplicative generator (Lehmer 1951).
+    /// Random numbers from 0 to 1, by a multiplicative generator (Lehmer 1951).
     struct Numbers(u64);
 
     impl Numbers {
@@ -260,7 +266,8 @@ mod tests {
         }
     }
 
-    /// Heights up to 10 mm in cells of 20 mm; a half of it is level, and of the other half a block of cells beside one that is not.
+    /// Heights up to 10 mm in cells of 20 mm; one half is level, and in the other half a block of
+    /// level cells is beside an uneven one.
     fn field(numbers: &mut Numbers) -> HeightField {
         let mut height_m = |row, column| {
             if column < 12 || (BLOCK..=2 * BLOCK).contains(&row) {
@@ -284,7 +291,7 @@ mod tests {
         found
     }
 
-    /// All of its triangles, each as if something could touch its edges.
+    /// All of its triangles, with touchable edges.
     fn all(field: &HeightField) -> Vec<Triangle> {
         let found = triangles(field, &Bounds::of_ball(&Vector3::zeros(), 10.0));
         assert_eq!(found.len(), 2 * 24 * 18);
@@ -326,7 +333,8 @@ mod tests {
         assert!(empty > 500, "{empty}");
     }
 
-    /// The nearest place of a roller is found on the triangles near it, and on the edges that something can touch: as near as on all triangles.
+    /// The nearest point of a roller is found on the triangles near it, and on the touchable edges:
+    /// as near as on all triangles.
     #[test]
     fn the_nearest_place_is_that_of_the_whole_surface() {
         let mut numbers = Numbers(1972);
@@ -349,10 +357,10 @@ mod tests {
                 let nearest = placed.nearest_within(&Piece::Triangle(*one), within_m);
                 nearest.map_or(f64::INFINITY, |nearest| nearest.gap_m)
             });
-            // Where it is in the ground, how deep depends on which triangle is asked.
+            // Inside the ground, the depth depends on the triangle.
             if expected_m > 0.0 {
                 near += 1;
-                // As near as the search along the roller ends, and its least distance is flat there.
+                // The accuracy of the search along the roller, at a flat minimum.
                 assert!(
                     (found_m - expected_m).abs() < 1e-12,
                     "{found_m} {expected_m}"
@@ -362,7 +370,8 @@ mod tests {
         assert!(near > 100, "{near}");
     }
 
-    /// A plane that leans and is bent down along a line of its points has edges to touch along that line alone, on either side of it.
+    /// A tilted plane that is bent down along a line of its points has touchable edges only along
+    /// that line, on both sides.
     #[test]
     fn only_where_it_bends_down_can_edges_be_touched() {
         let bends = [

@@ -7,7 +7,7 @@ use super::Ground;
 use crate::ContactSolver;
 use crate::engine::{convert, groups};
 
-/// Puts the ground into a rapier world, whose frame is the floor's.
+/// Inserts the ground into a rapier world, whose frame is the floor's.
 pub(crate) fn insert_into(ground: &Ground, colliders: &mut ColliderSet, solver: ContactSolver) {
     let mut insert = |shape: &SharedShape, pose: Pose| {
         colliders.insert(
@@ -25,7 +25,7 @@ pub(crate) fn insert_into(ground: &Ground, colliders: &mut ColliderSet, solver: 
     }
 }
 
-/// What rapier asks where it solves contacts itself: how slippery the ground is where something touches it.
+/// Answers rapier's queries if it solves contacts itself: the friction of the ground at a contact.
 pub(crate) struct Grip<'a> {
     pub ground: &'a Ground,
 }

@@ -1,30 +1,35 @@
-//! What ground is made of: how it drags, creeps and grips, in which direction.
+//! Contact properties of ground: rolling resistance, creep and friction by direction.
 //!
-//! Over a nap, with a and c the directions along it and across it, V the velocity with which the place of contact moves over the ground, N its
-//! load, F the friction on the roller and u the velocity of its surface over the ground:
+//! Over a nap, with a and c the directions along it and across it, V the velocity of the contact
+//! point over the ground, N its load, F the friction on the roller and u the velocity of its
+//! surface over the ground:
 //!
-//! **Drag.** Rolling takes the power N h(V), h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), with c_a along the nap where V_a > 0 and against it where V_a < 0. The
-//! two halves of ellipses meet at V_a = 0 with one tangent, so that h is convex and never negative. The drag is the gradient N dh / dV: at an angle
-//! to the nap it pulls across the way too.
+//! **Rolling resistance.** Rolling takes the power N h(V), h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2),
+//! with c_a along the nap if V_a > 0 and against it if V_a < 0. The two half ellipses meet at V_a =
+//! 0 with one tangent, so that h is convex and never negative. The drag is the gradient N dh / dV:
+//! at an angle to the nap it has a lateral part too.
 //!
-//! **Creep.** u = |V| C F / N, C with the eigenvalues creep along a and across c. F . u = |V| F . C F / N takes power, as C is positive.
+//! **Creep.** u = |V| C F / N, C with the eigenvalues creep along a and across c. F . u = |V| F . C
+//! F / N takes power, because C is positive.
 //!
-//! **Friction** lies in an ellipse, |(F_a / mu_a, F_c / mu_c)| <= N, and where it slides u is along its normal against F (an associated law). Friction
-//! and creep are alike with the nap and against it: a cone or a creep that is not symmetric is no quadratic law, and would need another solver.
+//! **Friction** lies in an ellipse, |(F_a / mu_a, F_c / mu_c)| <= N, and when it slides, u is
+//! opposed to F along the ellipse's normal (an associated law). Friction and creep are the same
+//! with the nap and against it: an asymmetric cone or creep is not a quadratic law, and would need
+//! another solver.
 
 use crate::WorldError;
 
-/// What ground is to a roller.
+/// The contact properties of ground for a roller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSurface {
-    /// Coulomb friction coefficient, >= 0; along its nap, where it has one.
+    /// Coulomb friction coefficient, >= 0; along its nap, if it has one.
     pub friction: f64,
-    /// What else it does.
+    /// The other properties.
     pub surface: FloorSurface,
 }
 
 impl ContactSurface {
-    /// Refuses what makes no sense.
+    /// Refuses invalid values.
     pub(super) fn check(&self) -> Result<(), WorldError> {
         if !(self.friction.is_finite() && self.friction >= 0.0) {
             return Err(WorldError::Setting {
@@ -37,30 +42,35 @@ impl ContactSurface {
     }
 }
 
-/// What ground is made of, beside its friction. The default is hard ground under Coulomb's law.
+/// Contact properties of ground besides its friction. The default is hard ground under Coulomb's
+/// law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FloorSurface {
-    /// Rolling resistance: energy that each metre takes by which a place of contact moves over the ground, per newton of load;
-    /// dimensionless, >= 0. It adds to that of the rollers.
+    /// Rolling resistance: energy per metre by which a contact point moves over the ground, per
+    /// newton of load; dimensionless, >= 0. That of the rollers is added.
     pub rolling_resistance: f64,
-    /// How rolling resistance grows on small radii: as (wheel radius / radius of curvature of the roller in the direction of travel) to this
-    /// power; 0 to 1. With 0 a metre costs the same on all radii, with 1/2 as on a layer that loses a share of what presses it down,
-    /// with 1 as with a lever arm of its own.
+    /// Growth of rolling resistance on small radii: (wheel radius / radius of curvature of the
+    /// roller in the direction of travel) to this power; 0 to 1. With 0 a metre costs the same on
+    /// all radii, with 1/2 as on a layer that loses a share of its compression, with 1 as with a
+    /// constant lever arm.
     pub radius_exponent: f64,
-    /// Creep: the way by which a roller slips per way that its place of contact moves, per pull over load; dimensionless,
-    /// >= 0. Force against slip is then a line up to the grip.
+    /// Creep: slip of a roller per distance that its contact point moves, per share of its load
+    /// that it pulls with; dimensionless, >= 0. Force against slip is then linear up to the
+    /// friction limit.
     pub creep: f64,
-    /// How friction falls as a roller slides; `None` where it does not.
+    /// Decrease of friction with sliding speed; `None` for constant friction.
     pub sliding: Option<Stribeck>,
-    /// How it differs by direction; `None` where it is the same in all.
+    /// Dependence on direction; `None` for isotropic ground.
     pub nap: Option<Nap>,
 }
 
-/// A nap or a weave: ground that grips, drags and creeps otherwise across a direction of it than along it, and drags otherwise against it.
-/// What stands beside it in [`FloorSurface`], and its friction, are those along it.
+/// A nap or a weave: ground with other friction, rolling resistance and creep across a direction
+/// than along it, and other rolling resistance against it. The values in [`FloorSurface`], and the
+/// friction, are those along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nap {
-    /// The way in which it lies, as an angle from the floor's x axis, counter-clockwise, in radians.
+    /// The direction of the nap, as an angle from the floor's x axis, counter-clockwise, in
+    /// radians.
     pub angle_rad: f64,
     /// Friction across it over that along it, > 0.
     pub friction_ratio: f64,
@@ -72,7 +82,8 @@ pub struct Nap {
     pub resistance_against: f64,
 }
 
-/// Friction that falls with the speed v of sliding, from the floor's mu at rest: mu' + (mu - mu') exp(-(v / speed)^2).
+/// Friction that falls with the sliding speed v, from the floor's mu at rest: mu' + (mu - mu')
+/// exp(-(v / speed)^2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stribeck {
     /// mu', the coefficient at speed, >= 0.
@@ -93,27 +104,28 @@ impl FloorSurface {
         }
     }
 
-    /// Creep along its nap and across it; of one without, the same twice.
+    /// Creep along its nap and across it; without a nap twice the same.
     pub(crate) fn creeps(&self) -> [f64; 2] {
         let across = self.nap.map_or(self.creep, |nap| nap.creep_across);
         [self.creep, across]
     }
 
-    /// Whether rolling over it costs anything.
+    /// Whether it has rolling resistance.
     pub(crate) fn drags(&self) -> bool {
         let by_nap = |nap: &Nap| nap.resistance_across > 0.0 || nap.resistance_against > 0.0;
         self.rolling_resistance > 0.0 || self.nap.as_ref().is_some_and(by_nap)
     }
 
-    /// Whether rolling over it costs more in one direction than in another.
+    /// Whether its rolling resistance depends on direction.
     pub(crate) fn drags_by_direction(&self) -> bool {
         let alike = [self.rolling_resistance; 2];
         let differs = |nap: &Nap| [nap.resistance_across, nap.resistance_against] != alike;
         self.nap.as_ref().is_some_and(differs)
     }
 
-    /// Rolling resistance along the nap and across it of a place of contact that moves along it with this velocity: rolling takes the power
-    /// N sqrt(c_along^2 V_along^2 + c_across^2 V_across^2). Where it rests along it, what holds it most.
+    /// Rolling resistance along the nap and across it for a contact point with this velocity along
+    /// it: rolling takes the power N sqrt(c_along^2 V_along^2 + c_across^2 V_across^2). At zero
+    /// velocity along it, the largest value.
     pub(crate) fn resistances(&self, along_m_s: f64) -> [f64; 2] {
         let with = self.rolling_resistance;
         let (across, against) = self.nap.map_or((with, with), |nap| {
@@ -129,7 +141,7 @@ impl FloorSurface {
         [along, across]
     }
 
-    /// Refuses what makes no sense.
+    /// Refuses invalid values.
     fn check(&self) -> Result<(), WorldError> {
         let mut numbers = vec![
             ("rolling_resistance", self.rolling_resistance),
@@ -205,7 +217,8 @@ mod tests {
 
     #[test]
     fn friction_falls_as_a_bell_of_the_sliding_speed() {
-        // From 0.6 at rest to 0.2 at speed over 0.1 m/s: of the difference, 0.4, exp(-(v / 0.1)^2) is left at v.
+        // From 0.6 at rest to 0.2 at speed over 0.1 m/s: of the difference, 0.4, a share of exp(-(v
+        // / 0.1)^2) remains at v.
         let surface = FloorSurface {
             sliding: Some(Stribeck {
                 friction: 0.2,
@@ -232,7 +245,7 @@ mod tests {
     fn along_across_and_against_a_nap_it_drags_as_stated() {
         assert_eq!(CARPET.resistances(0.3), [0.1, 0.2]);
         assert_eq!(CARPET.resistances(-0.3), [0.15, 0.2]);
-        // At rest nothing says in which way: the most.
+        // At rest the direction is undefined: the largest value.
         assert_eq!(CARPET.resistances(0.0), [0.15, 0.2]);
         let hard = FloorSurface {
             nap: None,
@@ -243,7 +256,8 @@ mod tests {
 
     #[test]
     fn rolling_over_a_nap_always_takes_power_and_is_convex() {
-        // A convex power is what makes rest the only thing that costs nothing, and its mean over two ways no less than that of the mean way.
+        // For a convex power only rest costs nothing, and its mean over two velocities is no less
+        // than the power of the mean velocity.
         let mut state = 7_u32;
         let mut draw = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

@@ -1,7 +1,8 @@
 //! The exact roller as a parry shape, for contacts that rapier solves.
 //!
-//! The barrel is the envelope of spheres centred on the roller's axis (see [`ilon_robot::barrel_profile`]). Its frame has the
-//! origin at the roller's centre and z along the roller's axis.
+//! The barrel is the envelope of spheres centred on the roller's axis (see
+//! [`ilon_robot::barrel_profile`]). Its frame has the origin at the roller's centre and z along the
+//! roller's axis.
 
 use ilon_robot::Barrel;
 use parry3d::bounding_volume::{Aabb, BoundingSphere};
@@ -47,8 +48,8 @@ impl BarrelShape {
         self.wheel_radius_m - (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt()
     }
 
-    /// The place t* of the sphere that reaches furthest along a unit direction whose component along the axis is
-    /// `w_axial`, as `Barrel::support_place_m`.
+    /// The position t* of the sphere that reaches furthest along a unit direction whose component
+    /// along the axis is `w_axial`, like `Barrel::support_place_m`.
     pub fn support_place_m(&self, w_axial: Real) -> Real {
         let k = self.sin_delta;
         let under_root = k * k - w_axial * w_axial;
@@ -82,8 +83,9 @@ impl SupportMap for BarrelShape {
 }
 
 impl PointQuery for BarrelShape {
-    /// The nearest sphere to a point minimises |p - t z| - s(t), which is convex in t: where the derivative
-    /// (t - p_z)/|p - t z| + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign. Bisection finds it to rounding.
+    /// The nearest sphere to a point minimises |p - t z| - s(t), which is convex in t: where the
+    /// derivative (t - p_z)/|p - t z| + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign. Bisection
+    /// finds it to rounding.
     fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
         let r = point.truncate().length();
         let slope = |t: Real| {
@@ -142,7 +144,8 @@ impl Shape for BarrelShape {
     }
 
     fn compute_aabb(&self, position: &Pose) -> Aabb {
-        // Tight, from the support map: the box around a turning roller should not reach further down than it does.
+        // Tight, from the support map: the box around a rotating roller should not reach further
+        // down than the roller.
         let extent = |axis: Vector| {
             let local = position.rotation.inverse() * axis;
             (position.rotation * self.local_support_point_toward(local)).dot(axis)
@@ -163,7 +166,7 @@ impl Shape for BarrelShape {
     }
 
     fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
-        // A barrel scaled unevenly is no barrel any more.
+        // An unevenly scaled barrel is not a barrel.
         (scale.x == scale.y && scale.y == scale.z && scale.x > 0.0).then(|| {
             Box::new(Self {
                 wheel_radius_m: scale.x * self.wheel_radius_m,
@@ -175,7 +178,8 @@ impl Shape for BarrelShape {
     }
 
     fn mass_properties(&self, density: Real) -> MassProperties {
-        // A roller's mass comes from its file, never from its shape; parry only asks for a fair default.
+        // A roller's mass comes from its file, never from its shape; parry only needs a plausible
+        // default.
         MassProperties::from_capsule(
             density,
             Vector::Z * -self.half_length_m,
@@ -219,8 +223,9 @@ mod tests {
         BarrelShape::new(&Barrel::handing_over(0.05, 0.012, 0.7, 9))
     }
 
-    /// A point above a place of the surface along its normal comes back to that place, and the support map names places and normals. A point
-    /// beneath it does as well, and is known to be inside.
+    /// A point above a point of the surface along its normal is projected to that point; the
+    /// support map gives points and normals. So is a point beneath it, which is recognised as
+    /// inside.
     #[test]
     fn points_are_projected_to_where_the_normal_through_them_leaves_the_surface() {
         let barrel = shape();
@@ -232,15 +237,15 @@ mod tests {
             for (off_m, inside) in [(0.02, false), (1e-3, false), (-1e-3, true)] {
                 let found = barrel.project_local_point(on_surface + normal * off_m, false);
                 assert_eq!(found.is_inside, inside, "{step} {off_m}");
-                // f32 of lengths below 0.1 m, bisected: the place along the axis is known to the root of its rounding where the surface is
-                // nearly flat.
+                // f32 of lengths below 0.1 m, bisected: the place along the axis is known to the
+                // root of its rounding where the surface is nearly flat.
                 let off = (found.point - on_surface).length();
                 assert!(off < 2e-5, "{step} {off_m}: {off}");
             }
         }
     }
 
-    /// The ball around a barrel holds all of its surface, and is no larger than it must be.
+    /// The ball around a barrel contains all of its surface, and is as small as possible.
     #[test]
     fn the_ball_around_a_barrel_reaches_as_far_as_its_furthest_place() {
         let barrel = shape();

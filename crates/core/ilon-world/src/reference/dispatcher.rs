@@ -1,8 +1,10 @@
-//! Contacts of the exact roller with the ground: one point each, from the barrel itself and not from facets.
+//! Contacts of the exact roller with the ground: one point each, from the barrel itself instead of
+//! facets.
 //!
-//! The barrel is a family of spheres, so its distance to any other shape is the least over the family:
-//! dist = min over t of distance(axis(t)) - s(t). Against a plane the minimum is closed-form; against a convex solid
-//! (box, triangle, hull) both terms are convex in t, so the minimum is the only one.
+//! The barrel is a family of spheres, so its distance to another shape is the minimum over the
+//! family: dist = min over t of distance(axis(t)) - s(t). Against a plane the minimum has a closed
+//! form; against a convex solid (box, triangle, hull) both terms are convex in t, so the minimum is
+//! unique.
 
 use parry3d::math::{Pose, Real, Vector};
 use parry3d::query::details::ShapeCastOptions;
@@ -21,12 +23,13 @@ use super::barrel_shape::BarrelShape;
 
 /// parry's default dispatcher, with exact contacts for [`BarrelShape`].
 ///
-/// It serves whole worlds: composite grounds (triangle meshes, height fields, compounds) are taken apart by parry and
-/// their pieces come back here, which a dispatcher merely chained before the default one would never see.
+/// It serves whole worlds: composite grounds (triangle meshes, height fields, compounds) are taken
+/// apart by parry and their pieces come back here, which a dispatcher merely chained before the
+/// default one would never see.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RollerDispatcher;
 
-/// Where a roller is nearest to another shape; everything in the other shape's frame.
+/// The nearest points of a roller and another shape, in the other shape's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     /// Unit normal from the other shape towards the roller.
@@ -39,7 +42,7 @@ pub(crate) struct Nearest {
     pub radius_m: Real,
 }
 
-/// The nearest place of a roller over a plane through the origin of its frame.
+/// The nearest points of a roller and a plane through the origin of its frame.
 pub(crate) fn nearest_to_half_space(
     ground: &HalfSpace,
     ground_from_roller: &Pose,
@@ -57,11 +60,12 @@ pub(crate) fn nearest_to_half_space(
     }
 }
 
-/// The nearest place of a roller to a convex solid.
+/// The nearest points of a roller and a convex solid.
 ///
-/// Starts from the sphere that faces the solid where the last one was nearest: on a flat face the normal does not
-/// change and the closed form of the plane is the answer after one step. Over edges and corners, where the normal
-/// turns with t, a golden-section search on the convex distance follows.
+/// Starts from the sphere that faces the solid at the last minimum: on a flat face the normal does
+/// not change and the closed form of the plane is the answer after one step. Over edges and
+/// corners, where the normal changes with t, a golden-section search on the convex distance
+/// follows.
 pub(crate) fn nearest_to_convex(
     ground: &dyn Shape,
     ground_from_roller: &Pose,
@@ -92,7 +96,8 @@ pub(crate) fn nearest_to_convex(
     let mut nearest = at(0.0);
     for _ in 0..2 {
         let next = at(roller.support_place_m(-nearest.normal.dot(axis)));
-        // A normal that the move along the axis did not turn: a flat face, and the plane's closed form holds.
+        // The normal did not change with the move along the axis: a flat face, for which the
+        // plane's closed form holds.
         let settled = next.normal.dot(nearest.normal) > 1.0 - 4.0 * Real::EPSILON;
         nearest = next;
         if settled {
@@ -122,9 +127,10 @@ pub(crate) fn nearest_to_convex(
         .unwrap_or(nearest)
 }
 
-/// The outward normal where a sphere's centre lies on the surface itself, so that its projection gives none.
+/// The outward normal for a sphere's centre on the surface itself, where the projection has none.
 fn outward_at(ground: &dyn Shape, on_surface: Vector, ground_from_roller: &Pose) -> Vector {
-    // From the solid's middle: exact for flat pieces seen from above, and any outward direction is valid here.
+    // From the solid's middle: exact for flat pieces seen from above, and any outward direction is
+    // valid here.
     if let Some(triangle) = ground.as_triangle()
         && let Some(normal) = triangle.normal()
     {
@@ -138,7 +144,8 @@ fn outward_at(ground: &dyn Shape, on_surface: Vector, ground_from_roller: &Pose)
     (on_surface - ground.compute_local_aabb().center()).normalize_or(Vector::Z)
 }
 
-/// Writes the one contact of a roller against a ground piece; keeps the warm start of the contact that was there.
+/// Writes the one contact of a roller against a ground piece; keeps the warm start of the contact
+/// that was there.
 ///
 /// `flipped` says that the roller is the pair's first shape.
 fn write_contact<ManifoldData, ContactData: Default + Copy>(
@@ -275,7 +282,8 @@ where
             None => nearest_to_convex(ground, &ground_from_roller, roller),
         };
         if let Some(constraints) = constraints {
-            // Internal edges of a mesh: the mesh corrects the normal, and with it the sphere that touches.
+            // Internal edges of a mesh: the mesh corrects the normal, and with it the sphere that
+            // touches.
             let raw = nearest.normal;
             if !constraints.project_local_normal_mut(&mut nearest.normal) {
                 manifold.clear();
@@ -296,8 +304,8 @@ where
     }
 }
 
-/// The contact of a roller with a ground piece along a given normal: the sphere that reaches furthest against the
-/// normal, held to the plane that supports the piece along it.
+/// The contact of a roller with a ground piece along a given normal: the sphere that reaches
+/// furthest against the normal, held to the plane that supports the piece along it.
 fn along_normal(
     ground: &dyn Shape,
     ground_from_roller: &Pose,
@@ -317,7 +325,7 @@ fn along_normal(
     }
 }
 
-/// One-shot queries go to parry: with its support map the roller is as good as any convex shape there.
+/// One-shot queries go to parry: its support map makes the roller a convex shape like any other.
 impl QueryDispatcher for RollerDispatcher {
     fn intersection_test(
         &self,
@@ -397,7 +405,8 @@ mod tests {
     use parry3d::math::Rotation;
     use parry3d::shape::Cuboid;
 
-    /// Over a face, an edge and a corner of a box, against a search along the whole axis: the least of what the spheres are away from it.
+    /// Over a face, an edge and a corner of a box, against a search along the whole axis: the
+    /// smallest distance of the spheres.
     #[test]
     fn a_roller_is_as_far_from_a_box_as_the_nearest_of_its_spheres() {
         let roller = BarrelShape::new(&Barrel::handing_over(0.05, 0.012, 0.7, 9));
@@ -421,7 +430,7 @@ mod tests {
                     signed_m - roller.sphere_radius_m(t_m)
                 })
                 .fold(Real::INFINITY, Real::min);
-            // The search stands every 10 um of an axis that leans by less than 0.4.
+            // The search has a step of 10 um on an axis tilted by less than 0.4.
             let off_m = (found.distance_m - least).abs();
             assert!(off_m < 2e-6, "{step}: {} {least}", found.distance_m);
         }

@@ -1,4 +1,4 @@
-//! rapier's world as something that can be copied, and of which many fit into a cache.
+//! A rapier world that can be copied, and is small enough for many of them to fit into a cache.
 
 use std::cell::RefCell;
 
@@ -6,10 +6,11 @@ use rapier3d::prelude::*;
 
 use crate::Settings;
 
-/// rapier's world but for the room in which it is stepped, of which nothing lasts from one step to the next.
+/// A rapier world without the work space of a step, in which nothing lasts from one step to the
+/// next.
 ///
-/// A copy goes on to the bit as the original does. All worlds of a thread are stepped in one room, so that those of a fleet
-/// are smaller, and the room is in the processor's cache for every one of them.
+/// A copy continues identically to the bit. All worlds of a thread share one work space, so that
+/// those of a fleet are smaller, and the work space stays in the processor's cache.
 #[derive(Clone)]
 pub(crate) struct Engine {
     pub gravity: Vector,
@@ -22,7 +23,7 @@ pub(crate) struct Engine {
     pub multibody_joints: MultibodyJointSet,
 }
 
-/// Where rapier works a step out, and sets of what no world here has: rapier asks for them, and they take room though they are empty.
+/// rapier's work space, and sets of objects that no world here has, which rapier requires.
 struct Room {
     pipeline: PhysicsPipeline,
     impulse_joints: ImpulseJointSet,
@@ -39,14 +40,15 @@ thread_local! {
     });
 }
 
-/// Natural frequency of a contact's spring, in Hz, and its damping ratio. rapier's default of 30 Hz lets light rollers sink in.
+/// Natural frequency of a contact's spring, in Hz, and its damping ratio. rapier's default of 30 Hz
+/// lets light rollers sink in. Chosen.
 const CONTACT_HZ: Real = 1000.0;
 const CONTACT_DAMPING_RATIO: Real = 1.0;
 
-/// Sweeps over the contacts of a step.
+/// Sweeps over the contacts of a step. Chosen.
 const SWEEPS: usize = 32;
 
-/// rapier's solver as it has to be set for light rollers under a heavy robot.
+/// rapier's settings for light rollers under a heavy robot.
 fn integration_parameters(settings: &Settings) -> IntegrationParameters {
     let softness = SpringCoefficients::new(CONTACT_HZ, CONTACT_DAMPING_RATIO);
     IntegrationParameters {
@@ -54,11 +56,13 @@ fn integration_parameters(settings: &Settings) -> IntegrationParameters {
         contact_softness: softness,
         static_contact_softness: softness,
         num_solver_iterations: 1,
-        // With stabilisation rapier solves friction after it has moved the bodies: large steps then lose up to 40 %.
+        // With stabilisation, rapier solves friction after it has moved the bodies: large steps
+        // then lose up to 40 %.
         num_internal_stabilization_iterations: 0,
         num_internal_pgs_iterations: SWEEPS,
         contact_clustering: false,
-        // A recycled contact keeps its old lever arm, but a roller's contact wanders along it all the time.
+        // A recycled contact keeps its old lever arm, but a roller's contact moves along the roller
+        // all the time.
         contact_recycling: false,
         friction_model: FrictionModel::Coulomb,
         max_ccd_substeps: 0,
@@ -67,9 +71,10 @@ fn integration_parameters(settings: &Settings) -> IntegrationParameters {
 }
 
 impl Engine {
-    /// A world with nothing in it.
+    /// An empty world.
     pub fn new(gravity: Vector, settings: &Settings, narrow_phase: NarrowPhase) -> Self {
-        // As many bodies and colliders as a robot of four wheels needs: room for more would lie idle in each of a fleet.
+        // The number of bodies and colliders of a robot with four wheels: more memory would be
+        // wasted in each world of a fleet.
         const BODIES: usize = 5;
         Self {
             gravity,
@@ -124,7 +129,7 @@ impl Engine {
         self.multibody_joints.insert(parent, child, joint, true);
     }
 
-    /// Takes a body out, with its colliders and joints.
+    /// Removes a body with its colliders and joints.
     pub fn remove_body(&mut self, body: RigidBodyHandle) {
         ROOM.with_borrow_mut(|room| {
             self.bodies.remove(

@@ -22,7 +22,7 @@ pub(crate) struct Reference {
     pub(super) chassis: RigidBodyHandle,
     multibody: MultibodyIndex,
     pub(super) hubs: Vec<Hub>,
-    /// By how much the joints' angles are corrected; zeros for the chassis.
+    /// Corrections of the joint angles; zeros for the chassis.
     displacement: Vec<Real>,
     /// By rapier's degree of freedom.
     pub(super) rates: Vec<f64>,
@@ -55,7 +55,7 @@ pub(super) struct RollerBody {
 const HINGE: usize = 3;
 
 impl Reference {
-    /// A robot as it is, on the ground.
+    /// A robot in its current state, on the ground.
     pub fn new(robot: &Articulated, ground: &Ground, settings: &Settings) -> Self {
         let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let narrow_phase = NarrowPhase::with_query_dispatcher(RollerDispatcher);
@@ -74,7 +74,7 @@ impl Reference {
         reference
     }
 
-    /// Takes the robot apart, and builds it as it is now.
+    /// Removes the robot, and builds it in its current state.
     pub fn rebuild(&mut self, robot: &Articulated) {
         let hubs = self.hubs.iter();
         let parts = hubs.flat_map(|hub| {
@@ -91,10 +91,9 @@ impl Reference {
         self.set_in_motion(robot);
     }
 
-    /// Gives the robot the angles and rates that it has, and its joints what holds them.
+    /// Sets the robot's angles and rates, and the joints' damping and friction.
     ///
-    /// Every velocity is the state's own, so that a robot which is taken apart and built again
-    /// loses no momentum.
+    /// All velocities come from the state, so that a rebuilt robot loses no momentum.
     fn set_in_motion(&mut self, robot: &Articulated) {
         let Articulated {
             robot: shared,
@@ -119,7 +118,7 @@ impl Reference {
         multibody.update_rigid_bodies(bodies, true);
     }
 
-    /// Puts the robot into rapier in its state of the step's middle, with the rates of its
+    /// Places the robot in rapier in its state of the step's middle, with the rates of its
     /// beginning.
     pub(super) fn place(&mut self, robot: &Articulated) {
         let middle = &robot.step.middle;
@@ -129,7 +128,7 @@ impl Reference {
         self.set_velocities(middle);
         let hubs = self.hubs.iter().zip(&robot.wheels);
         for ((hub, wheel), pose) in hubs.zip(middle.hubs()) {
-            // rapier moves the bodies by itself, but not the colliders on them.
+            // rapier moves the bodies, but not the colliders on them.
             let rotation = UnitQuaternion::from_matrix(&pose.rotation);
             let floor_from_hub = Isometry3::from_parts(pose.center_m.into(), rotation);
             let pose = convert::pose(&floor_from_hub);
@@ -176,8 +175,7 @@ impl Reference {
         multibody.apply_displacements(&self.displacement);
     }
 
-    /// Sets how much torque each wheel's motor loses per rate gained, in N m s/rad, on top of its
-    /// bearing's damping.
+    /// Sets the droop of each wheel's motor, in N m s/rad, in addition to its bearing's damping.
     pub(super) fn set_droops(&mut self, robot: &Robot, motors: &[MotorTorque]) {
         let multibody = link_owner(&mut self.rapier.multibody_joints, self.multibody);
         for ((hub, wheel), motor) in self.hubs.iter().zip(&robot.wheels).zip(motors) {
@@ -211,7 +209,7 @@ impl Reference {
         }
     }
 
-    /// The damping, dry friction and inertia of the joints; rapier's own default damps every free
+    /// The damping, dry friction and inertia of the joints; rapier's default would damp every free
     /// axis by 0.1.
     fn set_joints<'a>(
         &mut self,
@@ -222,8 +220,8 @@ impl Reference {
         multibody.damping_mut().fill(0.0);
         for ((hub, wheel), states) in self.hubs.iter().zip(&robot.wheels).zip(rollers) {
             multibody.damping_mut()[hub.dof] = wheel.joint.damping_n_m_s;
-            // The rotor is felt where the wheel turns against the chassis. What little it adds when
-            // the chassis itself turns about the wheel's axis is left out.
+            // The rotor acts on the wheel's rotation relative to the chassis. Its small effect on a
+            // chassis that rotates about the wheel's axis is left out.
             multibody.armature_mut()[hub.dof] = wheel.drive.reflected_inertia_kg_m2();
             multibody.frictions_mut()[hub.dof] = wheel.dry_friction_n_m();
             let rollers = wheel.rollers.iter().zip(states);
@@ -236,7 +234,7 @@ impl Reference {
     }
 }
 
-/// Builds a robot in a rapier world as it is: its chassis, its multibody and its hubs.
+/// Builds a robot in a rapier world in its current state: its chassis, its multibody and its hubs.
 fn assemble(
     rapier: &mut Engine,
     robot: &Articulated,
@@ -258,7 +256,7 @@ fn assemble(
             })),
     );
     let chassis_from_body = Isometry3::from(-chassis_mass.center_of_mass_m);
-    // Robots with joints between bodies are refused where rapier moves them.
+    // Robots with joints between bodies are refused if rapier moves them.
     for of in shared.shapes() {
         let collider = ColliderBuilder::new(of.shape.clone())
             .position(convert::pose(&(chassis_from_body * of.carrier_from_shape)))
@@ -391,7 +389,7 @@ fn index_links(rapier: &mut Engine, hubs: &mut [Hub]) -> MultibodyIndex {
             .expect("every hub is inserted as a link")
     };
     let index = find(multibody_joints, hubs[0].body).multibody;
-    // Only now does rapier see that the chassis is free, and give the root its six axes before all
+    // Only now does rapier see that the chassis is free, and puts the root's six axes before all
     // others.
     link_owner(multibody_joints, index).forward_kinematics(bodies, true);
     let place = |body: RigidBodyHandle| {

@@ -1,8 +1,8 @@
-//! One step of rapier: what it is given, and what is read from it into the same figures as in
-//! ilon's own mode.
+//! One step of rapier: its inputs, and the conversion of its results to the quantities of ilon's
+//! own mode.
 //!
-//! rapier solves contacts in the poses with which a step begins, and moves on with the rates after
-//! it.
+//! rapier solves contacts in the poses at the beginning of a step, and advances with the rates
+//! after it.
 
 use nalgebra::Vector3;
 use rapier3d::prelude::*;
@@ -18,7 +18,7 @@ use crate::robot::articulated::{Articulated, BodyStep};
 use crate::robot::state::State;
 
 impl Reference {
-    /// Takes a step of a robot in rapier, and takes it over.
+    /// Takes a step of a robot in rapier, and takes over the results.
     pub fn step(&mut self, robot: &mut Articulated, ground: &Ground, dt_s: f64) {
         robot.step.before.copy_from(&robot.state);
         robot.step.middle.copy_from(&robot.state);
@@ -37,7 +37,8 @@ impl Reference {
     fn load(&mut self, robot: &Articulated) {
         let (force_n, mut on_chassis_n_m) = robot.pushed();
         for (index, motor) in robot.step.motors.iter().enumerate() {
-            // rapier's damping takes droop x rate off; only droop x (rate - rate now) shall go.
+            // rapier's damping subtracts droop x rate, but only droop x (rate - current rate) must
+            // be subtracted.
             let undamped_n_m = motor.droop_n_m_s * robot.step.middle.wheel_rates_rad_s()[index];
             let axis = robot.step.middle.hubs()[index].axis();
             let torque = axis * (motor.torque_n_m + undamped_n_m);
@@ -54,7 +55,7 @@ impl Reference {
         self.set_droops(&robot.robot, &robot.step.motors);
     }
 
-    /// Takes rapier's rates over, and sums the poses with them.
+    /// Takes over rapier's rates, and integrates the poses with them.
     fn move_on(&mut self, robot: &mut Articulated, dt_s: f64) {
         let Articulated {
             step,
@@ -73,7 +74,7 @@ impl Reference {
         for (hub, rate_rad_s) in self.hubs.iter().zip(state.wheel_rates_mut()) {
             *rate_rad_s = self.rates[hub.dof];
         }
-        // Where rapier solved, with the rates that it came to.
+        // The pose in which rapier solved, with the rates after its step.
         ahead.copy_from(state);
         state.advance(dt_s);
         let mean = |before: &Vector3<f64>, after: &Vector3<f64>| 0.5 * (before + after);
@@ -95,8 +96,8 @@ impl Reference {
         }
     }
 
-    /// What rapier's contacts did to a robot, the first body of its world, and by how much each
-    /// broke the laws of contact, in m/s.
+    /// The effect of rapier's contacts on a robot, the first body of its world, and each contact's
+    /// violation of the laws of contact, in m/s.
     pub fn reactions(&self, robot: &Articulated) -> Vec<(Reaction, f64)> {
         let mut found = Vec::new();
         let (before, after) = (&robot.step.before, &robot.step.ahead);
@@ -135,8 +136,9 @@ impl Reference {
         found
     }
 
-    /// What damping and dry friction took in all joints of a robot, in J. The torque of damping is
-    /// that of the rate after the step, with which rapier solves it; work goes with the mean rate.
+    /// Energy taken by damping and dry friction in all joints of a robot, in J. The torque of
+    /// damping is that of the rate after the step, with which rapier solves it; work uses the mean
+    /// rate.
     pub fn joints_lost_j(&self, robot: &Articulated, dt_s: f64) -> f64 {
         let power_w = |damping_n_m_s: f64, friction_n_m: f64, (before, after): (f64, f64)| {
             let mean_rad_s = 0.5 * (before + after);
@@ -159,7 +161,7 @@ impl Reference {
     }
 }
 
-/// rapier knows no motor that has a rate limit: beyond it the motor does not drive for a step.
+/// rapier has no motors with a rate limit: beyond it the motor does not drive for a step.
 fn hold_below_limit(motor: &mut MotorTorque, rate_rad_s: f64) {
     let drives = motor.torque_n_m * rate_rad_s > 0.0;
     if drives && rate_rad_s.abs() >= motor.rate_limit_rad_s {
@@ -167,7 +169,7 @@ fn hold_below_limit(motor: &mut MotorTorque, rate_rad_s: f64) {
     }
 }
 
-/// A place where rapier found a part of the robot to press on the ground.
+/// A point where rapier found a part of the robot pressing on the ground.
 #[derive(Clone, Copy, Debug)]
 struct Touch {
     at_m: Vector3<f64>,
@@ -179,12 +181,12 @@ struct Touch {
     friction: f64,
 }
 
-/// The places where a collider presses on the ground, in the floor's frame.
+/// The points where a collider presses on the ground, in the floor's frame.
 fn touches(rapier: &Engine, collider: ColliderHandle) -> impl Iterator<Item = Touch> {
     let pairs = rapier.narrow_phase.contact_pairs_with(collider);
     pairs.flat_map(move |pair| {
         let is_first = pair.collider1 == collider;
-        // Impulses are given on the first collider of a pair, and the normal points from it.
+        // Impulses act on the first collider of a pair, and the normal points from it.
         let sign = if is_first { 1.0 } else { -1.0 };
         let other = if is_first {
             pair.collider2
@@ -215,9 +217,9 @@ fn touches(rapier: &Engine, collider: ColliderHandle) -> impl Iterator<Item = To
 }
 
 impl Touch {
-    /// The reaction that it is, given the robot's surface's velocities before and after the step
-    /// and what a unit of spin adds to them; and by how much it breaks the laws of contact, in m/s:
-    /// moving across the ground while it presses, or sliding although friction is within its limit.
+    /// Converts it to a reaction, given the velocities of the robot's surface before and after the
+    /// step and their derivative by the spin; also returns its violation of the laws of contact, in
+    /// m/s: motion across the ground under load, or sliding with friction below its limit.
     fn reaction(
         &self,
         a: Member,
@@ -225,7 +227,7 @@ impl Touch {
         (before, after): (Vector3<f64>, Vector3<f64>),
         per_spin: &Vector3<f64>,
     ) -> (Reaction, f64) {
-        /// rapier's impulses are rounded.
+        /// rapier's impulses are rounded. Chosen.
         const ROUNDED: f64 = 1e-3;
         let rubbed = along_frame(axes, &self.rubbed_n_s);
         let impulse = Vector3::new(self.normal_n_s, rubbed.y, rubbed.z);

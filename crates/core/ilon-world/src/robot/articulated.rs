@@ -1,4 +1,4 @@
-//! The bodies of a world: what they are, how they move, and what a step needs of them.
+//! The articulated bodies of a world: their properties, their motion, and the data of a step.
 
 use std::sync::Arc;
 
@@ -22,121 +22,122 @@ use crate::robot::wheel::WheelBody;
 use crate::settings::ContactSpring;
 use crate::{MotorTorque, Settings};
 
-/// A body of a world, articulated, in f64: a robot with chassis, wheels and rollers, or a free
-/// body, which is a chassis alone.
+/// An articulated body of a world, in f64: a robot with chassis, wheels and rollers, or a free
+/// body, which is only a chassis.
 ///
-/// Each moves as if no other were there ([`crate::dynamics`]); what they do to each other and to
-/// the ground is solved for all at once ([`crate::contact::reactions`]).
+/// Each first moves as if the others were not there ([`crate::dynamics`]); their reactions on each
+/// other and on the ground are solved for all at once ([`crate::contact::reactions`]).
 #[derive(Clone)]
 pub(crate) struct Articulated {
     pub kind: Kind,
     pub robot: SharedRobot,
-    /// Its own units, without what it carries.
+    /// Its own units, without its load.
     pub scale: Scale,
-    /// That of its contacts.
+    /// The spring of its contacts.
     pub spring: ContactSpring,
-    /// What its wheels set against their motors.
+    /// The inertia of its wheels for their motors.
     pub wheel_inertia: WheelInertia,
-    /// What is joined to what, and weighs how much.
+    /// Its structure and masses.
     pub tree: Arc<Tree>,
-    /// The tree in the middle of the step, and what acts on it.
+    /// The tree in the middle of the step, and its loads.
     pub mechanics: Mechanics,
-    /// The chassis with what it carries.
+    /// The chassis with its load.
     pub chassis_mass: MassProperties,
     pub payloads: Vec<Payload>,
     pub state: State,
     pub wheels: Vec<WheelBody>,
-    /// The servos in the joints between bodies; one of a joint that nothing drives does nothing.
+    /// The servos of the joints between bodies; that of an undriven joint does nothing.
     pub servos: Vec<Servo>,
     pub memory: Memory,
     pub command: Command,
     pub step: BodyStep,
     pub done: Done,
-    /// Whether its equilibrium at the start is looked for: see [Modes](crate#modes-of-a-step).
+    /// Whether the equilibrium at the start is being searched for: see
+    /// [Modes](crate#modes-of-a-step).
     pub is_settling: bool,
 }
 
-/// What kind of body it is. Robots stand first among the bodies of a world, then free bodies, and
-/// within a step coupled bodies.
+/// The kind of body. Robots come first among the bodies of a world, then free bodies, and within a
+/// step coupled bodies.
 #[derive(Clone)]
 pub(crate) enum Kind {
     Robot,
     Free(Box<Free>),
-    /// A body that a program has in rapier, while it takes part in a step: rapier moves it.
+    /// A body of the caller in rapier, while it takes part in a step: rapier moves it.
     Coupled(Box<Coupled>),
 }
 
-/// What lasts of a step beside the state, because the next one depends on it.
+/// Data besides the state that the next step needs.
 #[derive(Clone, Default)]
 pub(crate) struct Memory {
     /// Whether something pressed on it: see [Modes](crate#modes-of-a-step).
     pub is_pressed: bool,
-    /// By how much its rates grew in a second, by degree of freedom.
+    /// Increase of its rates per second, by degree of freedom.
     pub gained: Vec<f64>,
-    /// What the friction of its contacts, and that of its bearings and gears, gave in steps in
-    /// which a motion turned around, and still owes.
+    /// The debt of the friction of its contacts, and of its bearings and gears, from steps in which
+    /// a motion reversed.
     pub friction_owes: Owed,
     pub bearings_owe: Owed,
 }
 
-/// What it was asked to do in the coming step.
+/// The commands for the coming step.
 #[derive(Clone)]
 pub(crate) struct Command {
     pub motors: Vec<MotorTorque>,
-    /// The wheels' rates when the step began, in rad/s.
+    /// The wheels' rates at the beginning of the step, in rad/s.
     pub rates_asked_rad_s: Vec<f64>,
-    /// When the coming part of the step begins, from the middle of the step, in seconds: the
-    /// targets of servos are functions of this time.
+    /// The beginning of the coming part of the step relative to the middle of the step, in seconds:
+    /// the targets of servos are functions of this time.
     pub from_middle_s: f64,
     pub pushes: Vec<ActingPush>,
 }
 
-/// The current part of a step, or the last one after it: found anew for each.
+/// The current part of a step, or the last one; recomputed for each.
 #[derive(Clone)]
 pub(crate) struct BodyStep {
-    /// The state when it began.
+    /// The state at its beginning.
     pub before: State,
-    /// The poses in its middle; until its reactions are known with the rates of its beginning, then
-    /// with the mean of the rates, with which the body moved on and all work goes.
+    /// The poses in its middle; with the rates of its beginning until its reactions are known, then
+    /// with the mean rates, with which the body advances and all work is computed.
     pub middle: State,
-    /// Where the rates of its beginning would take the body by its end.
+    /// The state at its end by the rates of its beginning.
     pub ahead: State,
-    /// Whether it is short beside the time in which a roller passes over the ground: see
+    /// Whether it is short compared with the passage of a roller over the ground: see
     /// [Modes](crate#modes-of-a-step).
     pub resolves_rollers: bool,
-    /// Rates by degree of freedom when it began; once it was taken, those in its middle.
+    /// Rates at its beginning by degree of freedom; after it was taken, those in its middle.
     pub rates_before: Vec<f64>,
-    /// Rates at its end: without reactions, and once it was taken with them.
+    /// Rates at its end without reactions; after it was taken, with them.
     pub rates_free: Vec<f64>,
-    /// The linear part of what the motors do, which is solved with the masses.
+    /// The linear part of the motors' torques, which is solved with the masses.
     pub motors: Vec<MotorTorque>,
-    /// What they do with all bounds.
+    /// The motors with all limits.
     pub motor_laws: Vec<MotorTorque>,
-    /// What springs, motors and bearings lose of their impulse per rate that their joint gains, in
-    /// N m s per rad/s or N s per m/s.
+    /// Implicit damping: the loss of impulse of springs, motors and bearings per rate gained by
+    /// their joint, in N m s per rad/s or N s per m/s.
     pub held_n_m_s2: Vec<f64>,
     pub loads: Loads,
-    /// Room for generalised forces.
+    /// Work space for generalised forces.
     pub forces: Vec<f64>,
-    /// Which of its shapes are near the ground.
+    /// The shapes near the ground.
     pub shapes: Shapes,
 }
 
-/// What the last step did: within it the sums over its parts so far.
+/// The results of the last step; within it the sums over its parts so far.
 #[derive(Clone)]
 pub(crate) struct Done {
     pub contacts: Vec<WheelContact>,
-    /// What carried it.
+    /// The ground's forces on it as a whole.
     pub support: Support,
-    /// What the motors put on the wheels, in N m.
+    /// Torques of the motors on the wheels, in N m.
     pub acted_n_m: Vec<f64>,
-    /// What acted in each joint between bodies, in N m or N; within the step impulses.
+    /// Force in each joint between bodies, in N m or N; within the step impulses.
     pub joint_forces: Vec<f64>,
-    /// What each wheel did.
+    /// Sums for each wheel.
     pub counts: Vec<WheelCounts>,
 }
 
-/// What a wheel did over a step.
+/// Sums for a wheel over a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelCounts {
     /// Angular impulse of the motor, in N m s.
@@ -212,8 +213,8 @@ impl Articulated {
         }
     }
 
-    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the
-    /// body's axes, and which rollers turn.
+    /// Updates the masses after a change of the chassis's load, which moves its centre of mass by
+    /// `moved_m` in the body's axes, or of the rollers that turn.
     pub fn weigh(&mut self, moved_m: Vector3<f64>) {
         let rollers = self.wheels.iter().map(|wheel| wheel.rollers.as_slice());
         self.tree = Arc::new(tree_of(&self.robot, &self.chassis_mass, rollers));
@@ -223,7 +224,7 @@ impl Articulated {
         }
     }
 
-    /// Its state now and those of the last step, to be placed elsewhere.
+    /// Its current state and those of the last step, for moving it elsewhere.
     pub fn states_mut(&mut self) -> [&mut State; 4] {
         let step = &mut self.step;
         [
@@ -234,7 +235,7 @@ impl Articulated {
         ]
     }
 
-    /// Begins a step of the world with what was commanded, before any part of it is taken.
+    /// Begins a step of the world with the commands, before any part of it is taken.
     pub fn begin_step(&mut self, dt_s: f64) {
         if let Some(free) = self.free_mut() {
             free.from_robots = Vector3::zeros();
@@ -247,8 +248,8 @@ impl Articulated {
         self.done.joint_forces.fill(0.0);
     }
 
-    /// Ends a step of the world, which was taken in parts or at once: sums become means, and commands
-    /// are forgotten.
+    /// Ends a step of the world, which was taken in parts or at once: sums become means, and
+    /// commands are cleared.
     pub fn end_step(&mut self, in_parts: bool, dt_s: f64) {
         if let Some(free) = self.free_mut() {
             free.from_robots /= dt_s;
@@ -271,7 +272,7 @@ impl Articulated {
         self.command.motors.fill(MotorTorque::constant(0.0));
     }
 
-    /// A wheel's axis among its degrees of freedom.
+    /// The degree of freedom of a wheel's axis.
     pub fn dof_of(&self, wheel: usize) -> usize {
         ROOT_DOFS + self.wheels[wheel].joint
     }
@@ -283,7 +284,7 @@ impl Articulated {
         matches!(self.kind, Kind::Robot)
     }
 
-    /// What it is as a free body, if it is one.
+    /// Its data as a free body, if it is one.
     pub fn free(&self) -> Option<&Free> {
         match &self.kind {
             Kind::Free(free) => Some(free),
@@ -291,7 +292,7 @@ impl Articulated {
         }
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub fn free_mut(&mut self) -> Option<&mut Free> {
         match &mut self.kind {
             Kind::Free(free) => Some(free),
@@ -299,8 +300,8 @@ impl Articulated {
         }
     }
 
-    /// What it is as a coupled body, if it is one: rapier moves it, and only its contacts are
-    /// solved here.
+    /// Its data as a coupled body, if it is one: rapier moves it, and only its contacts are solved
+    /// here.
     pub fn coupled(&self) -> Option<&Coupled> {
         match &self.kind {
             Kind::Coupled(coupled) => Some(coupled),
@@ -308,7 +309,7 @@ impl Articulated {
         }
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub fn coupled_mut(&mut self) -> Option<&mut Coupled> {
         match &mut self.kind {
             Kind::Coupled(coupled) => Some(coupled),
@@ -316,8 +317,8 @@ impl Articulated {
         }
     }
 
-    /// What of a gravity in m/s^2 acts on it here: none on a coupled body, whose weight is among
-    /// what rapier does to it.
+    /// The part of a gravity in m/s^2 that acts on it here: zero for a coupled body, whose weight
+    /// is included in rapier's forces.
     pub fn pulled_by(&self, gravity: &Vector3<f64>) -> Vector3<f64> {
         self.coupled().map_or(*gravity, |_| Vector3::zeros())
     }
@@ -328,8 +329,8 @@ impl Articulated {
         kinetic_j(robot, &self.state, &self.wheels)
     }
 
-    /// Its potential energy above the origin of the floor's frame, in J, in a gravity given there,
-    /// in m/s^2.
+    /// Its potential energy above the origin of the floor's frame, in J, for a gravity in that
+    /// frame, in m/s^2.
     pub fn potential_j(&self, gravity: &Vector3<f64>) -> f64 {
         let robot = (&*self.robot, &self.chassis_mass);
         potential_j(robot, &self.state, gravity)
@@ -343,8 +344,8 @@ fn servos_of(robot: &Robot) -> Vec<Servo> {
 }
 
 /// The inertia of a robot's wheels: their hubs' and their rollers' about their axes, and on the
-/// ground the share of the robot's mass, with what it carries in kg, at the rim. On the ground the
-/// mean of the wheels, spinning the least.
+/// ground the share of the robot's mass, with its load in kg, at the rim. On the ground the mean of
+/// the wheels, while spinning the smallest.
 pub(crate) fn wheel_inertia(robot: &Robot, carried_kg: f64) -> WheelInertia {
     let count = robot.wheels.len() as f64;
     let spinning_kg_m2 = |wheel: &Wheel| {

@@ -1,51 +1,57 @@
-//! A roller along its axle, between two stops.
+//! A roller with axial play: it slides along its axle between two stops.
 //!
-//! A roller with play has one number more than its rate about its axis: its place q on its axle, within half of the play to either
-//! side of the middle.
+//! A roller with play has one more coordinate besides its rate about its axis: its position q on
+//! its axle, within half of the play to either side of the middle.
 //!
-//! **On the ground** its rate q' is a degree of freedom of the contact problem, with the roller's mass m. The ground holds the roller,
-//! and the hub slides along the axle, until a stop that is reached within the step holds on
-//! ([`Law::Slide`](crate::contact::law::Law)). What the ground puts on the roller along its axle, of the friction and of the load where
-//! the axle leans, only stops hand on to the hub: a roller that spins uses up its bearing's friction across the axle, and what little acts
-//! along it is left out. The hub carries the roller's mass along the axle too,
-//! as it does where there is no play: while the axle slides under a roller, robot and wheel are heavier along it by up to 2 m.
+//! **On the ground** its rate q' is a degree of freedom of the contact problem, with the roller's
+//! mass m. The ground holds the roller, and the hub slides along the axle until a stop that is
+//! reached within the step holds it ([`Law::Slide`](crate::contact::law::Law)). The ground's force
+//! on the roller along its axle, by friction and by the load on a tilted axle, is passed to the hub
+//! only by stops: a spinning roller uses up its bearing's friction across the axle, and the small
+//! part along it is left out. The hub carries the roller's mass along the axle too, as without
+//! play: while the axle slides under a roller, robot and wheel are heavier along it by up to 2 m.
 //!
-//! **What it comes to.** A roller comes down at the lower end of its axle, which is the rear one. A wheel that pulls with more than N tan(beta) along the
-//! axle, sin(beta) = cos(gamma) sin(phi), pushes each roller in turn through its play p before it pulls: of the way is lost n p / (2 pi rho cos(gamma)).
-//! One that pulls less is moved by its load, ahead of the middle back and behind it forward again. Held wheels have a backlash of p / cos(gamma).
+//! **The effect.** A roller comes down at the lower end of its axle, which is the rear one. A wheel
+//! that pulls with more than N tan(beta) along the axle, sin(beta) = cos(gamma) sin(phi), pushes
+//! each roller in turn through its play p before it pulls: this loses n p / (2 pi rho cos(gamma))
+//! of the way. A roller of a wheel that pulls less is moved by its load, before the middle
+//! backwards and after it forwards again. Held wheels have a backlash of p / cos(gamma).
 //!
-//! **In the air** it slides under its weight along the leaning axle, and stops at a stop. What
-//! the robot's acceleration adds moves it sooner or later, and not to another end before it comes down; the circular motion
-//! adds nothing at the middle of the axle, which is square to the radius there, and omega^2 q elsewhere. The hub feels nothing of it: per turn
-//! of the wheel that leaves out less than 2 m g p a roller.
+//! **In the air** it slides under its weight along the tilted axle until it reaches a stop. The
+//! robot's acceleration moves it earlier or later, but not to the other end before it comes down;
+//! the circular motion adds nothing at the middle of the axle, which is perpendicular to the radius
+//! there, and omega^2 q elsewhere. The hub feels none of this: per turn of the wheel that leaves
+//! out less than 2 m g p per roller.
 
-/// Where a roller is on its axle, and how it slides.
+/// The position and velocity of a roller on its axle.
 #[derive(Clone, Debug)]
 pub(crate) struct Slide {
     /// Half of the play, in metres.
     half_m: f64,
     /// The roller's mass, in kg.
     mass_kg: f64,
-    /// Place along the axis from the middle of the play, in metres: within a step that in its middle, as its rate takes it there.
+    /// Position along the axis from the middle of the play, in metres: within a step that in its
+    /// middle, by its rate.
     pub place_m: f64,
-    /// The same when the last step began.
+    /// The same at the beginning of the last step.
     began_m: f64,
     /// Its rate, in m/s.
     rate_m_s: f64,
-    /// Whether the ground pressed on the roller in the last step: only then its kinetic energy counts.
+    /// Whether the ground pressed on the roller in the last step: only then its kinetic energy
+    /// counts.
     on_ground: bool,
-    /// Its rate after the step, as the contact problem found it.
+    /// Its rate after the step, from the contact problem.
     solved_m_s: Option<f64>,
 }
 
-/// How a roller that may touch something slides along its axle; all 0 of one without play.
+/// The axial motion of a roller that may touch something; all 0 without play.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AxleSlide {
-    /// Its rate when the step began, in m/s.
+    /// Its rate at the beginning of the step, in m/s.
     pub before_m_s: f64,
     /// Its rate at the end of the step without any reaction, and then with them, in m/s.
     pub rate_m_s: f64,
-    /// What an impulse of 1 N s along the axle does to it, in 1/kg.
+    /// Its velocity change per impulse of 1 N s along the axle, in 1/kg.
     pub response_1_kg: f64,
 }
 
@@ -63,7 +69,7 @@ impl Slide {
         }
     }
 
-    /// How it begins to slide in the contact problem of a step.
+    /// Its axial motion at the beginning of a step, for the contact problem.
     pub fn on_ground(&self) -> AxleSlide {
         AxleSlide {
             before_m_s: self.rate_on_ground_m_s(),
@@ -72,23 +78,25 @@ impl Slide {
         }
     }
 
-    /// Its rate when the step began, for the contact problem, in m/s. The ground stops a roller that comes down on it.
+    /// Its rate at the beginning of the step, for the contact problem, in m/s. The ground stops a
+    /// roller that comes down on it.
     fn rate_on_ground_m_s(&self) -> f64 {
         if self.on_ground { self.rate_m_s } else { 0.0 }
     }
 
-    /// Begins a step: goes to where it is in the step's middle.
+    /// Begins a step: advances to the step's middle.
     pub fn begin_step(&mut self, dt_s: f64) {
         self.began_m = self.place_m;
         self.place_m = self.after_m(self.rate_on_ground_m_s(), 0.5 * dt_s);
     }
 
-    /// Goes back to where it was when the last step began, to take the step anew.
+    /// Returns to the beginning of the last step, to repeat it.
     pub fn begin_again(&mut self) {
         self.place_m = self.began_m;
     }
 
-    /// The rates that take it to either stop within a step, in m/s: one not above 0, one not below.
+    /// The rates that take it to either stop within a step, in m/s: the first not above 0, the
+    /// second not below.
     pub fn to_stops_m_s(&self, dt_s: f64) -> [f64; 2] {
         [-self.half_m, self.half_m].map(|stop_m| (stop_m - self.began_m) / dt_s)
     }
@@ -98,17 +106,18 @@ impl Slide {
         self.solved_m_s = Some(rate_m_s);
     }
 
-    /// Stands still on its axle.
+    /// Stops on its axle.
     pub fn seize(&mut self) {
         (self.rate_m_s, self.on_ground, self.solved_m_s) = (0.0, false, None);
     }
 
-    /// Kinetic energy that is its own, in J.
+    /// Its own kinetic energy, in J.
     pub fn kinetic_j(&self) -> f64 {
         0.5 * self.mass_kg * self.rate_on_ground_m_s().powi(2)
     }
 
-    /// Ends a step, with gravity along the axis in m/s^2: moves the roller. Gives what is lost as it leaves the ground, in J.
+    /// Ends a step, with gravity along the axis in m/s^2: moves the roller. Returns the energy lost
+    /// as it leaves the ground, in J.
     pub fn end_step(&mut self, pressed: bool, gravity: f64, dt_s: f64) -> f64 {
         let before_j = self.kinetic_j();
         let solved_m_s = self.solved_m_s.take();
@@ -135,7 +144,7 @@ impl Slide {
         lost_j
     }
 
-    /// Where a rate takes it from where the step began, in metres.
+    /// Its position after a time from the beginning of the step at a rate, in metres.
     fn after_m(&self, rate_m_s: f64, dt_s: f64) -> f64 {
         (self.began_m + rate_m_s * dt_s).clamp(-self.half_m, self.half_m)
     }
@@ -145,7 +154,7 @@ impl Slide {
 mod tests {
     use super::*;
 
-    /// On an axle that leans by 30 degrees: t = sqrt(2 p / (g sin)).
+    /// On an axle tilted by 30 degrees: t = sqrt(2 p / (g sin)).
     #[test]
     fn in_the_air_a_roller_slides_to_its_lower_end_as_on_an_inclined_plane() {
         const DT_S: f64 = 1e-5;
@@ -158,12 +167,12 @@ mod tests {
             steps += 1;
         }
         let expected_s = (2.0 * 2e-4 / gravity).sqrt();
-        // Of first order in the step.
+        // First order in the step.
         assert!((f64::from(steps) * DT_S - expected_s).abs() < 2.0 * DT_S);
         assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
     }
 
-    /// A roller that seizes while it slides along its axle stands still, and has nothing left.
+    /// A roller that seizes while it slides along its axle stops, and keeps no velocity.
     #[test]
     fn a_roller_that_seizes_slides_no_further() {
         let mut slide = Slide::in_the_middle(1e-3, 0.02);
@@ -196,7 +205,7 @@ mod tests {
             (lost_j, slide.kinetic_j()),
             (0.5 * 0.02 * 0.03_f64.powi(2), 0.0)
         );
-        // And with it the way on.
+        // And with it the displacement.
         assert_eq!((slide.place_m, slide.rate_m_s), (3e-5, 0.0));
     }
 }

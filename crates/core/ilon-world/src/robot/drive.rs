@@ -1,47 +1,52 @@
-//! What a motor puts on its wheel through its gear, as a curve over the wheel's rate.
+//! The torque of a motor on its wheel through its gear, as a curve over the wheel's rate.
 //!
-//! **The motor** gives its torque within its bounds, falling with the rate ([`MotorTorque`]); at its rate limit it drives no further.
+//! **The motor** gives its torque within its limits, falling with the rate ([`MotorTorque`]); at
+//! its rate limit it stops driving.
 //!
-//! **The rotor.** Part of that turns the rotor: with its inertia J at the wheel and the rate u gained over dt, what reaches the gear is
-//! g = motor - J (u - u_0) / dt.
+//! **The rotor.** Part of the torque accelerates the rotor: with its inertia J at the wheel and the
+//! rate u gained over dt, the gear receives g = motor - J (u - u_0) / dt.
 //!
-//! **The gear** loses by friction in its mesh, which grows with the load that it carries to the wheel, w: a torque of (1 / eta - 1) |w|
-//! against the motion. Where the motor drives (g along the rate) that leaves w = eta g. Where the load drives, the same mesh friction helps
-//! the motor to brake: w = g / (2 - 1 / eta), the textbook's efficiency 2 - 1 / eta from wheel to motor. At eta of one half and below
-//! that vanishes: no load turns the motor, the gear locks itself. The wheel then turns only as far as its motor drives it, and where the
-//! motor gives nothing or brakes, it stands. Of a load that drives a turning wheel the same line, g = w (2 - 1 / eta), then has a g along the motion: the
-//! motor must push. That branch has two answers for each torque of the motor, so the step is solved with the wheel at the rate that the motor
-//! turns to, and g is what is counted as the motor's.
+//! **The gear** loses by friction in its mesh, which grows with the torque w that it passes to the
+//! wheel: a torque of (1 / eta - 1) |w| against the motion. If the motor drives (g along the rate),
+//! w = eta g. If the load drives, the same mesh friction helps the motor to brake: w = g / (2 - 1 /
+//! eta), the textbook's efficiency 2 - 1 / eta from wheel to motor. At eta of one half and below
+//! that vanishes: no load turns the motor, the gear is self-locking. The wheel then turns only as
+//! far as its motor drives it, and if the motor gives nothing or brakes, it stands. For a load that
+//! drives a turning wheel the same line, g = w (2 - 1 / eta), then has a g along the motion: the
+//! motor must push. That branch has two answers for each torque of the motor, so the step is solved
+//! with the wheel at the rate to which the motor turns, and g is counted as the motor's torque.
 //!
-//! **Dry friction** of bearing and gear comes on top, against the motion.
+//! **Dry friction** of bearing and gear is added, against the motion.
 //!
-//! Each of these falls as the rate grows, and so does the whole: with everything else of a step linear in the rates, one rate fits.
+//! Each of these falls as the rate grows, and so does the sum: because everything else in a step is
+//! linear in the rates, the solution is unique.
 
 use ilon_robot::Wheel;
 
 use crate::MotorTorque;
 use crate::contact::law::Curve;
 
-/// How the drive of a wheel acts in a step.
+/// The drive of a wheel in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WheelDrive {
     motor: MotorTorque,
-    /// The wheel's rate when the step begins, in rad/s.
+    /// The wheel's rate at the beginning of the step, in rad/s.
     before_rad_s: f64,
-    /// The rotor's inertia at the wheel over the time of the step, in N m s/rad.
+    /// The rotor's inertia at the wheel over the length of the step, in N m s/rad.
     rotor_n_m_s: f64,
     efficiency: f64,
     friction_n_m: f64,
 }
 
-/// Room for the rates at which something may bend.
+/// The largest number of rates at which the curve may bend.
 const BENDS: usize = 20;
 
-/// Bends that are no further apart are one, in rad/s.
+/// Bends nearer than this count as one, in rad/s. Chosen.
 const APART_RAD_S: f64 = 1e-10;
 
 impl WheelDrive {
-    /// Of a motor over a step of a length in s, and the wheel that it drives, with the rate with which the step begins, in rad/s.
+    /// For a motor over a step of a length in s, its wheel, and the rate at the beginning of the
+    /// step, in rad/s.
     pub fn new(motor: &MotorTorque, wheel: &Wheel, before_rad_s: f64, dt_s: f64) -> Self {
         Self {
             motor: *motor,
@@ -52,8 +57,9 @@ impl WheelDrive {
         }
     }
 
-    /// Writes down the impulses of a step of a length in s over the rates with which the wheel may end it, in N m s: what the drive
-    /// does beside the rotor's inertia and the straight line of the motor, with which the step is solved without it.
+    /// Writes the impulses of a step of a length in s over the possible rates of the wheel at its
+    /// end, in N m s: the drive without the rotor's inertia and without the straight line of the
+    /// motor, with which the step is solved.
     pub fn fill_curve(&self, straight: &MotorTorque, dt_s: f64, curve: &mut Curve) {
         let points = &mut curve.points;
         points.clear();
@@ -83,10 +89,10 @@ impl WheelDrive {
         ];
     }
 
-    /// The motor's own torque, in N m, of a wheel that ended the step at a rate, in rad/s, when the drive put so much on it, the rotor's
-    /// inertia left out, in N m.
+    /// The motor's own torque, in N m, for a wheel that ended the step at a rate, in rad/s, with
+    /// this torque of the drive on it without the rotor's inertia, in N m.
     pub fn motor_n_m(&self, rate_rad_s: f64, on_wheel_n_m: f64) -> f64 {
-        /// What the solver leaves of a rate.
+        /// The solver's tolerance of a rate. Chosen.
         const ROUNDED_RAD_S: f64 = 1e-7;
         let gained_rad_s = rate_rad_s - self.before_rad_s;
         let free_n_m = self.motor.at_gain(gained_rad_s);
@@ -96,10 +102,10 @@ impl WheelDrive {
         let needed_n_m = way * self.needed_n_m(passed_n_m) + rotor_n_m;
         let drives = free_n_m * rate_rad_s > 0.0;
         if drives && rate_rad_s.abs() >= self.motor.rate_limit_rad_s - ROUNDED_RAD_S {
-            // At its rate limit it gives what is needed to stay there.
+            // At its rate limit it gives the torque needed to stay there.
             way * (way * needed_n_m).clamp(0.0, free_n_m.abs())
         } else if self.locks() && passed_n_m < 0.0 && rate_rad_s.abs() > ROUNDED_RAD_S {
-            // The load pushes into a gear that locks itself: the motor turns it on.
+            // The load pushes into a self-locking gear: the motor turns it on.
             let most_n_m = self.motor.bounds.limit_n_m;
             needed_n_m.clamp(-most_n_m, most_n_m)
         } else {
@@ -107,12 +113,12 @@ impl WheelDrive {
         }
     }
 
-    /// Whether no load turns the motor.
+    /// Whether the gear is self-locking.
     fn locks(&self) -> bool {
         2.0 * self.efficiency <= 1.0
     }
 
-    /// What the gear needs along the motion, in N m, to pass so much on to the wheel.
+    /// The torque that the gear needs along the motion, in N m, to pass this torque to the wheel.
     fn needed_n_m(&self, passed_n_m: f64) -> f64 {
         if passed_n_m > 0.0 {
             passed_n_m / self.efficiency
@@ -121,7 +127,7 @@ impl WheelDrive {
         }
     }
 
-    /// The same drive as it is seen by one for whom the wheel turns the other way.
+    /// The same drive for a wheel that turns the other way.
     fn mirrored(&self) -> Self {
         Self {
             motor: self.motor.mirrored(),
@@ -130,8 +136,9 @@ impl WheelDrive {
         }
     }
 
-    /// Adds what the drive puts on the wheel at rates from 0 on, in N m, the rotor's inertia taken off: at each rate in rad/s at which
-    /// it bends, and one beyond. Says whether the gear locks the wheel at the last of them, or at 0 where there is none.
+    /// Adds the torque of the drive on the wheel at rates from 0 on, in N m, without the rotor's
+    /// inertia: at each rate in rad/s at which it bends, and one beyond. Returns whether the gear
+    /// locks the wheel at the last of them, or at 0 if there is none.
     fn go_forward(&self, points: &mut Vec<[f64; 2]>) -> bool {
         let locks = self.locks();
         let limit_rad_s = self.motor.rate_limit_rad_s;
@@ -153,7 +160,7 @@ impl WheelDrive {
             let gained_rad_s = rate_rad_s - self.before_rad_s;
             let free_n_m = self.motor.at_gain(gained_rad_s);
             let limited_n_m = free_n_m.min(0.0);
-            // At the rate limit the torque falls from what it is to what does not drive.
+            // At the rate limit the torque falls to one that does not drive.
             let torques = if rate_rad_s < limit_rad_s - APART_RAD_S {
                 [Some(free_n_m), None]
             } else if rate_rad_s <= limit_rad_s + APART_RAD_S {
@@ -181,7 +188,7 @@ impl WheelDrive {
         false
     }
 
-    /// What the gear passes on to a wheel that turns forwards, in N m, of what it is given.
+    /// The torque that the gear passes to a wheel that turns forwards, in N m, for a given input.
     fn passed_n_m(&self, geared_n_m: f64) -> f64 {
         if geared_n_m >= 0.0 {
             self.efficiency * geared_n_m
@@ -190,24 +197,25 @@ impl WheelDrive {
         }
     }
 
-    /// The rates above 0 at which what the drive does may bend, in rad/s, in their order; infinite ones fill the room.
+    /// The rates above 0 at which the drive may bend, in rad/s, in order; infinite ones fill the
+    /// array.
     fn bends_rad_s(&self) -> [f64; BENDS] {
         let (torque_n_m, droop) = (self.motor.torque_n_m, self.motor.droop_n_m_s);
         let bounds = &self.motor.bounds;
         let (least_n_m, most_n_m) = (bounds.least_n_m, bounds.most_n_m);
         let (fall, limit_n_m, rotor) = (bounds.fall_n_m_s, bounds.limit_n_m, self.rotor_n_m_s);
         let gains = [
-            // Its own torque meets the lines, and the limits.
+            // The torque reaches the lines, and the limits.
             (torque_n_m - most_n_m) / (droop - fall),
             (torque_n_m - least_n_m) / (droop - fall),
             (torque_n_m - limit_n_m) / droop,
             (torque_n_m + limit_n_m) / droop,
-            // The lines meet the limits.
+            // The lines reach the limits.
             (most_n_m - limit_n_m) / fall,
             (most_n_m + limit_n_m) / fall,
             (least_n_m - limit_n_m) / fall,
             (least_n_m + limit_n_m) / fall,
-            // The motor's torque vanishes, and what reaches the gear.
+            // The motor's torque vanishes, and then the gear's input.
             torque_n_m / droop,
             most_n_m / fall,
             least_n_m / fall,

@@ -1,4 +1,4 @@
-//! Energy of the simulated robot, counted part by part.
+//! Energy of the simulated robot, summed over its parts.
 
 use ilon_robot::{MassProperties, Robot};
 use nalgebra::Vector3;
@@ -10,13 +10,14 @@ use crate::robot::wheel::WheelBody;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
-    /// Of all parts in the world, the rollers' spin included.
+    /// Of all parts in the world, including the rollers' spin.
     pub kinetic_j: f64,
-    /// Of all parts above the world's origin, and in the springs of the contacts.
+    /// Of all parts above the world's origin, and of the springs of the contacts.
     pub potential_j: f64,
 }
 
-/// Kinetic energy of a robot with a loaded chassis in a state, in J; `wheels` know how their rollers turn.
+/// Kinetic energy of a robot with a loaded chassis in a state, in J; `wheels` has the rates of
+/// their rollers.
 pub(crate) fn kinetic_j(
     (robot, chassis): (&Robot, &MassProperties),
     state: &State,
@@ -61,8 +62,9 @@ pub(crate) fn kinetic_j(
     sum_j
 }
 
-/// Potential energy of a robot with a loaded chassis in a state above the origin of the floor's frame and in the springs of its joints, in J; `gravity` is the acceleration of
-/// gravity in the floor's frame, in m/s^2.
+/// Potential energy of a robot with a loaded chassis in a state above the origin of the floor's
+/// frame and in the springs of its joints, in J; `gravity` is the acceleration of gravity in the
+/// floor's frame, in m/s^2.
 pub(crate) fn potential_j(
     (robot, chassis): (&Robot, &MassProperties),
     state: &State,

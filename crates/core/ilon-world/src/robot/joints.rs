@@ -1,33 +1,32 @@
-//! What acts in the joints between a robot's bodies: springs and dampers, taken over a step so that
-//! they are stable at any length of it.
+//! Springs and dampers in the joints between a robot's bodies, integrated over a step so that they
+//! are stable for any length of it.
 //!
-//! **In a step** a spring of stiffness k and a damper c act with what they have in its middle. With
-//! q_0 and u_0 where the joint is and how it moves when the step begins, and u_1 at its end, the
-//! middle is at q_0 + dt (u_0 + u_1) / 4, and the force is a straight line in what the joint gains,
-//! as a motor's is: F_0 - D (u_1 - u_0), with F_0 that of no gain and D = k dt / 4 + c / 2. The
-//! joint moves on by dt (u_0 + u_1) / 2, so that the work of the force is to the last digit what
-//! the spring gives back and the damper takes.
+//! **In a step** a spring of stiffness k and a damper c act with the position and rate in its
+//! middle. With q_0 and u_0 the joint's position and rate at the beginning of the step, and u_1 the
+//! rate at its end, the middle is at q_0 + dt (u_0 + u_1) / 4, and the force is linear in the rate
+//! gained, like a motor's: F_0 - D (u_1 - u_0), with F_0 the force without gain and D = k dt / 4 +
+//! c / 2. The joint advances by dt (u_0 + u_1) / 2, so that the work of the force is to the last
+//! digit the energy returned by the spring and taken by the damper.
 
 use ilon_robot::{BodyJoint, JointKind};
 
 use crate::dynamics::ROOT_DOFS;
 use crate::robot::articulated::Articulated;
 
-/// What acts in a joint over a step.
+/// The force in a joint over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JointForce {
-    /// Where the joint gains no rate, in N m or N.
+    /// Without gain of rate, in N m or N.
     pub force: f64,
-    /// By how much that falls per rate gained, in N m s/rad or N s/m.
+    /// Decrease per rate gained, in N m s/rad or N s/m.
     pub droop: f64,
 }
 
-/// What a joint that is beyond its stop by this share of its unit within a step is taken to have
-/// hit.
+/// A joint beyond its stop by this share of its unit within a step has hit it. Chosen.
 const BEYOND: f64 = 1e-6;
 
 impl JointForce {
-    /// Of a joint at a position with a rate, over a time in seconds.
+    /// For a joint at a position with a rate, over a time in seconds.
     pub fn over(joint: &BodyJoint, (position, rate): (f64, f64), dt_s: f64) -> Self {
         let half = 0.5 * dt_s;
         let stiffness = joint.spring().map_or(0.0, |spring| spring.stiffness);
@@ -38,8 +37,7 @@ impl JointForce {
         }
     }
 
-    /// Of a joint that does not move yet, taken at the end of the step: it comes to rest where it
-    /// stands in equilibrium.
+    /// For a joint at rest, evaluated at the end of the step: it comes to rest at its equilibrium.
     pub fn to_rest(joint: &BodyJoint, position: f64, dt_s: f64) -> Self {
         Self {
             force: (joint.spring()).map_or(0.0, |spring| spring.force_at(position)),
@@ -49,8 +47,8 @@ impl JointForce {
 }
 
 impl Articulated {
-    /// Says where the target of a joint's servo shall be in the middle of the coming step, and how
-    /// fast it moves then; says whether the joint has one.
+    /// Sets the target of a joint's servo in the middle of the coming step, and its rate; returns
+    /// whether the joint has a servo.
     pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -60,8 +58,8 @@ impl Articulated {
         is_driven
     }
 
-    /// Says what a joint's servo acts with in place of going somewhere, in N m or N; says whether
-    /// the joint has one. Its target stays where the joint is.
+    /// Sets the effort of a joint's servo, in N m or N, instead of a target; returns whether the
+    /// joint has a servo. Its target stays at the joint's position.
     pub fn load_joint(&mut self, joint: usize, effort: f64) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
@@ -72,8 +70,8 @@ impl Articulated {
         is_driven
     }
 
-    /// After how many seconds the first of the targets that are behind comes to its aim; infinite
-    /// where none is.
+    /// The time in seconds until the first of the lagging targets reaches its aim; infinite if none
+    /// lags.
     pub fn catches_up_s(&self) -> f64 {
         let joints = self.robot.joints.iter().zip(&self.servos);
         let servos = joints.filter_map(|(joint, own)| Some((joint.servo()?, own)));
@@ -82,7 +80,7 @@ impl Articulated {
         times_s.fold(f64::INFINITY, f64::min)
     }
 
-    /// Takes what the servos do in a part of a step.
+    /// Computes the servos' actions in a part of a step.
     pub fn run_servos(&mut self, dt_s: f64) {
         let middle_s = self.command.from_middle_s + 0.5 * dt_s;
         for (index, joint) in self.robot.joints.iter().enumerate() {
@@ -101,8 +99,8 @@ impl Articulated {
         }
     }
 
-    /// Says what springs, dampers and servos do in the step, and what they lose as their joints
-    /// gain rate.
+    /// Sets the forces of springs, dampers and servos in the step, and their decrease as their
+    /// joints gain rate.
     pub fn load_joints(&mut self, dt_s: f64) {
         self.run_servos(dt_s);
         for (index, joint) in self.robot.joints.iter().enumerate() {
@@ -122,20 +120,19 @@ impl Articulated {
         }
     }
 
-    /// Counts the impulses of springs, dampers and servos in a step, the servos' as far as they are
-    /// straight.
+    /// Counts the impulses of springs, dampers and servos in a step, for servos the linear part.
     pub fn count_springs(&mut self, dt_s: f64) {
         let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
         for (index, (before, after)) in rates.enumerate() {
-            // The loads are those with which the step was solved.
+            // With the loads of the solved step.
             let lost = self.step.held_n_m_s2[index] * (after - before);
             self.done.joint_forces[index] += self.step.loads.in_joints[index] * dt_s - lost;
             self.servos[index].count_straight(after - before, dt_s);
         }
     }
 
-    /// Energy that the dampers of the joints took in a step, in J.
+    /// Energy taken by the dampers of the joints in a step, in J.
     pub fn dampers_took_j(&self, dt_s: f64) -> f64 {
         let rates = self.step.before.joint_rates().iter();
         let rates = rates.zip(self.state.joint_rates());
@@ -149,7 +146,7 @@ impl Articulated {
             .sum()
     }
 
-    /// Whether these mean rates of a step, by degree of freedom, would carry a joint beyond its
+    /// Whether these mean rates of a step, by degree of freedom, would move a joint beyond its
     /// stop: it was stopped there within the step.
     pub fn passes_stops(&self, mean: impl Fn(usize) -> f64, dt_s: f64) -> bool {
         let places = self.step.before.joint_positions().iter();

@@ -1,11 +1,11 @@
-//! What a chassis carries, and what pushes it.
+//! Loads on a chassis, and pushes.
 
 use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
 use crate::WorldError;
 
-/// A mass fixed to the chassis: a point, so that what is large is given as several.
+/// A point mass fixed to the chassis; a large load is described by several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Payload {
     pub(crate) mass_kg: f64,
@@ -13,10 +13,10 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// A payload of a mass in kg at a place in the body frame, in metres.
+    /// A payload of a mass in kg at a point in the body frame, in metres.
     ///
     /// # Errors
-    /// [`WorldError::Setting`] for a mass that is not above 0, or a place that is nowhere.
+    /// [`WorldError::Setting`] for a mass that is not above 0, or a point that is not finite.
     pub fn new(mass_kg: f64, place_in_body_m: Vector3<f64>) -> Result<Self, WorldError> {
         if !(mass_kg.is_finite() && mass_kg > 0.0) {
             return Err(WorldError::Setting {
@@ -39,17 +39,17 @@ impl Payload {
     }
 }
 
-/// A push as it stands at the start of the step that it acts in, in the floor's frame.
+/// A push at the beginning of the step in which it acts, in the floor's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ActingPush {
     pub force_n: Vector3<f64>,
-    /// From the chassis's centre of mass to the place pushed.
+    /// From the chassis's centre of mass to the point of application.
     pub lever_m: Vector3<f64>,
-    /// A moment beside the force's own.
+    /// A moment in addition to the force's.
     pub moment_n_m: Vector3<f64>,
 }
 
-/// A chassis and what it carries, as one rigid body.
+/// A chassis and its load as one rigid body.
 pub(crate) fn loaded(bare: &MassProperties, payloads: &[Payload]) -> MassProperties {
     let carried = payloads.iter();
     let carried = carried.map(|load| MassProperties::point(load.mass_kg, load.place_in_body_m));

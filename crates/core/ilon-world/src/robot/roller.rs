@@ -1,8 +1,9 @@
-//! One roller of a wheel: what of it stays as it is, and its motion about its axis.
+//! One roller of a wheel: its constant properties, and its motion about its axis.
 //!
-//! A roller is round, and its middle and axis are fixed to the hub. So its motion is the hub's but for one number: its rate
-//! about its own axis, whose momentum I w nothing changes but its bearing and the ground. That is exact, and it costs a roller
-//! one number instead of a body, a joint and a row of the mass matrix.
+//! A roller is round, and its middle and axis are fixed to the hub. So its motion is the hub's
+//! except for one number: its rate about its own axis, whose momentum I w only its bearing and the
+//! ground change. That is exact, and a roller takes one number instead of a body, a joint and a row
+//! of the mass matrix.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -17,36 +18,38 @@ use crate::dynamics::LinkPose;
 use crate::engine::shapes::shape_of_roller;
 use crate::robot::axial_play::{AxleSlide, Slide};
 
-/// What a bearing did in a step.
+/// The effect of a bearing in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BearingStep {
     /// Energy that the bearing took, in J.
     pub lost_j: f64,
-    /// By how much its torque on the hub about the roller's axis was more than what was expected, in N m.
+    /// The difference between its torque on the hub about the roller's axis and the expected one,
+    /// in N m.
     pub owed_n_m: f64,
 }
 
-/// Inertia that a roller's joint gets where rapier solves the contacts, as a multiple of the roller's own about its axis: the
-/// least that keeps rollers which should stick below 1 mm/s at 1000 steps a second. Without any they slide at 10 mm/s.
+/// Inertia of a roller's joint if rapier solves the contacts, as a multiple of the roller's own
+/// about its axis: the smallest one that keeps sticking rollers below 1 mm/s at 1000 steps a
+/// second. Without any they slide at 10 mm/s. Chosen.
 pub(crate) const ARMATURE: f64 = 3.0;
 
-/// The armature of a roller that has seized, in kg m^2: 0.1 N m, more than a contact puts on a roller, takes 1000 s to give it
-/// 0.1 rad/s.
+/// The armature of a seized roller, in kg m^2: 0.1 N m, more than a contact's torque on a roller,
+/// takes 1000 s to give it 0.1 rad/s. Chosen.
 const SEIZED_KG_M2: f64 = 1e3;
 
-/// What of a roller stays as it is: its place on its wheel, its shape, its inertia and its bearing. All copies of a robot share
-/// it.
+/// The constant properties of a roller: its place on its wheel, its shape, its inertia and its
+/// bearing. All copies of a robot share it.
 #[derive(Debug)]
 pub(crate) struct FixedRoller {
     /// Pose of the roller frame in the hub frame.
     pub hub_from_roller: Isometry3<f64>,
     /// The roller's axis in the hub frame.
     pub axis_in_hub: Vector3<f64>,
-    /// The exact barrel; `None` where the roller is none.
+    /// The exact barrel; `None` for other shapes.
     pub barrel: Option<Barrel>,
-    /// The profile by numbers of a roller that is turned to one.
+    /// The profile by numbers, if it has one.
     pub turned: Option<SolidOfRevolution>,
-    /// The shape of its file of a roller that has that, in its own frame.
+    /// The shape of its file, if it uses that, in its own frame.
     pub shape: Option<SharedShape>,
     /// Radius of a ball around its middle that holds it whole, in metres.
     pub bounding_radius_m: f64,
@@ -100,26 +103,27 @@ impl FixedRoller {
 #[derive(Clone, Debug)]
 pub(crate) struct RollerState {
     fixed: Arc<FixedRoller>,
-    /// Rate about its own axis in space, in rad/s: its spin against the hub plus the hub's own rate about that axis. It
-    /// stays while nothing but its bearing touches it, however the hub turns.
+    /// Absolute rate about its own axis, in rad/s: its spin relative to the hub plus the hub's own
+    /// rate about that axis. Only its bearing and contacts change it, however the hub rotates.
     pub axial_rate_rad_s: f64,
     /// The mean of that rate over the last step, if the ground touched it, in rad/s.
     pub mean_rate_rad_s: f64,
-    /// The hub's own rate about that axis when the step began, in rad/s.
+    /// The hub's own rate about that axis at the beginning of the step, in rad/s.
     hub_carries_rad_s: f64,
-    /// What its bearing was expected to put on the hub in the step, in N m.
+    /// The expected bearing torque on the hub in the step, in N m.
     expected_n_m: f64,
-    /// Whether that is of a roller in the air.
+    /// Whether that assumed a roller in the air.
     was_in_the_air: bool,
     /// Whether the ground touched it in the last step.
     pub touched: bool,
     /// Whether the ground pressed on it in the last step.
     pub pressed: bool,
-    /// What it still takes to bring it up to its spin since it came down, in J.
+    /// The energy still needed to bring it to its spin since it came down, in J.
     pub spin_up_left_j: f64,
     /// Angle about its axis since the start, in radians, for rollers whose shape is not round.
     pub angle_rad: f64,
-    /// What damping leaves of its spin in a step in the air, and how long that step is, in seconds.
+    /// The share of its spin that damping leaves in a step in the air, and the length of that step
+    /// in seconds.
     damping_leaves: (f64, f64),
     /// Whether the roller has seized on its axle; a tyre always has.
     pub seized: bool,
@@ -127,7 +131,7 @@ pub(crate) struct RollerState {
     pub slide: Option<Box<Slide>>,
 }
 
-/// What stays as it is can be read of a roller as of itself.
+/// Its constant properties are accessible like its own fields.
 impl Deref for RollerState {
     type Target = FixedRoller;
 
@@ -156,7 +160,7 @@ impl RollerState {
         }
     }
 
-    /// How high the roller's middle is on a hub, in the floor's frame, in metres.
+    /// Height of the roller's middle on a hub, in the floor's frame, in metres.
     #[inline]
     pub fn height_m(&self, hub: &LinkPose) -> f64 {
         self.center_m(hub).z
@@ -172,19 +176,20 @@ impl RollerState {
         }
     }
 
-    /// Its place along its axle, in metres; 0 without play.
+    /// Its position along its axle, in metres; 0 without play.
     pub fn place_m(&self) -> f64 {
         self.slide.as_ref().map_or(0.0, |slide| slide.place_m)
     }
 
-    /// How it begins to slide along its axle where the ground is near; not at all without play, or where it has seized.
+    /// Its axial motion at the beginning of a step near the ground; zero without play, or if it has
+    /// seized.
     pub fn slide_on_ground(&self) -> AxleSlide {
         let slide = self.slide.as_ref().filter(|_| !self.seized);
         slide.map_or_else(AxleSlide::default, |slide| slide.on_ground())
     }
 
-    /// Moves it along its axle to the end of a step, with gravity along its axis in m/s^2. Gives the energy that is lost as it leaves
-    /// the ground, in J.
+    /// Moves it along its axle to the end of a step, with gravity along its axis in m/s^2. Returns
+    /// the energy lost as it leaves the ground, in J.
     pub fn end_slide(&mut self, gravity: f64, dt_s: f64) -> f64 {
         let pressed = self.pressed;
         match &mut self.slide {
@@ -193,7 +198,8 @@ impl RollerState {
         }
     }
 
-    /// Its barrel as it is placed by a hub, in the floor's frame; `None` where it has the shapes of its file.
+    /// Its barrel in the pose of a hub, in the floor's frame; `None` if it has the shapes of its
+    /// file.
     pub fn placed_barrel(&self, hub: &LinkPose) -> Option<PlacedBarrel<'_>> {
         let barrel = self.barrel.as_ref()?;
         Some(PlacedBarrel {
@@ -203,7 +209,7 @@ impl RollerState {
         })
     }
 
-    /// Its profile by numbers as it is placed by a hub, in the floor's frame; `None` where it has none.
+    /// Its profile by numbers in the pose of a hub, in the floor's frame; `None` without one.
     pub fn placed_profile(&self, hub: &LinkPose) -> Option<PlacedProfile<'_>> {
         let turned = self.turned.as_ref()?;
         Some(PlacedProfile {
@@ -213,10 +219,12 @@ impl RollerState {
         })
     }
 
-    /// Radii of curvature of its surface where it reaches furthest against a direction in the floor's frame, along its outline and around its
-    /// axis, in metres; `None` where it has the shapes of its file, or stands upright.
+    /// Radii of curvature of its surface at the support point in a direction's opposite in the
+    /// floor's frame, along its outline and around its axis, in metres; `None` if it has the shapes
+    /// of its file, or stands upright.
     pub fn radii_m(&self, hub: &LinkPose, normal: &Vector3<f64>) -> Option<[f64; 2]> {
-        /// As upright as this, as the sine of the angle between axis and ground, it does not roll.
+        /// Nearer to upright than this, as the sine of the angle between axis and ground, it does
+        /// not roll. Chosen.
         const LEAST_LEVEL: f64 = 1e-3;
         let axis = hub.rotation * self.axis_in_hub;
         let w_axial = -normal.dot(&axis);
@@ -231,7 +239,8 @@ impl RollerState {
             .map(|turned| turned.radii_m(normal))
     }
 
-    /// Lets the roller seize on its axle, or frees it; either way it stands still against its hub at that moment.
+    /// Seizes the roller on its axle, or frees it; in both cases it does not turn relative to its
+    /// hub at that moment.
     pub fn seize(&mut self, seized: bool, hub_rate_in_hub_rad_s: &Vector3<f64>) {
         self.seized = seized || self.is_tyre;
         if let Some(slide) = &mut self.slide {
@@ -240,12 +249,14 @@ impl RollerState {
         self.axial_rate_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
     }
 
-    /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in rad/s.
+    /// The rate about the roller's axis of a hub with this angular velocity in its own frame, in
+    /// rad/s.
     fn carried_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
         hub_rate_in_hub_rad_s.dot(&self.axis_in_hub)
     }
 
-    /// The roller's spin against its hub, whose angular velocity in the hub frame is given, in rad/s.
+    /// The roller's spin relative to its hub, whose angular velocity in the hub frame is given, in
+    /// rad/s.
     pub fn spin_rad_s(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> f64 {
         if self.seized {
             return 0.0;
@@ -253,12 +264,12 @@ impl RollerState {
         self.axial_rate_rad_s - self.carried_rad_s(hub_rate_in_hub_rad_s)
     }
 
-    /// Takes over a spin against the hub, in rad/s.
+    /// Sets a spin relative to the hub, in rad/s.
     pub fn set_spin(&mut self, spin_rad_s: f64, hub_rate_in_hub_rad_s: &Vector3<f64>) {
         self.axial_rate_rad_s = spin_rad_s + self.carried_rad_s(hub_rate_in_hub_rad_s);
     }
 
-    /// The armature of the roller's joint where rapier solves the contacts, in kg m^2.
+    /// The armature of the roller's joint if rapier solves the contacts, in kg m^2.
     pub fn armature_kg_m2(&self) -> f64 {
         if self.seized {
             SEIZED_KG_M2
@@ -267,13 +278,14 @@ impl RollerState {
         }
     }
 
-    /// Energy that it takes to bring the roller up to another spin, in J: half of its inertia times the square of what is
-    /// missing.
+    /// Energy that brings the roller to another spin, in J: half of its inertia times the square of
+    /// the difference.
     pub fn spin_up_j(&self, missing_rad_s: f64) -> f64 {
         0.5 * self.axial_inertia_kg_m2 * missing_rad_s * missing_rad_s
     }
 
-    /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s. That of a seized roller is its hub's.
+    /// The roller's angular momentum about its axis, in the hub frame, in kg m^2/s; for a seized
+    /// roller, that with its hub.
     pub fn momentum_in_hub(&self) -> Vector3<f64> {
         if self.seized {
             return Vector3::zeros();
@@ -281,9 +293,9 @@ impl RollerState {
         self.axial_inertia_kg_m2 * self.axial_rate_rad_s * self.axis_in_hub
     }
 
-    /// Begins a step on a hub of this angular velocity in its own frame. Gives the torque that the bearing is about to put on
-    /// the hub about the roller's axis, in N m: what it does if the roller keeps its spin where the ground turns it, and
-    /// what slows it otherwise.
+    /// Begins a step on a hub with this angular velocity in its own frame. Returns the expected
+    /// torque of the bearing on the hub about the roller's axis, in N m: for a roller on the ground
+    /// that at a constant spin, otherwise the one that slows it.
     pub fn begin_step(&mut self, hub_rate_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         self.hub_carries_rad_s = self.carried_rad_s(hub_rate_in_hub_rad_s);
         if let Some(slide) = &mut self.slide {
@@ -300,21 +312,21 @@ impl RollerState {
         self.expected_n_m
     }
 
-    /// The rate about its axis that the roller would have after a step without the ground, in rad/s, for
+    /// The roller's rate about its axis after a step without the ground, in rad/s, for
     /// [`RollerState::response`].
     pub fn free_rate_rad_s(&self, dt_s: f64) -> f64 {
         let momentum = self.axial_inertia_kg_m2 * self.axial_rate_rad_s;
         (momentum + self.damping_n_m_s * dt_s * self.hub_carries_rad_s) * self.response(dt_s)
     }
 
-    /// What an angular impulse of 1 N m s about its axis does to the roller's rate in a step, in rad/s: its bearing's damping
-    /// acts with the rate after the step.
+    /// The roller's rate change in a step per angular impulse of 1 N m s about its axis, in rad/s:
+    /// its bearing's damping acts with the rate after the step.
     pub fn response(&self, dt_s: f64) -> f64 {
         1.0 / (self.axial_inertia_kg_m2 + self.damping_n_m_s * dt_s)
     }
 
-    /// Ends a step: lets the bearing slow a roller that the ground did not touch. The work of the bearing goes with the mean
-    /// spin, for which the hub's mean rate is given; dry friction of a roller that the ground touched is among the
+    /// Ends a step: the bearing slows a roller without contact. Its work uses the mean spin, for
+    /// which the hub's mean rate is given; dry friction of a roller in contact is among the
     /// reactions.
     pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> BearingStep {
         if self.seized {
@@ -341,8 +353,8 @@ impl RollerState {
         }
     }
 
-    /// The mean torque that slows a roller in the air over a step: I d(spin)/dt = -damping spin - friction sign(spin), solved
-    /// exactly for the damping; dry friction never reverses the spin.
+    /// The mean torque that slows a roller in the air over a step: I d(spin)/dt = -damping spin -
+    /// friction sign(spin), solved exactly for the damping; dry friction never reverses the spin.
     fn coasting_torque_n_m(&mut self, dt_s: f64) -> f64 {
         let inertia = self.axial_inertia_kg_m2;
         let spin = self.axial_rate_rad_s - self.hub_carries_rad_s;

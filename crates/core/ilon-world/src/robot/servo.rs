@@ -1,45 +1,49 @@
-//! Servos in joints: what drives arms, lifts and turrets.
+//! Servos in joints: they drive arms, lifts and turrets.
 //!
-//! A servo of stiffness K and damping D acts with K (q_t - q) + D (u_t - u), q_t its target and u_t how fast that moves, within its effort. In a
-//! step it is taken in the middle, where the joint is at q_0 + dt (u_0 + u_1) / 4: a straight line in what the joint gains, F_0 - S (u_1 - u_0)
-//! with S = K dt / 4 + theta D, solved with the masses as a motor's is. theta is 1/2 in short steps and nears 1 in long ones
-//! ([`ilon_robot::mean_of_gain`]), so that any damping is stable. Where the effort bounds it within the step, what is missing from the line is a
-//! curve among the reactions. A servo that is given an effort acts with that alone.
+//! A servo of stiffness K and damping D acts with K (q_t - q) + D (u_t - u), q_t its target and u_t
+//! the target's rate, within its effort. In a step this is evaluated in the middle, where the joint
+//! is at q_0 + dt (u_0 + u_1) / 4: linear in the rate gained, the force is F_0 - S (u_1 - u_0), S =
+//! K dt / 4 + theta D, solved with the masses like a motor. theta is 1/2 in short steps and
+//! approaches 1 in long ones ([`ilon_robot::mean_of_gain`]), so that any damping is stable. If the
+//! effort limits it within the step, the difference from the line is a curve among the reactions. A
+//! servo with a commanded effort acts with that alone.
 //!
-//! **The target.** A servo is aimed once a step, and its aim is a line in time, through a position in the step's middle with a rate. The target follows
-//! that line, no faster than the rate limit, and acts in each part of a step with where it is in the middle of that part: a step that is taken in
-//! parts ends where a whole one does.
+//! **The target.** A servo is aimed once a step, and its aim is linear in time, through a position
+//! in the step's middle with a rate. The target follows that line, no faster than the rate limit,
+//! and each part of a step uses the target in the middle of that part: a step taken in parts ends
+//! at the same target as a whole one.
 
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
 use crate::contact::law::Curve;
 use crate::{MotorTorque, TorqueBounds};
 
-/// The servo of a joint, or what there is in its place where a joint has none.
+/// The servo of a joint, or a placeholder for a joint without one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Servo {
-    /// Where its target shall be in the middle of a step, and how fast it moves then: in rad and rad/s, or m and m/s.
+    /// The aim of its target in the middle of a step, and the aim's rate: in rad and rad/s, or m
+    /// and m/s.
     pub aim: [f64; 2],
-    /// Where its target is after the last step, in rad or m.
+    /// Its target after the last step, in rad or m.
     pub target: f64,
     /// Whether its rate limit keeps the target behind the aim.
     is_late: bool,
-    /// Both when the last part of a step began.
+    /// Both at the beginning of the last part of a step.
     began: (f64, bool),
-    /// What it acts with in place of going there, in N m or N.
+    /// A commanded effort instead of a target, in N m or N.
     pub effort: Option<f64>,
-    /// What the joint moves by itself, in kg m^2 or kg.
+    /// The joint's own inertia, in kg m^2 or kg.
     inertia: f64,
-    /// What it does in a step, in N m or N, within its effort.
+    /// Its action in a step, in N m or N, within its effort.
     pub law: MotorTorque,
-    /// The same as far as it is straight, which is solved with the masses.
+    /// The linear part of it, which is solved with the masses.
     pub straight: MotorTorque,
     /// Its impulse over the last step, in N m s or N s.
     pub impulse: f64,
 }
 
 impl Servo {
-    /// Of a joint that moves an inertia.
+    /// For a joint with an inertia.
     pub fn of(joint: &BodyJoint, inertia: f64) -> Self {
         let at = joint.servo().map_or(0.0, |servo| servo.target);
         Self {
@@ -55,15 +59,16 @@ impl Servo {
         }
     }
 
-    /// Moves the target on over a part of a step whose middle is so far from the step's middle, in seconds, no faster than the servo lets it.
-    /// Gives where it is in the middle of the part, and how fast it moves.
+    /// Advances the target over a part of a step, whose middle is at a time from the step's middle
+    /// in seconds, within the servo's rate limit. Returns the target in the middle of the part, and
+    /// its rate.
     pub fn follow(&mut self, servo: &JointServo, (middle_s, dt_s): (f64, f64)) -> [f64; 2] {
         self.began = (self.target, self.is_late);
         let (end, limit) = (self.aim_at(middle_s + 0.5 * dt_s), servo.rate_limit);
         let (by, most) = (end - self.target, limit * dt_s);
         let was_late = std::mem::replace(&mut self.is_late, by.abs() > most);
         if was_late || self.is_late {
-            // It comes from behind: in a part that ends where it comes to the aim, too.
+            // It lags until then, also in a part that ends where it reaches the aim.
             let by = by.clamp(-most, most);
             let middle = self.target + 0.5 * by;
             self.target += by;
@@ -73,24 +78,26 @@ impl Servo {
         [self.aim_at(middle_s), self.aim[1].clamp(-limit, limit)]
     }
 
-    /// Goes back to where the target was when the last part of a step began, to take it anew.
+    /// Returns the target to the beginning of the last part of a step, to repeat it.
     pub fn begin_again(&mut self) {
         (self.target, self.is_late) = self.began;
     }
 
-    /// Where the aim is at a time from the step's middle, in seconds.
+    /// The aim at a time from the step's middle, in seconds.
     fn aim_at(&self, from_middle_s: f64) -> f64 {
         self.aim[0] + self.aim[1] * from_middle_s
     }
 
-    /// After how many seconds from a time on, counted from the step's middle, a target that its rate limit kept behind comes to its aim.
+    /// The time in seconds, from a time relative to the step's middle, until a target delayed by
+    /// its rate limit reaches its aim.
     pub fn catches_up_s(&self, servo: &JointServo, from_middle_s: f64) -> Option<f64> {
         let behind = self.aim_at(from_middle_s) - self.target;
         let closes = servo.rate_limit - self.aim[1] * behind.signum();
         (self.is_late && closes > 0.0).then(|| behind.abs() / closes)
     }
 
-    /// Takes what the servo does in a part of a step with its target at a position with a rate, and the joint when it begins, too.
+    /// Computes the servo's action in a part of a step, given the target's position and rate, and
+    /// the joint's at its beginning.
     pub fn act(
         &mut self,
         servo: &JointServo,
@@ -111,7 +118,7 @@ impl Servo {
         self.take(servo, force, droop);
     }
 
-    /// The same of a joint that does not move yet, at the end of the step: it comes to rest where it stands in equilibrium.
+    /// The same for a joint at rest, at the end of the step: it comes to rest at its equilibrium.
     pub fn act_to_rest(&mut self, servo: &JointServo, position: f64, dt_s: f64) {
         let force = servo.stiffness * (self.target - position);
         self.take(servo, force, servo.stiffness * dt_s);
@@ -128,7 +135,8 @@ impl Servo {
         self.straight = self.law.straight();
     }
 
-    /// Fills in what its effort leaves of the straight line over a step, of a joint that begins it at a rate.
+    /// Writes the difference between its effort limit and the straight line over a step, for a
+    /// joint with a rate at its beginning.
     pub fn fill_curve(&self, rate: f64, dt_s: f64, curve: &mut Curve) {
         let (line, straight) = (&self.law, &self.straight);
         let limit = line.bounds.limit_n_m;
@@ -145,7 +153,7 @@ impl Servo {
         curve.ends = [[1.0, dt_s * straight.droop_n_m_s]; 2];
     }
 
-    /// Takes up its impulse over a step in which the joint gained a rate, as far as it is straight.
+    /// Sets its impulse over a step in which the joint gained a rate, for the linear part.
     pub fn count_straight(&mut self, gained: f64, dt_s: f64) {
         self.impulse = (self.straight.torque_n_m - self.straight.droop_n_m_s * gained) * dt_s;
     }

@@ -1,4 +1,5 @@
-//! What of a robot touches the ground as parry finds it: its chassis, bodies on joints, and rollers that have the shapes of their file.
+//! The parts of a robot whose contacts with the ground are found by parry: its chassis, bodies on
+//! joints, and rollers with the shapes of their file.
 
 use std::cell::RefCell;
 
@@ -14,10 +15,10 @@ use crate::robot::shared_robot::SharedRobot;
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
-/// The shapes of a robot on the ground.
+/// The shapes of a robot near the ground.
 ///
-/// They are asked for in a rapier world that is there once something of the robot has come near the ground: a robot that stays on its
-/// wheels needs none.
+/// The search uses a rapier world that is created once something of the robot comes near the
+/// ground: a robot that stays on its wheels needs none.
 #[derive(Clone, Default)]
 pub(crate) struct Shapes {
     near: Option<Box<Near>>,
@@ -30,13 +31,13 @@ struct Near {
     colliders: ColliderSet,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
-    /// Of the chassis and of bodies on joints, in the order of the robot's shapes.
+    /// The chassis and bodies on joints, in the order of the robot's shapes.
     bodies: Vec<ColliderHandle>,
-    /// Each with its wheel and its place on it.
+    /// Each with its wheel and its index on it.
     rollers: Vec<(ColliderHandle, usize, usize)>,
 }
 
-/// Where rapier looks for what is near, and sets of what no world here has.
+/// rapier's work space for the search, and sets of objects that no world here has.
 struct Room {
     pipeline: CollisionPipeline,
     islands: IslandManager,
@@ -51,7 +52,7 @@ thread_local! {
     });
 }
 
-/// A robot's parts, and what it stands on.
+/// A robot's parts in their poses, and the ground.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
     pub robot: &'a SharedRobot,
@@ -59,12 +60,12 @@ pub(crate) struct Placed<'a> {
     pub wheels: &'a [WheelBody],
     pub state: &'a State,
     pub ground: &'a Ground,
-    /// Contacts further from the ground than this are none, in metres.
+    /// Contacts further from the ground than this are ignored, in metres.
     pub within_m: f64,
 }
 
 impl Shapes {
-    /// Finds where they are near the ground.
+    /// Finds the places near the ground.
     pub fn find(&mut self, placed: &Placed<'_>) {
         self.is_near = placed.has_modelled_rollers() || placed.bodies_are_near();
         if self.is_near {
@@ -73,8 +74,8 @@ impl Shapes {
         }
     }
 
-    /// Shows where the chassis and bodies on joints are near the ground: of which joint the body is, place on the ground, normal out of it, and
-    /// distance.
+    /// Passes the places where the chassis and bodies on joints are near the ground to `show`: the
+    /// body's joint, the point on the ground, the normal out of it, and the distance.
     pub fn of_bodies(
         &self,
         robot: &SharedRobot,
@@ -89,7 +90,7 @@ impl Shapes {
         }
     }
 
-    /// The same of the rollers of a wheel, each with its place on it.
+    /// The same for the rollers of a wheel, each with its index.
     pub fn of_rollers(
         &self,
         wheel: usize,
@@ -122,7 +123,7 @@ impl Placed<'_> {
         })
     }
 
-    /// Whether boxes around these shapes reach the ground.
+    /// Whether the bounding boxes of these shapes reach the ground.
     fn bodies_are_near(&self) -> bool {
         self.shapes().any(|(floor_from_shape, shape)| {
             let solid = Solid {
@@ -168,7 +169,7 @@ impl Near {
         }
     }
 
-    /// Places everything, and lets rapier find what is near.
+    /// Places everything, and runs rapier's search.
     fn find(&mut self, placed: &Placed<'_>) {
         let mut place = |collider: ColliderHandle, floor_from_shape: &Isometry3<f64>| {
             if let Some(collider) = self.colliders.get_mut(collider) {
@@ -203,7 +204,7 @@ impl Near {
         });
     }
 
-    /// Shows where a collider is near the ground.
+    /// Passes the places where a collider is near the ground to `show`.
     fn show(
         &self,
         collider: ColliderHandle,

@@ -1,4 +1,4 @@
-//! A robot made ready for worlds.
+//! A robot prepared for worlds.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use crate::engine::shapes::shape_of;
 use crate::robot::roller::{FixedRoller, RollerState};
 use crate::robot::wheel::carried_mass;
 
-/// A robot made ready for worlds: all worlds that are built of one share what never changes in it, so that a thousand of them
-/// take the memory of their states.
+/// A robot prepared for worlds: all worlds built from it share its constant parts, so that a
+/// thousand of them need only the memory of their states.
 ///
 /// ```no_run
 /// # use ilon_robot::{Pose, Robot};
@@ -36,26 +36,26 @@ struct Shared {
     robot: Robot,
     /// Wheel by wheel.
     rollers: Vec<Vec<Arc<FixedRoller>>>,
-    /// Without anything on its chassis, and with rollers that all turn.
+    /// Without load on its chassis, and with all rollers free to turn.
     tree: Arc<Tree>,
     /// The shapes of the chassis and of the bodies on joints.
     shapes: Vec<BodyShape>,
 }
 
-/// A shape of a robot that is neither a wheel's nor a roller's.
+/// A shape of a robot that belongs to neither a wheel nor a roller.
 #[derive(Debug)]
 pub(crate) struct BodyShape {
-    /// The joint whose body carries it; `None` of the chassis.
+    /// The joint whose body carries it; `None` for the chassis.
     pub joint: Option<usize>,
     /// Its pose in the frame of that joint, or in the body frame.
     pub carrier_from_shape: Isometry3<f64>,
     pub shape: SharedShape,
-    /// The friction of the shape of a guest; `None` where the body says it.
+    /// The friction of the shape of a user body; `None` if the body's applies.
     pub friction: Option<f64>,
 }
 
 impl SharedRobot {
-    /// A body without joints or wheels, of shapes of its own.
+    /// A body without joints or wheels, with given shapes.
     pub(crate) fn of_one(chassis: Chassis, shapes: Vec<BodyShape>) -> Self {
         let robot = Robot {
             name: chassis.name.clone(),
@@ -79,7 +79,7 @@ impl SharedRobot {
         self.0.rollers.iter().map(|of| at_rest(of)).collect()
     }
 
-    /// The robot as a tree, as it is by itself.
+    /// The robot as a tree, without load.
     pub(crate) fn tree(&self) -> &Arc<Tree> {
         &self.0.tree
     }
@@ -95,7 +95,7 @@ fn shapes_of(robot: &Robot) -> Vec<BodyShape> {
         let shapes = collisions.iter().filter_map(shape_of);
         let shapes = shapes.map(|(body_from_shape, shape)| BodyShape {
             joint,
-            // As it is of the chassis, whose frame that is.
+            // No change for the chassis, whose frame it is.
             carrier_from_shape: match joint {
                 Some(_) => carrier_from_body * body_from_shape,
                 None => body_from_shape,
@@ -113,7 +113,7 @@ fn shapes_of(robot: &Robot) -> Vec<BodyShape> {
     shapes
 }
 
-/// Rollers of a wheel that stand still.
+/// Rollers of a wheel at rest.
 fn at_rest(rollers: &[Arc<FixedRoller>]) -> Vec<RollerState> {
     let rollers = rollers.iter();
     rollers
@@ -121,8 +121,8 @@ fn at_rest(rollers: &[Arc<FixedRoller>]) -> Vec<RollerState> {
         .collect()
 }
 
-/// A robot as a tree, with what its chassis weighs and what of its rollers turns: its joints first, and then the hubs in the order of the
-/// wheels.
+/// A robot as a tree, for a mass of its chassis and the rollers that turn: its joints first, and
+/// then the hubs in the order of the wheels.
 pub(crate) fn tree_of<'a>(
     robot: &Robot,
     chassis: &MassProperties,
@@ -137,7 +137,7 @@ pub(crate) fn tree_of<'a>(
         Some(joint) => robot.joints[joint].body_from_joint.inverse(),
         None => chassis_from_body,
     };
-    // What hangs by what does not stand before it is refused before any world is built of it.
+    // Joints whose parents come after them are refused before any world is built.
     let above = |carrier: Option<usize>, index: usize| carrier.filter(|at| *at < index);
     let of_body = |(index, joint): (usize, &BodyJoint)| Joint {
         parent: above(joint.parent, index),

@@ -1,4 +1,5 @@
-//! Where everything is and how it moves, in f64, in the floor's frame: z stands on the plane, x and y lie in it.
+//! Poses and velocities of a robot, in f64, in the floor's frame: z is perpendicular to the plane,
+//! x and y lie in it.
 
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::dynamics::{LinkPose, Motion, ROOT_DOFS, Tree};
 
-/// The state of a robot but for its rollers.
+/// The state of a robot without its rollers.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// Pose of the chassis's centre of mass, along the body's axes.
@@ -16,15 +17,16 @@ pub(crate) struct State {
     pub velocity_m_s: Vector3<f64>,
     /// Angular velocity of the chassis, in the floor's frame, rad/s.
     pub angular_rad_s: Vector3<f64>,
-    /// How far each joint of the tree has moved, in rad, not wrapped, or m: those of the bodies first, then the wheels.
+    /// Positions of the joints of the tree, in rad, not wrapped, or m: those of the bodies first,
+    /// then the wheels.
     moved: Vec<f64>,
     /// Rates of the joints, in rad/s or m/s.
     rates: Vec<f64>,
-    /// Where the wheels begin among the joints.
+    /// The index of the first wheel among the joints.
     first_hub: usize,
-    /// What is joined to what; copies of a state share it.
+    /// The tree's structure, shared by copies of a state.
     tree: Arc<Tree>,
-    /// Where the chassis and the links are: follows from the poses above.
+    /// Poses of the chassis and the links, which follow from the coordinates above.
     chassis: LinkPose,
     links: Vec<LinkPose>,
 }
@@ -73,12 +75,12 @@ impl State {
         &self.rates[self.first_hub..]
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub fn wheel_rates_mut(&mut self) -> &mut [f64] {
         &mut self.rates[self.first_hub..]
     }
 
-    /// How far the joints between bodies have moved, in rad or m.
+    /// Positions of the joints between bodies, in rad or m.
     pub fn joint_positions(&self) -> &[f64] {
         &self.moved[..self.first_hub]
     }
@@ -93,17 +95,18 @@ impl State {
         &self.chassis
     }
 
-    /// Where the hubs are.
+    /// Poses of the hubs.
     pub fn hubs(&self) -> &[LinkPose] {
         &self.links[self.first_hub..]
     }
 
-    /// Where all links of the tree are.
+    /// Poses of all links of the tree.
     pub fn links(&self) -> &[LinkPose] {
         &self.links
     }
 
-    /// Pose of a joint's link, or of the body frame, whose origin is so far from the chassis's centre of mass.
+    /// Pose of a joint's link, or of the body frame, whose origin has the given offset from the
+    /// chassis's centre of mass.
     pub fn carrier(&self, joint: Option<usize>, center_m: &Vector3<f64>) -> Isometry3<f64> {
         let Some(joint) = joint else {
             return self.floor_from_chassis * Isometry3::from(-center_m);
@@ -114,13 +117,13 @@ impl State {
         Isometry3::from_parts(link.center_m.into(), rotation)
     }
 
-    /// Puts the chassis somewhere else.
+    /// Moves the chassis elsewhere.
     pub fn place(&mut self, floor_from_chassis: Isometry3<f64>) {
         self.floor_from_chassis = floor_from_chassis;
         self.place_links();
     }
 
-    /// Lets everything stand still, with the wheels at zero.
+    /// Sets all rates to zero.
     pub fn halt(&mut self) {
         self.velocity_m_s = Vector3::zeros();
         self.angular_rad_s = Vector3::zeros();
@@ -129,7 +132,7 @@ impl State {
         self.place_links();
     }
 
-    /// Puts everything where it is in another state of the same robot; the rates stay.
+    /// Copies the poses of another state of the same robot; the rates stay.
     pub fn take_poses(&mut self, other: &Self) {
         self.floor_from_chassis = other.floor_from_chassis;
         self.moved.copy_from_slice(&other.moved);
@@ -137,7 +140,7 @@ impl State {
         self.links.copy_from_slice(&other.links);
     }
 
-    /// Moves the poses on for `dt_s` with the rates as they are.
+    /// Advances the poses by `dt_s` with the current rates.
     pub fn advance(&mut self, dt_s: f64) {
         self.move_chassis(self.velocity_m_s, self.angular_rad_s, dt_s);
         for (moved, rate) in self.moved.iter_mut().zip(&self.rates) {
@@ -146,7 +149,7 @@ impl State {
         self.place_links();
     }
 
-    /// Moves the poses on for `dt_s` with the rates of another state of the same robot.
+    /// Advances the poses by `dt_s` with the rates of another state of the same robot.
     pub fn advance_with(&mut self, rates: &Self, dt_s: f64) {
         self.move_chassis(rates.velocity_m_s, rates.angular_rad_s, dt_s);
         for (moved, rate) in self.moved.iter_mut().zip(&rates.rates) {
@@ -173,7 +176,7 @@ impl State {
         self.tree.place(&self.chassis, &self.moved, &mut self.links);
     }
 
-    /// Writes its rates down by degree of freedom.
+    /// Writes its rates by degree of freedom.
     pub fn write_rates(&self, rates: &mut [f64]) {
         rates[..3].copy_from_slice(self.velocity_m_s.as_slice());
         rates[3..ROOT_DOFS].copy_from_slice(self.angular_rad_s.as_slice());
@@ -187,8 +190,8 @@ impl State {
         self.rates.copy_from_slice(&rates[ROOT_DOFS..]);
     }
 
-    /// Angular velocity of what carries a wheel, in the floor's frame, with that of the chassis and the rates of the joints given, in
-    /// rad/s.
+    /// Angular velocity of the carrier of a wheel, in the floor's frame, for a given rate of the
+    /// chassis and given joint rates, in rad/s.
     pub fn carrier_rate_with(
         &self,
         wheel: usize,
@@ -205,7 +208,7 @@ impl State {
         self.carrier_rate_with(wheel, self.angular_rad_s, &self.rates)
     }
 
-    /// What a joint adds to the angular velocity of its link.
+    /// A joint's contribution to the angular velocity of its link.
     fn turning_of(&self, joint: usize, rates: &[f64]) -> Vector3<f64> {
         match self.tree.joints()[joint].motion {
             Motion::Turns => rates[joint] * self.links[joint].axis(),
@@ -213,7 +216,7 @@ impl State {
         }
     }
 
-    /// What a joint adds to the velocity of a place of its link, or of one further out.
+    /// A joint's contribution to the velocity of a point of its link, or of one further out.
     fn moving_of(&self, joint: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
         let link = &self.links[joint];
         let along = self.rates[joint] * link.axis();
@@ -232,7 +235,7 @@ impl State {
         })
     }
 
-    /// Velocity of a place of that link, in m/s.
+    /// Velocity of a point of that link, in m/s.
     pub fn link_velocity_m_s(&self, joint: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
         let above = self.tree.ancestors(joint).iter();
         let way = above.map(|at| usize::from(*at)).chain([joint]);
@@ -241,7 +244,7 @@ impl State {
         })
     }
 
-    /// Velocity of a place of a joint's link, or of the chassis, in m/s.
+    /// Velocity of a point of a joint's link, or of the chassis, in m/s.
     pub fn carrier_velocity_m_s(
         &self,
         joint: Option<usize>,
@@ -271,7 +274,7 @@ impl State {
             + Vector3::z() * self.wheel_rates_rad_s()[wheel]
     }
 
-    /// Velocity of a hub's middle, in m/s.
+    /// Velocity of a hub's centre, in m/s.
     pub fn hub_center_velocity_m_s(&self, wheel: usize) -> Vector3<f64> {
         let hub_m = self.hubs()[wheel].center_m;
         let above = self.tree.ancestors(self.first_hub + wheel).iter();
@@ -280,19 +283,19 @@ impl State {
         })
     }
 
-    /// Velocity of a place of the chassis, in m/s.
+    /// Velocity of a point of the chassis, in m/s.
     pub fn chassis_velocity_m_s(&self, place_m: &Vector3<f64>) -> Vector3<f64> {
         self.velocity_m_s + self.angular_rad_s.cross(&(place_m - self.center_m()))
     }
 
-    /// Velocity of a place that turns with a hub, in m/s.
+    /// Velocity of a point that turns with a hub, in m/s.
     pub fn hub_velocity_m_s(&self, wheel: usize, place_m: &Vector3<f64>) -> Vector3<f64> {
         let hub_m = self.hubs()[wheel].center_m;
         self.hub_center_velocity_m_s(wheel) + self.hub_rate(wheel).cross(&(place_m - hub_m))
     }
 
-    /// Counts the state of the chassis at another point of it, further by `moved_m` in the body's axes, which is the centre of mass of the
-    /// root of another tree.
+    /// Changes the reference point of the chassis by `moved_m` in the body's axes: to the centre of
+    /// mass of the root of another tree.
     pub fn recenter(&mut self, moved_m: Vector3<f64>, tree: &Arc<Tree>) {
         let lever_m = self.floor_from_chassis.rotation * moved_m;
         self.floor_from_chassis.translation.vector += lever_m;

@@ -1,7 +1,7 @@
 //! One wheel in the world: its hub as a link, and its rollers as flywheels on it.
 //!
 //! The mass of a roller and its inertia across its axis move with the hub and belong to the hub's
-//! body; what is left is a flywheel with a rate of its own (`roller`).
+//! body; the rest is a flywheel with its own rate (`roller`).
 
 use ilon_robot::{MassProperties, RollerSurface, Scale, Tread, Wheel};
 use nalgebra::{Matrix3, Vector3};
@@ -14,11 +14,11 @@ use crate::robot::roller::RollerState;
 pub(crate) struct WheelBody {
     /// The hub's joint in the robot's tree.
     pub joint: usize,
-    /// No part of the wheel's rollers is further from the hub's middle than this, in metres.
+    /// The largest distance of a point of the wheel's rollers from the hub's centre, in metres.
     pub reach_m: f64,
-    /// What the rollers touch the ground with.
+    /// Contact properties of the rollers.
     pub surface: Surface,
-    /// What share of the ground's friction its rollers find: 1, or what was set from outside.
+    /// The share of the ground's friction for its rollers: 1, or a value set by the program.
     pub grip: f64,
     /// Whether its rollers make a circle of its outline, wherever they are on their axles. Not so
     /// of a tyre, which touches in two places.
@@ -27,25 +27,25 @@ pub(crate) struct WheelBody {
     pub has_play: bool,
     /// The rollers.
     pub rollers: Vec<RollerState>,
-    /// What the bearings of the rollers put on the hub in the last step beyond what was expected,
-    /// in its frame, in N m: it gets that in the next.
+    /// The unexpected part of the rollers' bearing torques on the hub in the last step, in its
+    /// frame, in N m: applied in the next.
     pub owed_in_hub_n_m: Vector3<f64>,
-    /// What they are about to put on it in this step, and the angular momentum of the rollers about
+    /// The expected bearing torques in this step, and the angular momentum of the rollers about
     /// their axes, in its frame, in N m and kg m^2/s.
     bearings_in_hub_n_m: Vector3<f64>,
     momentum_in_hub: Vector3<f64>,
 }
 
-/// What the rollers of a wheel touch the ground with, under the load of their robot.
+/// Contact properties of the rollers of a wheel, under the load of their robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
-    /// The tread of rollers that give, or that have play.
+    /// The tread of soft rollers, or of rollers with play.
     pub tread: Option<TreadLaw>,
-    /// Drag per load.
+    /// Coefficient of rolling resistance: drag over load.
     pub rolling_resistance: f64,
-    /// Most torque of the friction on a roller's axle per load, in N m/N.
+    /// Largest torque of the friction on a roller's axle over the load, in N m/N.
     pub axle_drag_m: f64,
-    /// The mass that stands on a wheel, in kg.
+    /// The mass supported by a wheel, in kg.
     pub load_kg: f64,
 }
 
@@ -75,8 +75,8 @@ impl Surface {
     }
 }
 
-/// Mass properties of the hub body in its frame: the hub, and of each roller what moves with it,
-/// its mass and its inertia across its axis; of a seized one all.
+/// Mass properties of the hub body in its frame: the hub, and the part of each roller that moves
+/// with it, its mass and its inertia across its axis; all of a seized one.
 pub(crate) fn carried_mass(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
     let rollers = wheel.rollers.iter().zip(states);
     let carried = rollers.map(|(roller, state)| {
@@ -96,7 +96,7 @@ pub(crate) fn carried_mass(wheel: &Wheel, states: &[RollerState]) -> MassPropert
 }
 
 impl WheelBody {
-    /// Whether its rollers have treads, which give.
+    /// Whether its rollers have treads.
     pub fn is_compliant(&self) -> bool {
         self.surface.tread.is_some()
     }
@@ -133,14 +133,14 @@ impl WheelBody {
         }
     }
 
-    /// What the rollers put on a hub of this angular velocity in the step, in its frame, in N m:
-    /// their bearings' torques, and what it takes to turn the axes of flywheels along with it, -W x
-    /// (I w d), which takes no work.
+    /// The torque of the rollers on a hub with this angular velocity in the step, in its frame, in
+    /// N m: their bearings' torques, and the gyroscopic torque of the flywheels, -W x (I w d),
+    /// which does no work.
     pub fn torque_on_hub_n_m(&self, hub_rate_in_hub_rad_s: &Vector3<f64>) -> Vector3<f64> {
         self.bearings_in_hub_n_m - hub_rate_in_hub_rad_s.cross(&self.momentum_in_hub)
     }
 
-    /// Ends it, with the hub's mean rate. Gives the energy that the bearings took, in J.
+    /// Ends the step, with the hub's mean rate. Returns the energy taken by the bearings, in J.
     pub fn end_step(&mut self, hub_mean_in_hub_rad_s: &Vector3<f64>, dt_s: f64) -> f64 {
         self.owed_in_hub_n_m = Vector3::zeros();
         let mut lost_j = 0.0;
@@ -153,7 +153,7 @@ impl WheelBody {
     }
 
     /// Moves rollers with play along their axles to the end of a step, with gravity in the hub's
-    /// frame, in m/s^2. Gives the energy that is lost as they leave the ground, in J.
+    /// frame, in m/s^2. Returns the energy lost as they leave the ground, in J.
     pub fn slide_rollers(&mut self, gravity_in_hub: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         for roller in &mut self.rollers {

@@ -1,5 +1,5 @@
-//! One step: the robot in the step's middle, the reactions of ground and bearings, and
-//! what each took.
+//! One step: the robot in the step's middle, the reactions of ground and bearings, and the energy
+//! that each took.
 
 use std::f64::consts::TAU;
 
@@ -19,24 +19,25 @@ use crate::robot::servo::Servo;
 use crate::robot::shapes::Placed;
 use crate::settings::NEAR;
 
-/// What a contact may be in the ground beyond its start at the end of a step that moves on with the
-/// mean of the rates, in wheel radii. Where one would be deeper, it has landed, and the step moves
-/// on with the rates after it. 5 um for wheels of 50 mm.
+/// The largest increase of a contact's penetration over a step that advances with the mean rates,
+/// in wheel radii. A deeper contact has landed, and the step advances with the rates after it. 5 um
+/// for wheels of 50 mm. Chosen.
 const SINKS: f64 = 1e-4;
 
-/// A part of a step whose contacts break their laws by more than this, in m/s or rad/s, is given up
-/// and taken in halves: contacts that jam in a long step can mostly be solved in a shorter one.
+/// A part of a step whose contacts violate their laws by more than this, in m/s or rad/s, is
+/// discarded and halved: contacts that jam in a long step can mostly be solved in a shorter one.
+/// Chosen.
 const UNSOLVED_M_S: f64 = 1e-6;
 
-/// The shortest part of a step that is halved, of the step.
+/// The shortest part that is halved, as a share of the step. Chosen.
 const SHORTEST_PART: f64 = 1.0 / 16.0;
 
 impl World {
-    /// Advances the world by a time: in one part, or in two where something lands in it or its
+    /// Advances the world by a time: in one part, or in two if something lands in it or its
     /// contacts cannot be solved.
     ///
-    /// The reactions of a part are found before anything has moved, so that a part that is given up
-    /// has left nothing behind.
+    /// The reactions of a part are found before anything has moved, so that discarding a part has
+    /// no effect.
     pub(super) fn advance(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         if self.settings.contacts == ContactSolver::Rapier {
             self.bodies
@@ -55,11 +56,11 @@ impl World {
         self.advance(solver, dt_s - first_s);
     }
 
-    /// The first of the two parts in which a part of a step is to be taken whose reactions have
-    /// been found, in seconds; `None` where it is well solved as a whole.
+    /// The first of the two parts into which a part of a step with known reactions is to be split,
+    /// in seconds; `None` if it is well solved as a whole.
     fn first_part_s(&self, solver: &ReactionSolver, dt_s: f64) -> Option<f64> {
         let shortest_s = self.shortest_part_s();
-        // A little before it lands, so that what bears the load until then does so to the end.
+        // Slightly before the landing, so that the load's support until then acts to the end.
         let lands_s = (1.0 - SHORTEST_PART) * solver.lands_after_s(&self.bodies, dt_s);
         if (shortest_s..dt_s).contains(&lands_s) {
             return Some(lands_s);
@@ -69,7 +70,7 @@ impl World {
         (!is_solved).then_some(half_s)
     }
 
-    /// Gives up a part of a step whose reactions have been found, and goes back to where it began.
+    /// Discards a part of a step with known reactions, and returns to its beginning.
     pub(super) fn give_up(&mut self) {
         self.solution.halvings += 1;
         self.bodies.iter_mut().for_each(Articulated::begin_again);
@@ -85,7 +86,7 @@ impl World {
 
     /// Finds the reactions of a part of a step, without moving anything.
     ///
-    /// The poses are taken on by half of it with the rates of its beginning; contacts and
+    /// The poses are advanced by half of it with the rates of its beginning; contacts and
     /// accelerations are found there, and the reactions follow.
     pub(super) fn find_reactions(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
@@ -103,7 +104,7 @@ impl World {
         self.solution.add(solver.take_effort());
     }
 
-    /// What the reactions of a part of a step depend on.
+    /// The inputs of the reactions of a part of a step.
     fn scenes(&self, dt_s: f64) -> Scenes<'_> {
         Scenes {
             ground: &self.ground,
@@ -114,11 +115,11 @@ impl World {
         }
     }
 
-    /// Moves everything on to the end of a part of a step whose reactions have been found, and
-    /// counts what they did.
+    /// Advances everything to the end of a part of a step with known reactions, and counts their
+    /// effects.
     ///
-    /// The poses move on with the mean of the rates before and after. That is of second order in
-    /// the time where nothing lands.
+    /// The poses advance with the mean of the rates before and after. That is of second order in
+    /// the time if nothing lands.
     pub(super) fn move_on(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         let gravity = self.ground.gravity_in_floor(self.settings.gravity_m_s2);
         for (index, body) in self.bodies.iter_mut().enumerate() {
@@ -139,15 +140,15 @@ impl World {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             let took_j = body.run_bearings(&gravity, dt_s) + self.reactions.bearings_took_j(index);
             self.energies.bearing_j += body.memory.bearings_owe.lost_j(took_j);
-            // What coupled bodies have is not this world's energy.
+            // The energy of coupled bodies is not this world's.
             if body.coupled().is_none() {
                 self.energies.outside_j += body.pushes_did_j(dt_s) - body.attached_took_j(dt_s);
             }
         }
     }
 
-    /// Takes what turning frames ask of bodies with joints that are stopped within the step as
-    /// their rates jump; says whether there are any.
+    /// Updates the forces of rotating frames for bodies with joints that are stopped within the
+    /// step, because their rates jump; returns whether there are any.
     fn turn_with_jumps(
         &mut self,
         solver: &ReactionSolver,
@@ -166,7 +167,7 @@ impl World {
         any
     }
 
-    /// Counts what the motors did.
+    /// Counts the work and torque of the motors.
     pub(super) fn count_motors(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             for (index, motor) in body.step.motors.iter().enumerate() {
@@ -196,7 +197,7 @@ impl World {
         }
     }
 
-    /// Counts what acted in the joints between bodies.
+    /// Counts the forces in the joints between bodies.
     fn count_joints(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             body.count_springs(dt_s);
@@ -221,14 +222,14 @@ impl World {
         }
     }
 
-    /// Reads the contacts and counts the energy that they took, the chassis's too where it scrapes
-    /// along.
+    /// Reads the contacts and counts the energy that they took, including that of a scraping
+    /// chassis.
     pub(super) fn read_contacts(&mut self, dt_s: f64) {
         let residual_m_s = &mut self.solution.residual_m_s;
         *residual_m_s = residual_m_s.max(self.reactions.error());
         let springs_j = match self.settings.contacts {
             ContactSolver::Ilon => self.reactions.spring_energy_j(&self.bodies, dt_s),
-            // What rapier's soft contacts store goes with the hits.
+            // The energy stored in rapier's soft contacts counts as impact loss.
             ContactSolver::Rapier => 0.0,
         };
         self.energies.impact_j -= springs_j - self.energies.springs_j;
@@ -304,7 +305,7 @@ impl World {
 }
 
 impl Articulated {
-    /// Sets what the motors do in a part of the step, from what they were asked for when it began.
+    /// Sets the motors' torques in a part of the step, from the commands at its beginning.
     fn ask_motors(&mut self, dt_s: f64) {
         for (index, law) in self.step.motor_laws.iter_mut().enumerate() {
             let gained_rad_s =
@@ -316,8 +317,9 @@ impl Articulated {
         }
     }
 
-    /// Counts what the motor of a wheel did whose drive put an impulse on it beside the motor's
-    /// straight line, in N m s, and gives what gear and bearing took of it, in J.
+    /// Counts the work of the motor of a wheel with a nonlinear drive, given the drive's impulse
+    /// besides the motor's straight line, in N m s, and returns the energy taken by gear and
+    /// bearing, in J.
     fn count_drive(&mut self, wheel: usize, impulse_n_m_s: f64, dt_s: f64) -> f64 {
         let before_rad_s = self.step.before.wheel_rates_rad_s()[wheel];
         let after_rad_s = self.state.wheel_rates_rad_s()[wheel];
@@ -349,17 +351,17 @@ impl Articulated {
             .rates_free
             .copy_from_slice(&self.step.rates_before);
         if self.memory.is_pressed && !self.robot.joints.is_empty() {
-            // What turning frames ask of a swing arm is as large as its load: it is taken with the
-            // rates of the step's middle, as the last step foretells them.
+            // The forces of rotating frames on a swing arm are as large as its load: they use the
+            // rates of the step's middle, extrapolated from the last step.
             for (rate, gained) in self.step.rates_free.iter_mut().zip(&self.memory.gained) {
                 *rate += 0.5 * dt_s * gained;
             }
         }
         self.accelerate(gravity, dt_s);
         if !self.memory.is_pressed {
-            // What turning frames ask for, once more with the rates of the middle, so that what
-            // tumbles is right to second order. On the ground most of what a body would gain
-            // without it is no gain at all, and the rates of the beginning are nearer.
+            // The forces of rotating frames once more with the rates of the middle, so that
+            // tumbling is of second order. On the ground most of a body's free gain of rate does
+            // not happen, and the rates of the beginning are nearer.
             for (free, before) in self.step.rates_free.iter_mut().zip(&self.step.rates_before) {
                 *free = 0.5 * (*free + before);
             }
@@ -367,8 +369,8 @@ impl Articulated {
         }
     }
 
-    /// Goes back to where [`Self::move_freely`] began, to take a part of a step anew: all else that
-    /// it changed it finds anew.
+    /// Returns to the beginning of [`Self::move_freely`], to repeat a part of a step: everything
+    /// else that it changed is recomputed.
     fn begin_again(&mut self) {
         self.servos.iter_mut().for_each(Servo::begin_again);
         let rollers = self.wheels.iter_mut().flat_map(|wheel| &mut wheel.rollers);
@@ -377,7 +379,7 @@ impl Articulated {
             .for_each(|slide| slide.begin_again());
     }
 
-    /// Says what motors, bearings and springs lose as their joints gain rate.
+    /// Sets the implicit damping of motors, bearings and springs.
     fn hold_joints(&mut self, dt_s: f64) {
         let lost = self.step.motors.iter().zip(&self.robot.wheels);
         for (body, (motor, wheel)) in self.wheels.iter().zip(lost) {
@@ -387,7 +389,7 @@ impl Articulated {
         self.load_joints(dt_s);
     }
 
-    /// Says what acts on the body in the step, but for what follows from how its hubs turn.
+    /// Sets the loads on the body in the step, except those that depend on its hubs' rotation.
     fn load(&mut self, dt_s: f64) {
         let (force_n, torque_n_m) = self.pushed();
         self.step.loads.force_on_root_n = force_n;
@@ -401,8 +403,8 @@ impl Articulated {
         }
     }
 
-    /// Takes the rates at the end of the step without reactions from those with which the body
-    /// turns in it, which stand in their place.
+    /// Computes the rates at the end of the step without reactions, given the rates for rotating
+    /// frames, which they replace.
     fn accelerate(&mut self, gravity: &Vector3<f64>, dt_s: f64) {
         let rates = std::mem::take(&mut self.step.rates_free);
         self.find_forces(&rates, gravity);
@@ -416,12 +418,12 @@ impl Articulated {
         }
     }
 
-    /// Takes the same once more of a body whose rates jump within the step by reactions that change
-    /// them so, and which moves on with the rates after them.
+    /// Repeats this for a body whose rates jump within the step by reactions with the given change,
+    /// and which advances with the rates after them.
     ///
     /// With A the rows of its momentum, u_0 and u_1 its rates and q_m = q_0 + dt u_0 / 2 and
-    /// q_1 = q_0 + dt u_1 its poses in the middle and at the end, A(q_1) u_1 - A(q_0) u_0 is
-    /// A(q_m) (u_1 - u_0) and, to first order, what turning frames ask for: dt c with, for it is
+    /// q_1 = q_0 + dt u_1 its poses in the middle and at the end, A(q_1) u_1 - A(q_0) u_0 is A(q_m)
+    /// (u_1 - u_0) plus, to first order, the forces of rotating frames: dt c, where, because it is
     /// quadratic in the rates, c = 5/4 c(u_1) + 3/4 c(u_0) - c((u_0 + u_1) / 2).
     fn accelerate_in_jump(&mut self, change: &[f64], gravity: &Vector3<f64>, dt_s: f64) {
         let after = self.step.rates_free.iter().zip(change);
@@ -441,8 +443,8 @@ impl Articulated {
         }
     }
 
-    /// Finds the generalised forces that are left for accelerations of a body that turns with these
-    /// rates.
+    /// Computes the generalised forces that remain for accelerations of a body that rotates with
+    /// these rates.
     fn find_forces(&mut self, rates: &[f64], gravity: &Vector3<f64>) {
         let angular_rad_s = Vector3::new(rates[3], rates[4], rates[5]);
         for (index, (wheel, hub)) in self.wheels.iter().zip(self.step.middle.hubs()).enumerate() {
@@ -459,7 +461,7 @@ impl Articulated {
             .forces(&self.tree, rates, acting, &mut self.step.forces);
     }
 
-    /// Whether something of the body was stopped within the step, so that it cannot move on with
+    /// Whether something of the body was stopped within the step, so that it cannot advance with
     /// the mean of the rates before and after: a contact would end deep in the ground, or a joint
     /// beyond its stop.
     fn lands(&self, index: usize, reactions: &ReactionSolver, dt_s: f64) -> bool {
@@ -473,10 +475,11 @@ impl Articulated {
             || self.passes_stops(mean, dt_s)
     }
 
-    /// Finds where what touches as parry finds it is near the ground, in the middle of the step.
+    /// Finds the places where shapes handled by parry are near the ground, in the middle of the
+    /// step.
     fn find_shapes(&mut self, ground: &Ground) {
         if !self.is_robot() {
-            // `contact/search/free_bodies.rs` looks for it.
+            // `contact/search/free_bodies.rs` does this.
             return;
         }
         self.step.shapes.find(&Placed {
@@ -499,11 +502,11 @@ impl Articulated {
         if !self.robot.joints.is_empty() {
             let rates = self.step.rates_free.iter().zip(&self.step.rates_before);
             for (gained, (after, before)) in self.memory.gained.iter_mut().zip(rates) {
-                // A jump foretells nothing.
+                // A jump does not continue.
                 *gained = if lands { 0.0 } else { (after - before) / dt_s };
             }
         }
-        // From here on the rates before are those that the mean over the step starts from.
+        // From here on the rates before are those at the start of the mean over the step.
         let starts = self
             .step
             .rates_before
@@ -528,14 +531,14 @@ impl Articulated {
         }
     }
 
-    /// Whether rollers pass over the ground in steps of `dt_s` as the wheels turn now.
+    /// Whether steps of `dt_s` resolve the passage of rollers over the ground at the wheels'
+    /// current rates.
     ///
-    /// In longer ones a roller would be taken to turn on far beyond where it hands over. The mean
-    /// motion is better then if each contact keeps its state of the step's middle, and the
-    /// robot moves on as that lets it: of many steps the middles fall anywhere on the rollers, each
-    /// place as often as it is passed.
+    /// In longer steps a roller would be rotated far beyond its hand-over. The mean motion is then
+    /// more accurate if each contact keeps its state of the step's middle, and the robot advances
+    /// accordingly: over many steps the middles fall evenly on the rollers.
     fn resolves_rollers(&self, dt_s: f64) -> bool {
-        /// Steps that a roller's passage takes at least.
+        /// The smallest number of steps per passage of a roller. Chosen.
         const STEPS: f64 = 6.0;
         let rates = self.state.wheel_rates_rad_s().iter();
         rates.zip(&self.robot.wheels).all(|(rate_rad_s, wheel)| {
@@ -543,28 +546,27 @@ impl Articulated {
         })
     }
 
-    /// Moves the poses to the end of the step.
+    /// Advances the poses to the end of the step.
     ///
     /// With the mean of the rates before and after, unless a contact would then end deep in the
     /// ground: it was stopped at the ground within the step, and the mean would carry it on. Then
-    /// with the rates after it, with which it ends there.
+    /// with the rates after it.
     fn move_on(&mut self, lands: bool, gravity: &Vector3<f64>, dt_s: f64, energies: &mut Energies) {
         self.state.advance_with(&self.step.middle, dt_s);
         if !self.step.resolves_rollers || lands {
             let with_mean_j = self.potential_j(gravity);
             self.state.take_poses(&self.step.before);
             self.state.advance(dt_s);
-            // The height that the mean would have lost is no energy that anything has got.
+            // The energy of the height that the mean would have lost has gone nowhere.
             energies.impact_j += with_mean_j - self.potential_j(gravity);
         }
     }
 
-    /// Lets the bearings act on rollers that nothing touched, and gives what damping and dry
-    /// friction took out of all of them, in J, but for what is among the reactions. All work goes
-    /// with the mean rates.
+    /// Applies the bearings to rollers without contact, and returns the energy taken by damping and
+    /// dry friction of all of them, in J, except for what is among the reactions. All work uses the
+    /// mean rates.
     ///
-    /// Rollers with play move along their axles, under gravity in the floor's frame where they are
-    /// in the air.
+    /// Rollers with play move along their axles, in the air under gravity in the floor's frame.
     fn run_bearings(&mut self, gravity: &Vector3<f64>, dt_s: f64) -> f64 {
         let mut lost_j = 0.0;
         let wheels = self.wheels.iter_mut().zip(&self.robot.wheels);

@@ -1,5 +1,5 @@
-//! The bodies of a world, each by its identity: what is done to one, and what can be read of it,
-//! the truth, in f64 and in the project's frames.
+//! The bodies of a world by identity: commands to a body, and its true state in f64 and in the
+//! project's frames.
 
 use ilon_robot::{BodyJoint, Pose as PlanarPose, Twist, roll_pitch_yaw};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -11,44 +11,44 @@ use crate::contact::reactions::wheel_tally::WheelTally;
 use crate::robot::articulated::Articulated;
 use crate::{BodyId, MotorTorque, WorldError};
 
-/// A robot of a world, as it is after the last step.
+/// A robot of a world after the last step.
 #[derive(Clone, Copy)]
 pub struct Body<'a> {
     world: &'a World,
     index: usize,
 }
 
-/// A robot of a world, to be driven or disturbed.
+/// A robot of a world, for driving and disturbing it.
 pub struct BodyMut<'a> {
     pub(super) world: &'a mut World,
     pub(super) index: usize,
 }
 
 impl World {
-    /// The identities of all robots, in the order in which the world was given them.
+    /// The identities of all robots, in the order of their creation.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> + use<> {
         (0..self.robots()).map(BodyId)
     }
 
-    /// How many robots there are; they stand before the free bodies.
+    /// The number of robots, which come before the free bodies.
     fn robots(&self) -> usize {
         let robots = self.bodies.iter().take_while(|body| body.is_robot());
         robots.count()
     }
 
-    /// A body as it is now.
+    /// A body in its current state.
     ///
     /// # Panics
-    /// Where the identity is another world's, and this one has fewer bodies.
+    /// If the identity is that of another world, and this one has fewer bodies.
     pub fn body(&self, id: BodyId) -> Body<'_> {
         let index = self.checked(id);
         Body { world: self, index }
     }
 
-    /// A body, to be driven or disturbed.
+    /// A body, for driving and disturbing it.
     ///
     /// # Panics
-    /// Where the identity is another world's, and this one has fewer bodies.
+    /// If the identity is that of another world, and this one has fewer bodies.
     pub fn body_mut(&mut self, id: BodyId) -> BodyMut<'_> {
         let index = self.checked(id);
         BodyMut { world: self, index }
@@ -59,7 +59,7 @@ impl World {
         self.body(ROBOT)
     }
 
-    /// As [`World::robot`], to be driven or disturbed.
+    /// Like [`World::robot`], for driving and disturbing it.
     pub fn robot_mut(&mut self) -> BodyMut<'_> {
         self.body_mut(ROBOT)
     }
@@ -74,7 +74,7 @@ impl World {
 /// The robot that a world was built for.
 const ROBOT: BodyId = BodyId(0);
 
-/// The chassis as seen from outside.
+/// The state of the chassis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyState {
@@ -88,7 +88,7 @@ pub struct BodyState {
     pub pitch_rad: f64,
     /// Velocity of the body frame's origin and yaw rate, in the body frame.
     pub twist_in_body: Twist,
-    /// How the body is turned in the world: roll, pitch and heading in one.
+    /// Rotation from the body frame to the world: roll, pitch and heading in one.
     pub world_from_body: UnitQuaternion<f64>,
     /// Velocity of the body frame's origin along all axes of the body frame, in m/s.
     pub velocity_in_body_m_s: Vector3<f64>,
@@ -96,12 +96,12 @@ pub struct BodyState {
     pub angular_in_body_rad_s: Vector3<f64>,
 }
 
-/// How a place on a chassis is turned and moves: what a sensor there feels.
+/// Orientation and motion of a point on a chassis, for a sensor there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaceMotion {
-    /// How the body frame is turned in the floor's frame, whose z is the floor's normal.
+    /// Rotation from the body frame to the floor's frame, whose z is the floor's normal.
     pub floor_from_body: UnitQuaternion<f64>,
-    /// Velocity of the place in the floor's frame, in m/s.
+    /// Velocity of the point in the floor's frame, in m/s.
     pub velocity_in_floor_m_s: Vector3<f64>,
 }
 
@@ -138,8 +138,8 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How a place on the chassis, in the body frame in metres, is turned and moves, against the
-    /// floor's frame.
+    /// Orientation and motion of a point on the chassis, given in the body frame in metres,
+    /// relative to the floor's frame.
     pub fn motion_at(&self, place_in_body_m: &Vector3<f64>) -> PlaceMotion {
         let robot = self.articulated();
         let state = &robot.state;
@@ -151,9 +151,9 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// How the chassis was turned where its rates hold: now, or, after a step that did not
-    /// see rollers pass, as in the middle of that step. At its end such rates would seem to drift
-    /// sideways, by v omega dt / 2.
+    /// The rotation of the chassis for which its rates hold: the current one, or, after a step that
+    /// did not resolve rollers, that in the middle of that step. At the end of the step such rates
+    /// would show a lateral drift of v omega dt / 2.
     fn rates_from(&self) -> UnitQuaternion<f64> {
         let robot = self.articulated();
         let state = if robot.step.resolves_rollers {
@@ -174,7 +174,7 @@ impl<'a> Body<'a> {
         self.articulated().state.wheel_rates_rad_s()
     }
 
-    /// How far each joint between bodies has moved from zero, in rad or m.
+    /// Positions of the joints between bodies relative to zero, in rad or m.
     pub fn joint_positions(&self) -> &'a [f64] {
         self.articulated().state.joint_positions()
     }
@@ -184,15 +184,15 @@ impl<'a> Body<'a> {
         self.articulated().state.joint_rates()
     }
 
-    /// Where the target of each joint's servo is, in rad or m, which moves on to its aim at the
-    /// servo's rate limit; zero of a joint that nothing drives.
+    /// The target of each joint's servo, in rad or m, which approaches its aim at the servo's rate
+    /// limit; zero for an undriven joint.
     pub fn joint_targets(&self) -> impl Iterator<Item = f64> + use<'a> {
         let servos = self.articulated().servos.iter();
         servos.map(|servo| servo.target)
     }
 
-    /// What acted in each joint between bodies during the last step along its motion, on its body,
-    /// in N m or N: spring, damper, friction and stops; what a coupling carries is not counted.
+    /// Force in each joint between bodies during the last step along its motion, on its body, in N
+    /// m or N: spring, damper, friction and stops; without couplings.
     pub fn joint_forces(&self) -> &'a [f64] {
         &self.articulated().done.joint_forces
     }
@@ -202,8 +202,7 @@ impl<'a> Body<'a> {
         &self.articulated().done.acted_n_m
     }
 
-    /// What each wheel, its motor and its contact did over the last step: means, and the least and
-    /// largest.
+    /// Means and extremes of each wheel, its motor and its contact over the last step.
     pub fn wheel_tallies(&self) -> impl Iterator<Item = &'a WheelTally> + use<'a> {
         self.articulated()
             .done
@@ -215,26 +214,26 @@ impl<'a> Body<'a> {
     /// Height of a wheel's centre above the floor's plane, level or not, in metres.
     ///
     /// # Panics
-    /// Where the robot has no such wheel.
+    /// If the robot has no such wheel.
     pub fn hub_height_m(&self, wheel: usize) -> f64 {
         self.articulated().state.hubs()[wheel].center_m.z
     }
 
-    /// Where each roller of a wheel is on its axle, along its axis from the middle of its play, in
-    /// metres; 0 without play.
+    /// Position of each roller of a wheel on its axle, along its axis from the middle of its play,
+    /// in metres; 0 without play.
     ///
     /// # Panics
-    /// Where the robot has no such wheel.
+    /// If the robot has no such wheel.
     pub fn roller_places_m(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
         let rollers = &self.articulated().wheels[wheel].rollers;
         rollers.iter().map(|roller| roller.place_m())
     }
 
-    /// How deep the deepest place of all barrels lies below the surface of the ground now, in
-    /// metres; 0 where all are clear of it. Contacts give way by what loads them over
+    /// Current penetration of the deepest point of all barrels into the ground, in metres; 0 if all
+    /// are clear of it. Contacts deflect by their load over
     /// [`Settings::contact_stiffness_n_m`](crate::Settings::contact_stiffness_n_m), and a landing
-    /// is caught within a step; anything more would be an error of the simulation. Rollers with
-    /// shapes of their file do not count.
+    /// is detected within a step; anything more would be an error of the simulation. Rollers with
+    /// shapes of their file are not included.
     pub fn penetration_m(&self) -> f64 {
         let mut pieces = Vec::new();
         let mut deepest_m = 0.0;
@@ -253,22 +252,21 @@ impl<'a> Body<'a> {
         deepest_m
     }
 
-    /// What each wheel's rollers did to the ground during the last step.
+    /// The contact of each wheel during the last step.
     pub fn contacts(&self) -> &'a [WheelContact] {
         &self.articulated().done.contacts
     }
 
-    /// What the ground did to the robot as a whole during the last step: what carries it, and what
-    /// stands in its way.
+    /// The ground's forces on the robot as a whole during the last step.
     pub fn support(&self) -> Support {
         self.articulated().done.support
     }
 
-    /// Spins of all rollers of a wheel about their own axes against the hub, in rad/s, in the
+    /// Spins of all rollers of a wheel about their own axes relative to the hub, in rad/s, in the
     /// robot's order.
     ///
     /// # Panics
-    /// Where the robot has no such wheel.
+    /// If the robot has no such wheel.
     pub fn roller_spins_rad_s(&self, wheel: usize) -> Vec<f64> {
         let robot = self.articulated();
         let hub_rate_in_hub = robot.state.hub_rate_in_hub(wheel);
@@ -278,11 +276,11 @@ impl<'a> Body<'a> {
             .collect()
     }
 
-    /// Angles of all rollers of a wheel about their own axes against the hub since the start, in
-    /// rad, not wrapped, in the robot's order.
+    /// Angles of all rollers of a wheel about their own axes relative to the hub since the start,
+    /// in rad, not wrapped, in the robot's order.
     ///
     /// # Panics
-    /// Where the robot has no such wheel.
+    /// If the robot has no such wheel.
     pub fn roller_angles_rad(&self, wheel: usize) -> impl Iterator<Item = f64> + use<'a> {
         let rollers = self.articulated().wheels[wheel].rollers.iter();
         rollers.map(|roller| roller.angle_rad)
@@ -294,11 +292,11 @@ impl BodyMut<'_> {
         &mut self.world.bodies[self.index]
     }
 
-    /// Sets the torques that the motors put on the wheels during the next step, in N m, one a
-    /// wheel; the chassis takes the opposite. They hold for one step.
+    /// Sets the torques of the motors on the wheels during the next step, in N m, one per wheel;
+    /// the chassis takes the opposite. They hold for one step.
     ///
     /// # Panics
-    /// Where there are more or fewer torques than wheels.
+    /// If there are more or fewer torques than wheels.
     pub fn apply(&mut self, torques_n_m: &[f64]) {
         let motors = &mut self.articulated().command.motors;
         assert_eq!(torques_n_m.len(), motors.len(), "one torque a wheel");
@@ -307,17 +305,17 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Says where the servo of a joint between bodies shall have its target in the middle of each
-    /// step to come, in rad or m, and how fast that target moves then, in rad/s or m/s: 0 of one
-    /// that stands. Within a step the target moves on at that rate; it goes there at the servo's
-    /// rate limit at most, and this holds until it is given another.
+    /// Sets the target of the servo of a joint between bodies in the middle of each coming step, in
+    /// rad or m, and the target's rate, in rad/s or m/s; 0 for a constant one. Within a step the
+    /// target moves at that rate. It approaches this aim at most at the servo's rate limit, and the
+    /// aim holds until the next one.
     ///
     /// # Errors
-    /// [`WorldError::Joint`] where nothing drives the joint, a number is not finite, or the place
-    /// is beyond the joint's limits.
+    /// [`WorldError::Joint`] if the joint has no servo, a number is not finite, or the position is
+    /// beyond the joint's limits.
     ///
     /// # Panics
-    /// Where the robot has no such joint.
+    /// If the robot has no such joint.
     pub fn aim_joint(&mut self, joint: usize, position: f64, rate: f64) -> Result<(), WorldError> {
         let robot = self.articulated();
         let of = &robot.robot.joints[joint];
@@ -336,15 +334,14 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Lets the servo of a joint between bodies act with a torque or a force from the coming step
-    /// on, in N m or N, in place of going anywhere, until it is aimed again: no more than its
-    /// effort.
+    /// Commands a torque or a force of the servo of a joint between bodies from the coming step on,
+    /// in N m or N, instead of a target, until it is aimed again; limited to its effort.
     ///
     /// # Errors
-    /// [`WorldError::Joint`] where nothing drives the joint, or the number is not finite.
+    /// [`WorldError::Joint`] if the joint has no servo, or the number is not finite.
     ///
     /// # Panics
-    /// Where the robot has no such joint.
+    /// If the robot has no such joint.
     pub fn load_joint(&mut self, joint: usize, effort: f64) -> Result<(), WorldError> {
         let robot = self.articulated();
         let of = &robot.robot.joints[joint];
@@ -357,16 +354,17 @@ impl BodyMut<'_> {
         }
     }
 
-    /// As [`BodyMut::apply`], with torques that depend on the rates of the wheels within the step.
+    /// Like [`BodyMut::apply`], with torques that depend on the rates of the wheels within the
+    /// step.
     ///
     /// # Panics
-    /// Where there are more or fewer torques than wheels.
+    /// If there are more or fewer torques than wheels.
     pub fn drive(&mut self, motors: &[MotorTorque]) {
         self.articulated().command.motors.copy_from_slice(motors);
     }
 }
 
-/// What is wrong with a command for a joint that no servo drives.
+/// The error for a command to a joint without a servo.
 const NOT_DRIVEN: &str = "nothing drives it: give it a servo, the role `driven`";
 
 fn of_joint(joint: &BodyJoint, reason: impl Into<String>) -> WorldError {

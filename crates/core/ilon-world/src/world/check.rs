@@ -1,4 +1,4 @@
-//! What cannot be simulated.
+//! Checks for what cannot be simulated.
 
 use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 
@@ -61,7 +61,7 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
     })
 }
 
-/// Refuses bodies that cannot begin together.
+/// Refuses bodies that cannot start together.
 pub(super) fn check_together(
     bodies: &[Articulated],
     ground: &Ground,
@@ -96,8 +96,8 @@ pub(super) fn check_together(
     }
 }
 
-/// Refuses a body on a joint that would begin in the ground, deeper than the contact could carry it
-/// out of.
+/// Refuses a body on a joint that would start in the ground, deeper than the contact could push it
+/// out.
 pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), WorldError> {
     let shallow_m = NEAR * body.scale.length_m;
     for (joint, solid) in parts(body, &body.state) {
@@ -128,8 +128,8 @@ pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), Wor
     Ok(())
 }
 
-/// Refuses a tread that an even share of the weight, in N, presses deeper than the rollers of the
-/// wheel are thick.
+/// Refuses a tread that an even share of the weight, in N, compresses by more than the radius of
+/// the wheel's rollers.
 fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     let Some(tread) = wheel.surface.tread else {
         return Ok(());
@@ -149,8 +149,7 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     })
 }
 
-/// Refuses what rolling costs, and creep, of rollers of which nobody knows how their place of
-/// contact moves.
+/// Refuses rolling resistance and creep for rollers whose contact motion is unknown.
 fn check_rolling(wheel: &Wheel, floor: &Floor) -> Result<(), WorldError> {
     let is_modelled = |roller: &Roller| matches!(roller.form, RollerForm::AsModelled(_));
     let mut footings = floor.all_footings();
@@ -166,7 +165,7 @@ fn check_rolling(wheel: &Wheel, floor: &Floor) -> Result<(), WorldError> {
     Ok(())
 }
 
-/// Refuses play that is none: rollers slide along their axles by a part of their own size.
+/// Refuses an implausible play: rollers slide along their axles by a part of their own size.
 fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
     let play_m = wheel.surface.axial_play_m;
     let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
@@ -187,7 +186,7 @@ fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
     })
 }
 
-/// Refuses friction on axles that are none.
+/// Refuses friction on invalid axles.
 fn check_axles(wheel: &Wheel) -> Result<(), WorldError> {
     let (friction, axle_m) = (wheel.surface.axle_friction, wheel.surface.axle_radius_m);
     let radii_m = wheel.rollers.iter().map(|roller| roller.radius_m);
@@ -204,7 +203,7 @@ fn check_axles(wheel: &Wheel) -> Result<(), WorldError> {
     })
 }
 
-/// Refuses what rapier's own solver does not know.
+/// Refuses features that rapier's own solver does not have.
 fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
     let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
     if settings.split_dt_s.is_some() {

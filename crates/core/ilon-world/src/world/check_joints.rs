@@ -1,4 +1,4 @@
-//! Which joints between bodies cannot be simulated.
+//! Checks the joints between bodies.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
 use crate::dynamics::DEEPEST;
 use crate::{Settings, WorldError};
 
-/// Refuses joints that make no tree, that no step can follow, or whose numbers are none.
+/// Refuses joints that do not form a tree, that no step can follow, or with invalid numbers.
 pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), WorldError> {
     for (index, joint) in robot.joints.iter().enumerate() {
         check_numbers(joint)?;
@@ -27,14 +27,14 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
             });
         }
     }
-    // From here on every way to the chassis ends there.
+    // From here on every path ends at the chassis.
     for (index, joint) in robot.joints.iter().enumerate() {
         let way = std::iter::successors(Some(index), |at| robot.joints[*at].parent);
         let carries_a_wheel = robot
             .wheels
             .iter()
             .any(|wheel| wheel.carrier == Some(index));
-        // A wheel's own joint comes on top.
+        // A wheel's own joint is one more.
         let deep = way.count() + usize::from(carries_a_wheel);
         if deep > DEEPEST {
             let words = format!(
@@ -47,7 +47,7 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
     for coupling in &robot.couplings {
         check_coupling(robot, coupling)?;
     }
-    // What a joint moves, it moves through couplings too.
+    // A joint also moves the joints coupled to it.
     let mut joints = 0..robot.joints.len();
     joints.try_for_each(|index| check_spring(robot, index, settings))
 }
@@ -71,7 +71,7 @@ fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
         );
     }
     let [lower, upper] = joint.limits;
-    // Not a number is not below anything.
+    // NaN is not below anything.
     if !matches!(lower.partial_cmp(&upper), Some(std::cmp::Ordering::Less)) {
         let words = format!(
             "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
@@ -102,7 +102,7 @@ fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
     }
 }
 
-/// Refuses a servo that no joint can have, or that no limit lets where it shall be.
+/// Refuses an invalid servo, or one whose target its limits exclude.
 fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
     let Some(servo) = joint.servo() else {
         return Ok(());
@@ -116,7 +116,7 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
     if !(servo.damping.is_finite() && servo.damping >= 0.0) {
         return refused(joint, "its servo's damping must be finite and not below 0");
     }
-    // Not a number is not above anything.
+    // NaN is not above anything.
     if !(servo.effort > 0.0 && servo.rate_limit > 0.0) {
         return refused(
             joint,
@@ -134,12 +134,13 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
     Ok(())
 }
 
-/// Steps in which a spring swings what it moves once, at least: where a joint on another does so in 1.2, a robot that drives shakes itself apart, and
-/// in 1.35 it does not.
+/// The smallest number of steps per period of a spring: with 1.2 for a joint on another joint, a
+/// driving robot becomes unstable, with 1.35 it does not. Chosen.
 const STEPS_A_SWING: f64 = 1.5;
 
-/// The longest step in which the springs and servos of a robot's joints can be simulated, in seconds, and the place of the joint that
-/// asks for it; `None` where no joint has one. [`World::new`](crate::World::new) refuses longer ones: [`WorldError::Joint`].
+/// The longest step in which the springs and servos of a robot's joints can be simulated, in
+/// seconds, and the index of the joint that requires it; `None` if no joint has one.
+/// [`World::new`](crate::World::new) refuses longer ones: [`WorldError::Joint`].
 pub fn longest_step_of_springs_s(robot: &Robot) -> Option<(f64, usize)> {
     let joints = robot.joints.iter().enumerate();
     let springs = joints.filter_map(|(index, joint)| Some((index, joint.gives_by()?)));
@@ -150,12 +151,12 @@ pub fn longest_step_of_springs_s(robot: &Robot) -> Option<(f64, usize)> {
     steps.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// How long a spring takes to swing an inertia once, in seconds.
+/// The period of a spring with an inertia, in seconds.
 fn swing_s(inertia: f64, stiffness: f64) -> f64 {
     TAU * (inertia / stiffness).sqrt()
 }
 
-/// Refuses a spring or a servo that swings what it moves in too few steps.
+/// Refuses a spring or a servo with too few steps per period.
 fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), WorldError> {
     let joint = &robot.joints[index];
     let Some(spring) = joint.gives_by() else {

@@ -1,8 +1,8 @@
-//! What comes over the robot from outside: pushes, loads put on its chassis, rollers that seize,
-//! floors that change.
+//! External disturbances of the robot: pushes, loads on its chassis, seized rollers, changed
+//! floors.
 //!
-//! Whatever energy enters or leaves that way is counted, so that the balance
-//! motors + outside = stored + slip + bearings stays one.
+//! The energy that they add or remove is counted, so that the balance motors + outside = stored +
+//! slip + bearings closes.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -18,12 +18,12 @@ use crate::robot::state::State;
 pub struct Push {
     /// The force, in the world frame, in N.
     pub force_in_world_n: Vector3<f64>,
-    /// Where on the chassis it acts, in the body frame, in metres.
+    /// Point of application on the chassis, in the body frame, in metres.
     pub place_in_body_m: Vector3<f64>,
 }
 
 impl BodyMut<'_> {
-    /// Pushes the chassis during the next step, and only then. Several pushes add up.
+    /// Pushes the chassis during the next step only. Several pushes add up.
     pub fn push(&mut self, push: &Push) {
         let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
@@ -35,8 +35,8 @@ impl BodyMut<'_> {
         });
     }
 
-    /// Turns the chassis with a pure moment in the world frame, in N m, during the next step, and
-    /// only then. It adds up with all pushes.
+    /// Applies a pure moment in the world frame to the chassis, in N m, during the next step only.
+    /// Pushes are added.
     pub fn turn(&mut self, moment_in_world_n_m: Vector3<f64>) {
         self.articulated().command.pushes.push(ActingPush {
             force_n: Vector3::zeros(),
@@ -45,11 +45,10 @@ impl BodyMut<'_> {
         });
     }
 
-    /// What the chassis carries from now on besides itself; nothing, where nothing is given.
+    /// Sets the loads on the chassis from now on; empty for none.
     ///
-    /// A payload is put on, or taken off, in passing: it has the velocity of its place on the
-    /// chassis, so that the robot moves on as it did. The energy that it has then comes from
-    /// outside, or goes there.
+    /// A payload is put on, or taken off, at the velocity of its place on the chassis, so that the
+    /// robot's motion does not change. Its energy is counted as external.
     pub fn carry(&mut self, payloads: &[Payload]) {
         let outside_j = |payload: &Payload| self.payload_energy_j(payload);
         let gone_j: f64 = self.world.bodies[self.index]
@@ -72,11 +71,12 @@ impl BodyMut<'_> {
         self.weigh(moved_m);
     }
 
-    /// Lets the chassis bear from now on the inertia of something that another engine moves: of its
-    /// acceleration a, linear at the body frame's origin before angular, it takes a wrench A a
-    /// there, all along the world's axes, in kg, kg m and kg m^2. A is the articulated-body inertia
-    /// of what is attached, symmetric and of no negative energy. What it takes goes outside.
-    /// `None`, and a body that rapier moves, bear nothing.
+    /// Couples the inertia of bodies that another engine moves to the chassis from now on: an
+    /// acceleration a of the chassis, linear at the body frame's origin before angular, then takes
+    /// an additional wrench A a there, all along the world's axes, in kg, kg m and kg m^2. A is the
+    /// articulated-body inertia of these bodies, symmetric and without negative energy. The energy
+    /// that it takes counts as external. `None` ends it, and it has no effect on a body that rapier
+    /// moves.
     pub fn attach(&mut self, inertia: Option<&Matrix6<f64>>) {
         let robot = self.articulated();
         let center_m = robot.chassis_mass.center_of_mass_m;
@@ -85,20 +85,20 @@ impl BodyMut<'_> {
         robot.weigh_wheels();
     }
 
-    /// Lets the rollers of a wheel find a share of the ground's friction from now on, whatever lies
-    /// beneath them; 1 for all of it. Below 0 counts as 0. A wheel that the robot does not have
-    /// changes nothing, and where rapier moves the robot nothing is changed.
+    /// Limits the rollers of a wheel to a share of the ground's friction from now on, on any
+    /// ground; 1 for all of it. Values below 0 count as 0. A wheel that the robot does not have is
+    /// ignored, and nothing changes if rapier moves the robot.
     pub fn set_grip(&mut self, wheel: usize, share: f64) {
         if let Some(hub) = self.articulated().wheels.get_mut(wheel) {
             hub.grip = share.max(0.0);
         }
     }
 
-    /// Lets a roller seize on its axle, or frees it again. A roller that the robot does not have
-    /// changes nothing.
+    /// Seizes a roller on its axle, or frees it again. A roller that the robot does not have is
+    /// ignored.
     ///
-    /// A seized roller stands still against its hub. What spin it had goes into its bearing at
-    /// once.
+    /// A seized roller does not turn relative to its hub. The energy of its spin goes into its
+    /// bearing at once.
     pub fn seize_roller(&mut self, wheel: usize, roller: usize, seized: bool) {
         let kinetic_before_j = self.world.kinetic_j();
         let robot = self.articulated();
@@ -114,8 +114,8 @@ impl BodyMut<'_> {
         self.world.energies.bearing_j += kinetic_before_j - self.world.kinetic_j();
     }
 
-    /// Takes over what the chassis carries now, whose centre of mass is further by `moved_m` in the
-    /// body's axes, and which rollers turn.
+    /// Updates the masses after a change of the chassis's load, which moves its centre of mass by
+    /// `moved_m` in the body's axes, or of the rollers that turn.
     fn weigh(&mut self, moved_m: Vector3<f64>) {
         self.articulated().weigh(moved_m);
         if let Some(reference) = &mut self.world.reference {
@@ -123,7 +123,7 @@ impl BodyMut<'_> {
         }
     }
 
-    /// Kinetic and potential energy that a payload has where and as the chassis moves now, in J.
+    /// Kinetic and potential energy of a payload at the chassis's current motion, in J.
     fn payload_energy_j(&self, payload: &Payload) -> f64 {
         let robot = &self.world.bodies[self.index];
         let (state, center_m) = (&robot.state, robot.chassis_mass.center_of_mass_m);
@@ -139,8 +139,8 @@ impl BodyMut<'_> {
 }
 
 impl World {
-    /// Changes how slippery the ground is from now on: everywhere, to rollers of all materials, or
-    /// with `None` as it was built; and in places, later ones over earlier ones, with footings for
+    /// Changes the friction of the ground from now on: everywhere, for rollers of all materials, or
+    /// with `None` as it was built; and in patches, later ones over earlier ones, with footings for
     /// all of the floor's materials. A coefficient below 0 counts as 0.
     pub fn set_friction(&mut self, friction: Option<f64>, patches: &[Patch]) {
         self.ground.set_friction(friction, patches);
@@ -148,19 +148,19 @@ impl World {
         self.wake_user_bodies();
     }
 
-    /// Lets the ground lean from now on: gravity pulls along a direction in the floor's frame, of
-    /// any length, in place of the one the floor was built with. What potential energy changes by
-    /// comes from outside. A direction that is none changes nothing.
+    /// Tilts the ground from now on: gravity acts along a direction in the floor's frame, of any
+    /// length, instead of the floor's original one. The change of potential energy counts as
+    /// external. A zero direction is ignored.
     ///
-    /// The frame stays the floor's, and what a frame that turns would add is left out: at a
-    /// distance r from the axis, while the floor turns with the rate w and the angular acceleration
-    /// a, a r + w^2 r, and 2 w v for what moves with v, all in m/s^2, against gravity. Contacts
-    /// that are solved by rapier keep the direction that they were built with.
+    /// The frame stays the floor's, and the inertial forces of a rotating frame are left out: at a
+    /// distance r from the axis, while the floor rotates with the rate w and the angular
+    /// acceleration a, a r + w^2 r, and 2 w v for a body moving at v, all in m/s^2, compared with
+    /// gravity. Contacts that rapier solves keep their original direction of gravity.
     pub fn lean(&mut self, down_in_floor: &Vector3<f64>) {
         let Some(down) = down_in_floor.try_normalize(f64::MIN_POSITIVE) else {
             return;
         };
-        // Ground that leans on as it does lets what sleeps on it sleep.
+        // An unchanged tilt does not wake sleeping bodies.
         if down == self.ground.gravity_in_floor(1.0) {
             return;
         }
@@ -171,15 +171,16 @@ impl World {
         self.energies.outside_j += self.potential_j() - before_j;
     }
 
-    /// Energy that pushes, payloads and ground that leans have brought since the start, in J;
-    /// negative where they took some.
+    /// Energy brought by pushes, payloads and tilting ground since the start, in J; negative if
+    /// they took some.
     pub fn outside_energy_j(&self) -> f64 {
         self.energies.outside_j
     }
 }
 
 impl Articulated {
-    /// Takes over what the wheels set against their motors with what the chassis carries and bears.
+    /// Updates the inertia of the wheels for their motors, with the chassis's loads and coupled
+    /// inertia.
     fn weigh_wheels(&mut self) {
         let carried_kg: f64 = self.payloads.iter().map(|payload| payload.mass_kg).sum();
         let attached = self.mechanics.attached.as_ref();
@@ -198,7 +199,7 @@ impl Articulated {
         sum
     }
 
-    /// The work of the pushes of a step, in J: force times the mean velocity of the place before
+    /// The work of the pushes of a step, in J: force times the mean velocity of the point before
     /// and after, which is the energy that a constant force gives a body over a step.
     pub(crate) fn pushes_did_j(&self, dt_s: f64) -> f64 {
         let work_j = |push: &ActingPush| {
@@ -209,7 +210,7 @@ impl Articulated {
         self.command.pushes.iter().map(work_j).sum()
     }
 
-    /// What was taken in a step by what another engine moves, in J.
+    /// Energy taken in a step by bodies that another engine moves, in J.
     pub(crate) fn attached_took_j(&self, dt_s: f64) -> f64 {
         let Some(attached) = &self.mechanics.attached else {
             return 0.0;

@@ -1,10 +1,10 @@
-//! How a robot with joints stands when a world begins: where springs, stops and the ground carry
-//! it.
+//! Finds the equilibrium of a robot with joints at the start of a world: of springs, stops and the
+//! ground.
 //!
-//! It is let go where a rigid robot would stand, on ground without friction, in steps after each of
-//! which it stands still again. Springs are taken at the end of such a step, so that a long one is
-//! a step of Newton's method towards their equilibrium, and what touches is solved for as in any
-//! step; what it does not reach stays where it is: its place and heading, and its wheels' angles.
+//! The robot is released in the pose of a rigid one, on frictionless ground, in steps after each of
+//! which all rates are set to zero. Springs are evaluated at the end of such a step, so that a long
+//! step is a step of Newton's method towards their equilibrium, and contacts are solved as in any
+//! step. Its position and heading in the plane, and its wheels' angles, are kept.
 
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -15,24 +15,24 @@ use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
 use crate::settings::NEAR;
 
-/// Most steps; a soft spring takes some hundred.
+/// The most steps; a soft spring takes some hundred. Chosen.
 const MOST_STEPS: usize = 4000;
-/// The first step, and the longest, in a robot's unit of time.
+/// The first step, and the longest, in a robot's unit of time. Chosen.
 const FIRST: f64 = 0.05;
 const LONGEST: f64 = 0.5;
-/// Where no step may be longer than this any more, in that unit: what touches now and then not lets
-/// long ones go to and fro.
+/// The smallest value to which the longest step is reduced, in that unit: contacts that open and
+/// close oscillate in long steps. Chosen.
 const SHORTEST: f64 = 0.01;
-/// A step in which nothing moves faster than this has found it, in m/s: it is some times what is
-/// left of a solved speed.
+/// The equilibrium is found if nothing moves faster than this in a step, in m/s: several times the
+/// solver's tolerance. Chosen.
 const FOUND_M_S: f64 = 5e-8;
-/// What moves by less than this at the end, in wheel radii, stands all the same: rollers that hand
-/// over on a lean have no smoother place.
+/// A remaining displacement below this at the end, in wheel radii, counts as equilibrium: rollers
+/// that hand over on a slope have no smoother one. Chosen.
 const NEARLY: f64 = 2e-3;
 
 impl World {
-    /// Lets robots with joints find where they stand. One that finds no such place, because it
-    /// falls over, begins as it was put down.
+    /// Finds the equilibrium of robots with joints. A robot without one, because it falls over,
+    /// begins in its initial pose.
     pub(super) fn find_equilibrium(&mut self) {
         let has_joints = |body: &Articulated| !body.robot.joints.is_empty();
         if self.settings.gravity_m_s2 == 0.0 || !self.bodies.iter().any(has_joints) {
@@ -57,7 +57,7 @@ impl World {
         self.solution = ContactSolution::default();
     }
 
-    /// Says whether they come to rest.
+    /// Returns whether they come to rest.
     fn come_to_rest(&mut self, solver: &mut ReactionSolver, put_down: &[Articulated]) -> bool {
         let scales = || put_down.iter().map(|body| &body.scale);
         let time_s = scales().map(|s| s.time_s()).fold(0.0, f64::max);
@@ -77,7 +77,7 @@ impl World {
                 return false;
             }
             if moved_m > 0.5 * NEAR * length_m {
-                // What comes near would not be seen in time.
+                // Approaching contacts would be found too late.
                 dt_s *= 0.5;
                 for (body, from) in self.bodies.iter_mut().zip(&from) {
                     body.state.copy_from(from);
@@ -102,8 +102,7 @@ impl World {
     }
 }
 
-/// The furthest that the middle of a body or of a wheel is in one state from where it is in
-/// another.
+/// The largest displacement of the centre of a body or of a wheel between two states.
 fn moved_m(state: &State, from: &State) -> f64 {
     let links = state.links().iter().zip(from.links());
     let moved = links.map(|(to, from)| (to.center_m - from.center_m).norm());
@@ -111,8 +110,7 @@ fn moved_m(state: &State, from: &State) -> f64 {
 }
 
 impl Articulated {
-    /// Stands still where it has come to, over the place and with the heading where it was put
-    /// down.
+    /// Sets all rates to zero in the pose reached, at the original position and heading.
     fn halt(&mut self, put_down: &Self) {
         let center_m = self.chassis_mass.center_of_mass_m;
         let body_of = |state: &State| state.floor_from_chassis() * Translation3::from(-center_m);
@@ -129,7 +127,7 @@ impl Articulated {
         self.wheels.clone_from(&put_down.wheels);
     }
 
-    /// Takes up a state.
+    /// Takes over a state.
     fn stand(&mut self, state: &State) {
         for own in self.states_mut() {
             own.copy_from(state);

@@ -1,4 +1,4 @@
-//! Free bodies of a world: put in, taken out, read and pushed by their identities.
+//! Free bodies of a world by identity: adding, removing, reading and pushing them.
 
 mod grouping;
 pub(super) mod islands;
@@ -19,40 +19,39 @@ use crate::{ContactSolver, WorldError};
 use islands::place_among;
 pub use queries::RayHit;
 
-/// A free body as it is after the last step, in the world's frame.
+/// A free body after the last step, in the world's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FreeBodyState {
-    /// Its middle, in metres.
+    /// Its centre, in metres.
     pub place_m: Vector3<f64>,
-    /// How it is turned.
+    /// Its orientation.
     pub rotation: UnitQuaternion<f64>,
-    /// Velocity of its middle, in m/s.
+    /// Velocity of its centre, in m/s.
     pub velocity_m_s: Vector3<f64>,
     /// Its angular velocity, in rad/s.
     pub angular_rad_s: Vector3<f64>,
-    /// What all robots together did to it in the last step: the mean force, in N.
+    /// Mean force of all robots on it in the last step, in N.
     pub force_from_robots_n: Vector3<f64>,
-    /// Work that robots have done on it where they touch it since it was put in, in J: less what it
-    /// did on them.
+    /// Net work of robots on it by contact since it was added, in J.
     pub work_of_robots_j: f64,
-    /// How deep it and what it touched have been in one another since it was put in, at most, in
-    /// metres: what is too heavy for what it lies on sinks into it.
+    /// Largest penetration between it and its partners since it was added, in metres: a body too
+    /// heavy for its support sinks in.
     pub pressed_m: f64,
-    /// Whether it rests, and is left alone until something comes near.
+    /// Whether it is at rest, and is skipped until something comes near.
     pub sleeps: bool,
 }
 
 impl World {
-    /// Puts a free body into the world.
+    /// Adds a free body to the world.
     ///
-    /// Its chassis contacts are those of robots: stiff springs that only push, Coulomb friction and
+    /// Its contacts are like those of a chassis: stiff springs that only push, Coulomb friction and
     /// no bounce. Rollers with the shapes of their file do not touch it, and rollers with a profile
-    /// by numbers touch boxes alone.
+    /// by numbers touch only boxes.
     ///
     /// # Errors
-    /// [`WorldError`] where its sizes or mass make no sense, where it would begin in the ground, in
-    /// a robot or in another free body, and where contacts are rapier's.
+    /// [`WorldError`] if its sizes or mass are invalid, if it would start in the ground, in a robot
+    /// or in another free body, and if rapier solves the contacts.
     pub fn add_body(&mut self, body: &FreeBody) -> Result<FreeBodyId, WorldError> {
         body.check()?;
         if self.settings.contacts == ContactSolver::Rapier {
@@ -97,7 +96,7 @@ impl World {
         built
     }
 
-    /// Takes a free body out of the world. Says whether it was there.
+    /// Removes a free body from the world. Returns whether it was there.
     pub fn remove_body(&mut self, id: FreeBodyId) -> bool {
         self.wake(id);
         let gone = match place_among(&self.bodies, id) {
@@ -116,12 +115,12 @@ impl World {
         true
     }
 
-    /// The identities of all free bodies, in the order in which they were put in.
+    /// The identities of all free bodies, in the order in which they were added.
     pub fn free_bodies(&self) -> &[FreeBodyId] {
         self.islands.ids()
     }
 
-    /// A free body as it is now; `None` where it is not in the world.
+    /// A free body in its current state; `None` if it is not in the world.
     pub fn free_body(&self, id: FreeBodyId) -> Option<FreeBodyState> {
         let (body, sleeps) = self.find_body(id)?;
         let free = body.free()?;
@@ -141,15 +140,15 @@ impl World {
         })
     }
 
-    /// What a free body is called; `None` where it is not in the world.
+    /// The name of a free body; `None` if it is not in the world.
     pub fn free_body_name(&self, id: FreeBodyId) -> Option<&str> {
         let (body, _) = self.find_body(id)?;
         body.free().map(|free| &*free.name)
     }
 
-    /// Pushes a free body during the next step, and only then: a force in the world, in N, at a
-    /// place counted from its middle in its own axes, in metres. Several pushes add up. One that is
-    /// not in the world is not pushed.
+    /// Pushes a free body during the next step only: a force in the world, in N, at a point
+    /// relative to its centre in its own axes, in metres. Several pushes add up. A body that is not
+    /// in the world is ignored.
     pub fn push_body(
         &mut self,
         id: FreeBodyId,
@@ -175,9 +174,9 @@ impl World {
         }
     }
 
-    /// Counts what robots did to free bodies, and what they and free bodies did to coupled bodies.
+    /// Counts the effect of robots on free bodies, and of robots and free bodies on coupled bodies.
     pub(super) fn count_pushing(&mut self) {
-        // Both stand behind the robots.
+        // Both come after the robots.
         if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }

@@ -3,9 +3,9 @@
 use super::World;
 
 impl World {
-    /// Advances the world by a time, with contacts that rapier solves.
+    /// Advances the world by a time, with rapier solving the contacts.
     pub(super) fn advance_in_rapier(&mut self, dt_s: f64) {
-        // Such a world has one robot and nothing else that moves.
+        // Such a world has one robot and no other moving bodies.
         let (Some(reference), [robot]) = (&mut self.reference, &mut self.bodies[..]) else {
             return;
         };

@@ -1,4 +1,5 @@
-//! Where a robot stands when a world begins: on what is beneath it, as it stands on a plane, its lowest wheel just touching.
+//! Places a robot at the start of a world: on whatever is beneath it, in its stance on a plane,
+//! with its lowest wheel just touching.
 
 use ilon_robot::{Barrel, Pose as PlanarPose, Robot, RollerForm, SolidOfRevolution};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -12,21 +13,23 @@ use crate::engine::shapes::{shape_of, shape_of_roller};
 use crate::ground::{Ground, HeightField};
 use crate::{Floor, WorldError};
 
-/// How near to touching a robot is put down, in metres.
+/// Distance from contact at which a robot is put down, in metres. Chosen.
 const PUT_DOWN_M: f64 = 1e-9;
-/// The least by which a robot is lowered at a time, in metres: beside a wall everything is near all the way down.
+/// The smallest step of lowering a robot, in metres: beside a wall everything is near all the way
+/// down. Chosen.
 const LEAST_LOWERED_M: f64 = 1e-5;
 
-/// How often a robot is lowered by the way to whatever is nearest. Most stand by then; beside a high wall, or on a steep relief, it would take for ever, and
-/// the height is halved instead.
+/// The most steps of lowering a robot by the distance to whatever is nearest. Most stand by then;
+/// beside a high wall, or on steep uneven ground, it would take for ever, and the height is
+/// bisected instead. Chosen.
 const MOST_LOWERED: usize = 200;
 
-/// Nearer than this the chassis lies on the ground, in metres.
+/// At a smaller distance the chassis lies on the ground, in metres. Chosen.
 const LIES_M: f64 = 1e-6;
 
 /// A surface of the robot that may touch the ground.
 struct Surface {
-    /// The wheel that it belongs to; none of the chassis.
+    /// The wheel that it belongs to; `None` for the chassis.
     wheel: Option<usize>,
     form: SurfaceShape,
 }
@@ -51,8 +54,8 @@ enum SurfaceShape {
 /// The body's pose in the floor's frame when the robot stands at a planar pose.
 ///
 /// # Errors
-/// [`WorldError::NoPlaceToStand`] where its chassis would lie on something, or one of its wheels hang over the ground by more
-/// than its radius.
+/// [`WorldError::NoPlaceToStand`] if its chassis would lie on something, or one of its wheels would
+/// hang over the ground by more than its radius.
 pub(super) fn standing(
     robot: &Robot,
     floor: &Floor,
@@ -61,7 +64,8 @@ pub(super) fn standing(
 ) -> Result<Isometry3<f64>, WorldError> {
     let surfaces = surfaces(robot);
     let reach_m = surfaces.iter().map(Surface::reach_m).fold(0.0, f64::max);
-    // Wheels of unequal radius or height make it lean. What cannot stand is put down upright, and falls over.
+    // Wheels of unequal radius or height tilt it. A robot that cannot stand is put down upright,
+    // and falls over.
     let (upright_m, leaning) = match robot.standing_pose() {
         Some(stands) => (stands.height_m, stands.rotation()),
         None => (robot.ride_height_m(), UnitQuaternion::identity()),
@@ -86,14 +90,15 @@ pub(super) fn standing(
     if relief.is_none() && matches!(pieces[..], [] | [Piece::Plane]) {
         return Ok(on_plane);
     }
-    // Beneath this nothing is.
+    // There is nothing beneath this.
     let deepest_m = relief.map_or(f64::NEG_INFINITY, |relief| relief.lowest_m() - around_m);
     let near = |surface: &Surface, height_m: f64| surface.gap_m(&at(height_m), &pieces, ground);
     let nearest_m = |height_m: f64| {
         let gaps = surfaces.iter().map(|surface| near(surface, height_m));
         gaps.fold(f64::INFINITY, f64::min)
     };
-    // What is clear at a height is clear above it, too: under a relief nothing is, and nothing there counts as clear.
+    // A robot clear at a height is clear above it, too: there is nothing under uneven ground, and a
+    // pose there does not count as clear.
     let is_clear = |height_m: f64| {
         let is_over = |relief: &HeightField| {
             let mut middles = surfaces.iter().map(|of| of.middle_m(&at(height_m)));
@@ -107,7 +112,7 @@ pub(super) fn standing(
         deepest_m
     };
 
-    // Down from where all of it is free, by no more than the way to whatever is nearest.
+    // Down from where all of it is free, by no more than the distance to whatever is nearest.
     let (mut free_m, mut lower_m) = (above_m, f64::NEG_INFINITY);
     let mut lowered = 0;
     while free_m - lower_m > PUT_DOWN_M {
@@ -141,7 +146,8 @@ pub(super) fn standing(
     Ok(at(free_m))
 }
 
-/// How far the nearest part of a robot is from a plane ground, its wheels turned as they are at the start, in metres.
+/// Distance of the nearest part of a robot from a plane ground, with its wheels at their start
+/// angles, in metres.
 #[cfg(test)]
 pub(super) fn clearance_m(robot: &Robot, ground: &Ground, floor_from_body: &Isometry3<f64>) -> f64 {
     let surfaces = surfaces(robot);
@@ -164,7 +170,8 @@ fn refuse_what_hangs(
     let refused = |reason: String| Err(WorldError::NoPlaceToStand { reason });
     let wheels = (0..robot.wheels.len()).map(|index| least_m(Some(index)));
     let of_wheels_m = wheels.fold(f64::INFINITY, f64::min);
-    // Of two shapes nearer than some hundredths of a millimetre parry may say that they touch: then the chassis came down no further.
+    // For two shapes nearer than some hundredths of a millimetre parry may report contact: then the
+    // chassis came down no further.
     if least_m(None) < LIES_M.max(of_wheels_m) {
         return refused("it would lie on its chassis".to_owned());
     }
@@ -224,7 +231,7 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
 }
 
 impl Surface {
-    /// How far from the body's vertical axis the surface reaches at most, in metres.
+    /// The largest distance of the surface from the body's vertical axis, in metres.
     fn reach_m(&self) -> f64 {
         match &self.form {
             SurfaceShape::Barrel {
@@ -241,7 +248,7 @@ impl Surface {
         }
     }
 
-    /// A place within it, in metres, with the body at a pose in the floor's frame.
+    /// A point within it, in metres, with the body at a pose in the floor's frame.
     fn middle_m(&self, floor_from_body: &Isometry3<f64>) -> Vector3<f64> {
         let in_body_m = match &self.form {
             SurfaceShape::Barrel { center_m, .. } | SurfaceShape::Turned { center_m, .. } => {
@@ -255,7 +262,8 @@ impl Surface {
         (floor_from_body * in_body_m).coords
     }
 
-    /// Its distance from the ground with the body at a pose in the floor's frame, in metres; not above 0 where it touches.
+    /// Its distance from the ground with the body at a pose in the floor's frame, in metres; zero
+    /// or less if it touches.
     fn gap_m(&self, floor_from_body: &Isometry3<f64>, pieces: &[Piece], ground: &Ground) -> f64 {
         match &self.form {
             SurfaceShape::Barrel {
@@ -294,7 +302,7 @@ impl Surface {
     }
 }
 
-/// How far a roller is from pieces of ground, and from its relief, in metres.
+/// Distance of a roller from pieces of ground, and from its uneven part, in metres.
 fn least_m(
     pieces: &[Piece],
     ground: &Ground,

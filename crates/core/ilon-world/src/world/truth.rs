@@ -1,4 +1,4 @@
-//! What can be read of a world as a whole: its time, and where energy is and went.
+//! Readable values of a world as a whole: its time, and its energies.
 
 use nalgebra::Vector3;
 
@@ -17,55 +17,58 @@ impl World {
         self.settings.dt_s
     }
 
-    /// By how much the laws of contact and of dry friction were broken at the worst place in the last step, in m/s or
-    /// rad/s: the speed at which something moves that should not.
+    /// Largest residual of the laws of contact and of dry friction in the last step, in m/s or
+    /// rad/s: the speed of a motion that the laws forbid.
     pub fn contact_residual_m_s(&self) -> f64 {
         self.solution.residual_m_s
     }
 
-    /// How the laws of contact were solved in the last step, and what that took.
+    /// How the laws of contact were solved in the last step, and the cost of that.
     pub fn contact_solution(&self) -> ContactSolution {
         self.solution
     }
 
-    /// Energy that sliding at the contacts has turned into heat since the start, in J. It never falls.
+    /// Energy dissipated by sliding at the contacts since the start, in J. It never falls.
     pub fn slip_energy_j(&self) -> f64 {
         self.energies.slip_j
     }
 
-    /// Energy that it took to bring rollers which came down up to their spin since the start, in J. It never falls.
+    /// Energy lost in bringing rollers that came down to their spin since the start, in J. It never
+    /// falls.
     pub fn spin_up_energy_j(&self) -> f64 {
         self.energies.spin_up_j
     }
 
-    /// Energy that the contacts' normal forces have taken since the start, in J: hits that do not bounce, less what
-    /// pushing rollers out of the ground gave back.
+    /// Energy taken by the contacts' normal forces since the start, in J: inelastic impacts, less
+    /// the energy returned by pushing rollers out of the ground.
     pub fn impact_energy_j(&self) -> f64 {
         self.energies.impact_j
     }
 
-    /// Work of the motors on the wheels since the start, in J; negative where they braked.
+    /// Work of the motors on the wheels since the start, in J; negative if they braked.
     pub fn motor_energy_j(&self) -> f64 {
         self.energies.motor_j
     }
 
-    /// The positive part of the motors' work since the start, in J: what they put in while they drove, without what they took while they braked. It
-    /// never falls.
+    /// The positive part of the motors' work since the start, in J: the work while they drove,
+    /// without subtracting braking. It never falls.
     pub fn motor_positive_energy_j(&self) -> f64 {
         self.energies.motor_positive_j
     }
 
-    /// Energy that the bearings of wheels and rollers, and the gears, have turned into heat since the start, in J.
+    /// Energy dissipated by the bearings of wheels and rollers, and by the gears, since the start,
+    /// in J.
     pub fn bearing_energy_j(&self) -> f64 {
         self.energies.bearing_j
     }
 
-    /// The acceleration of gravity in the world frame, in m/s^2: on a slope it leans, for the world's frame is the floor's.
+    /// The acceleration of gravity in the world frame, in m/s^2: tilted on a slope, because the
+    /// world's frame is the floor's.
     pub fn gravity_in_world_m_s2(&self) -> Vector3<f64> {
         self.ground.gravity_in_floor(self.settings.gravity_m_s2)
     }
 
-    /// Kinetic and potential energy of all bodies now.
+    /// Current kinetic and potential energy of all bodies.
     pub fn energy(&self) -> Energy {
         let in_contacts_j = self.energies.springs_j + self.energies.treads_j;
         let potential_j = self.potential_j() + (in_contacts_j + self.islands.springs_j());

@@ -1,17 +1,17 @@
-//! Bodies that a program keeps in a rapier world of its own: **user bodies**.
+//! **User bodies**: bodies that a program keeps in a rapier world of its own.
 //!
-//! What ilon moves stands in that world as colliders without bodies; rapier finds where they touch,
-//! but does not solve these contacts. rapier moves the user bodies under gravity, on the ground, by
-//! their joints and against one another. One that is near a robot or a free body is **coupled** to
-//! ilon's step: it is one more articulated body there, with the mass, place and velocity that
-//! rapier has of it. Its contacts with what ilon moves are solved with all others, and what they
-//! did to it acts in rapier's step that follows, so that both sides get the same impulse.
+//! The bodies that ilon moves are in that world as colliders without bodies; rapier finds their
+//! contacts, but does not solve them. rapier moves the user bodies under gravity, on the ground, by
+//! their joints and against one another. A user body near a robot or a free body is **coupled** to
+//! ilon's step: it is one more articulated body there, with rapier's mass, pose and velocity. Its
+//! contacts with ilon's bodies are solved with all others, and their impulses act in rapier's
+//! following step, so that both sides get the same impulse.
 //!
-//! **What rapier will do.** In ilon's step a coupled body has its weight, and the contacts that
-//! rapier found for it: on the ground, and with other user bodies, which are coupled then, too.
-//! ilon's laws solve them, but only to say what robots meet: a box that is free, or one with its
-//! back to a wall. rapier solves them again. What joints did to a body in both of the last two
-//! steps is taken to go on.
+//! **Prediction of rapier's step.** In ilon's step a coupled body has its weight, and the contacts
+//! that rapier found for it: on the ground, and with other user bodies, which are then coupled,
+//! too. ilon's laws solve them, but only to determine the resistance against robots: a box that is
+//! free, or one with its back to a wall. rapier solves them again. The effect of joints on a body
+//! in both of the last two steps is assumed to continue.
 
 mod body_in_rapier;
 mod coupled;
@@ -28,26 +28,26 @@ use crate::ground::Ground;
 use crate::{ContactSolver, WorldError, WorldObject};
 use rapier_world::{Spatial, UserBodies, body_of};
 
-/// How fast the estimate of what joints do follows what they did, as a share a step.
+/// Rate at which the estimate of joint forces follows them, as a share per step. Chosen.
 const FOLLOWS: f64 = 0.25;
 
 impl World {
-    /// The rapier world, to put user bodies into with their colliders and joints, and to change
+    /// The rapier world, for adding user bodies with their colliders and joints, and for changing
     /// them. [`World::step`] steps it: do not step it yourself.
     ///
-    /// Ground, robots and free bodies stand in it as colliders without a body;
-    /// [`World::object_in_rapier`] says which is which. Its frame is the world's. rapier moves user
-    /// bodies, on the ground with its friction or their own, the lower of both. Robots and free
-    /// bodies push them, and are pushed by them, under ilon's laws: stiff contacts without bounce,
-    /// with the friction of the collider. Fixed and kinematic bodies push too. A collider whose
-    /// groups do not meet those of [`InteractionGroups::all`], a sensor, or what is disabled does
-    /// not touch robots, and neither do soft bodies.
+    /// Ground, robots and free bodies are in it as colliders without a body;
+    /// [`World::object_in_rapier`] identifies them. Its frame is the world's. rapier moves user
+    /// bodies, on the ground with the lower of its friction and theirs. Robots and free bodies
+    /// interact with them under ilon's laws: stiff contacts without bounce, with the friction of
+    /// the collider. Fixed and kinematic bodies push too. A collider whose groups do not meet those
+    /// of [`InteractionGroups::all`], a sensor, or a disabled collider does not touch robots, and
+    /// neither do soft bodies.
     ///
-    /// The world of a program that never calls this has no rapier world, and costs nothing by it.
+    /// The world of a program that never calls this has no rapier world, and no cost by it.
     ///
     /// # Errors
-    /// [`WorldError::NotInRapier`] where rapier solves the robot's contacts: such a world has one
-    /// robot and nothing beside it.
+    /// [`WorldError::NotInRapier`] if rapier solves the robot's contacts: such a world has only one
+    /// robot.
     pub fn rapier_mut(&mut self) -> Result<&mut PhysicsWorld, WorldError> {
         if self.settings.contacts == ContactSolver::Rapier {
             return Err(WorldError::NotInRapier {
@@ -63,13 +63,13 @@ impl World {
         Ok(&mut self.user_bodies.insert(rapier).world)
     }
 
-    /// The world in rapier after the last step, for queries, drawing and places of bodies;
-    /// `None` before [`World::rapier_mut`] was called for the first time.
+    /// The rapier world after the last step, for queries, drawing and poses of bodies; `None`
+    /// before the first call of [`World::rapier_mut`].
     pub fn rapier(&self) -> Option<&PhysicsWorld> {
         self.user_bodies.as_ref().map(|rapier| &rapier.world)
     }
 
-    /// Which object a collider of the rapier world belongs to; `None` for a user's collider.
+    /// The object of a collider of the rapier world; `None` for a user's collider.
     pub fn object_in_rapier(&self, collider: ColliderHandle) -> Option<WorldObject> {
         self.user_bodies
             .as_ref()?
@@ -78,8 +78,8 @@ impl World {
             .copied()
     }
 
-    /// What robots and free bodies did to a user body in the last step: the mean force, in the
-    /// world frame, in N.
+    /// Mean force of robots and free bodies on a user body in the last step, in the world frame, in
+    /// N.
     pub fn force_on_user_body_n(&self, body: RigidBodyHandle) -> Vector3<f64> {
         let exchanges = self.user_bodies.as_ref().map(|of| &of.exchanges);
         let exchange = exchanges.and_then(|of| of.get(&body.into_raw_parts()));
@@ -102,7 +102,7 @@ impl World {
         }
     }
 
-    /// Takes up what the program has changed in the rapier world.
+    /// Takes over the program's changes in the rapier world.
     pub(super) fn look_at_user_bodies(&mut self) {
         if let Some(rapier) = &mut self.user_bodies
             && std::mem::take(&mut rapier.is_changed)
@@ -137,7 +137,7 @@ impl UserBodies {
         self.world.colliders.len() > self.links.len() || !self.world.bodies.is_empty()
     }
 
-    /// Whether all sleeps, and nothing has been pushed.
+    /// Whether all bodies sleep, and none has been pushed.
     fn is_at_rest(&self) -> bool {
         let is_pushed = self
             .exchanges
@@ -147,22 +147,23 @@ impl UserBodies {
         !is_pushed && !are_soft && self.world.active_bodies().next().is_none()
     }
 
-    /// How many contacts of coupled bodies are kept.
+    /// The number of stored contacts of coupled bodies.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.contacts.len() + self.contacts_now.len()
     }
 
-    /// Finds what is where, without moving anything.
+    /// Updates rapier's search without moving anything.
     fn look(&mut self, ground: &Ground) {
         let dt_s = std::mem::take(&mut self.world.integration_parameters.dt);
         self.world.step_with_events(&GroundFriction { ground }, &());
         self.world.integration_parameters.dt = dt_s;
     }
 
-    /// Takes a step in which coupled bodies get what their contacts did to them. What balances what
-    /// rapier will do acts as a force over the step, and the rest at once: so a body has from the
-    /// beginning the velocity with which ilon's laws count its way, and what rests is left at rest.
+    /// Takes a step in which coupled bodies get the impulses of their contacts. The part that
+    /// balances rapier's own forces acts as a force over the step, and the rest at once: so a body
+    /// has from the beginning the velocity with which ilon's laws compute its displacement, and a
+    /// resting body stays at rest.
     fn step_with_impulses(&mut self, ground: &Ground, dt_s: f64) {
         let mut loaded = Vec::with_capacity(self.exchanges.len());
         for (raw, exchange) in &self.exchanges {
@@ -173,7 +174,7 @@ impl UserBodies {
             let Some(body) = self.world.bodies.get_mut(handle) else {
                 continue;
             };
-            // Of a link of a multibody rapier takes forces alone.
+            // rapier accepts only forces for a link of a multibody.
             let joints = &self.world.multibody_joints;
             let is_link = joints.rigid_body_link(handle).is_some();
             let over_step = if is_link {
@@ -221,7 +222,7 @@ impl UserBodies {
     }
 }
 
-/// What was there in both of two steps: the smaller of two vectors; none where they point apart.
+/// The common part of two steps: the smaller of two vectors; zero if they point apart.
 fn lasting(one: &Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
     if one.dot(other) <= 0.0 {
         return Vector3::zeros();
@@ -233,15 +234,14 @@ fn lasting(one: &Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// The friction of the ground for what lies on it in rapier, at each place.
+/// The friction of the ground for bodies on it in rapier, at each point.
 struct GroundFriction<'a> {
     ground: &'a Ground,
 }
 
 impl PhysicsHooks for GroundFriction<'_> {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext<'_>) {
-        // Only the ground's colliders ask for this: of two that touch, the one without a body is
-        // the ground.
+        // Only the ground's colliders use this: of a pair, the one without a body is the ground.
         let of_user = match (context.rigid_body1, context.rigid_body2) {
             (None, Some(_)) => context.collider2,
             (Some(_), None) => context.collider1,

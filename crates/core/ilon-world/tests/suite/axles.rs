@@ -1,8 +1,10 @@
-//! Friction on the rollers' axles that follows the load, against what can be derived on paper.
+//! Friction on the rollers' axles, proportional to the load, against derivations by hand.
 //!
-//! A roller on an axle of radius a carries a load N and turns at s against its hub: the friction mu N on the axle's surface takes the power
-//! mu N a |s|. Where nothing slides, s follows from the motion of the robot: at the place of contact p the velocity of the hub, q' n x (p - c),
-//! and what the roller turns, s d x (p - b), make up for that of the robot, in both directions of the ground. These are two equations for q' and s.
+//! A roller on an axle of radius a carries a load N and turns at s relative to its hub: the
+//! friction mu N on the axle's surface takes the power mu N a |s|. Without sliding, s follows from
+//! the motion of the robot: at the contact point p the velocity of the hub, q' n x (p - c), plus
+//! that of the roller, s d x (p - b), cancels that of the robot, in both directions of the ground.
+//! These are two equations for q' and s.
 
 use crate::support;
 
@@ -17,7 +19,7 @@ use support::{brake, mecanum4, volksbot};
 const FRICTION: f64 = 0.2;
 const AXLE_M: f64 = 2e-3;
 
-/// The robot on axles, with bearings that have no other loss.
+/// The robot on axles, with bearings without other losses.
 fn on_axles(mut robot: Robot, friction: f64, axle_m: f64) -> Robot {
     for wheel in &mut robot.wheels {
         wheel.surface.axle_friction = friction;
@@ -37,7 +39,8 @@ fn on(robot: &Robot, floor: &Floor, dt_s: f64) -> World {
     World::new(robot, floor, Pose::default(), &settings).expect("valid")
 }
 
-/// How fast the roller that touches turns against its hub, in rad/s, on a robot that moves without turning.
+/// The rate of the touching roller relative to its hub, in rad/s, on a robot that moves without
+/// rotation.
 fn spin_rad_s(wheel: &Wheel, angle_rad: f64, velocity_m_s: Vector2<f64>) -> f64 {
     let hub = wheel.body_from_hub * Isometry3::rotation(angle_rad * Vector3::z());
     let off = |place_rad: f64| wrap_angle(place_rad + angle_rad).abs();
@@ -96,7 +99,7 @@ fn friction_on_axles_takes_coefficient_radius_and_load_for_each_radian() {
                 }
             }
             let took_j = world.bearing_energy_j() - began_j;
-            // What ripple, yaw and the wheels' own load shifts make of it: a hundredth.
+            // Ripple, yaw and load shifts: a hundredth.
             assert!(
                 (took_j / expected_j - 1.0).abs() < 0.01,
                 "{} {twist:?}: {took_j} {expected_j}",
@@ -114,7 +117,8 @@ fn friction_on_axles_takes_coefficient_radius_and_load_for_each_radian() {
     }
 }
 
-/// Velocity sideways, and the robot's inertia against it, when it begins to coast, and the velocity half a second on.
+/// Lateral velocity, and the robot's lateral inertia, at the start of coasting, and the velocity
+/// half a second later.
 fn coasts(robot: &Robot, sideways_m_s: f64, dt_s: f64) -> (f64, f64, World) {
     let mut world = on(robot, &Floor::default(), dt_s);
     follow(
@@ -133,7 +137,8 @@ fn coasts(robot: &Robot, sideways_m_s: f64, dt_s: f64) -> (f64, f64, World) {
     (before_m_s, moving_kg, world)
 }
 
-/// Sideways on mecanum wheels: m' a = mu m g (a s / v), with s / v meant over a turn of the wheel; with rollers of one radius r, sqrt(2) / r.
+/// Sideways on mecanum wheels: m' a = mu m g (a s / v), with s / v averaged over a turn of the
+/// wheel; with rollers of one radius r, sqrt(2) / r.
 #[test]
 fn a_robot_on_bushings_coasts_sideways_as_derived() {
     let slowed_m_s = |friction: f64, sideways_m_s: f64| {
@@ -159,13 +164,14 @@ fn a_robot_on_bushings_coasts_sideways_as_derived() {
     let (with_m_s, moving_kg, left) = slowed_m_s(FRICTION, 0.8);
     let slows_m_s2 = (with_m_s - without_m_s) / 0.5;
     let expected_m_s2 = FRICTION * robot.mass_kg() * G * AXLE_M * spin_1_m / moving_kg;
-    // What rollers lose as they come down is counted at another speed without friction, and the mean is not over whole turns.
+    // The hand-over losses without friction are those at another speed, and the mean is not over
+    // whole turns.
     assert!(
         (slows_m_s2 / expected_m_s2 - 1.0).abs() < 0.03,
         "{slows_m_s2} {expected_m_s2}"
     );
 
-    // Seen in a mirror.
+    // The mirror image.
     let (_, _, right) = slowed_m_s(FRICTION, -0.8);
     let (left, right) = (left.robot().state().pose, right.robot().state().pose);
     let off_m = (left.y_m + right.y_m).abs() + (left.x_m - right.x_m).abs();
@@ -173,7 +179,8 @@ fn a_robot_on_bushings_coasts_sideways_as_derived() {
     assert!((left.heading_rad + right.heading_rad).abs() < 1e-6);
 }
 
-/// More friction than the floor can turn a roller against: the rollers stand, and the robot slides, under any step.
+/// More friction than the floor can turn a roller against: the rollers do not turn, and the robot
+/// slides, at any step.
 #[test]
 fn rollers_that_their_axles_hold_do_not_turn() {
     let (friction, axle_m) = (5.0, 6e-3);
@@ -189,8 +196,9 @@ fn rollers_that_their_axles_hold_do_not_turn() {
             "{dt_s}: {open_j} of {}",
             world.motor_energy_j()
         );
-        // Friction on the axles takes next to nothing, for nothing turns there but where a load grows fivefold within a step: the load that counts is
-        // that of the step before, so that what is taken falls with the step.
+        // Friction on the axles takes hardly any energy, because nothing turns there except when a
+        // load grows fivefold within a step: the load of the step before counts, so that the energy
+        // falls with the step.
         let bearings = world.bearing_energy_j() / world.motor_energy_j();
         assert!(bearings < 0.5 * dt_s, "{dt_s}: {bearings}");
         ends_m.push(world.robot().state().pose.position_m());
@@ -204,8 +212,8 @@ fn rollers_that_their_axles_hold_do_not_turn() {
     }
 }
 
-/// On a slope of 1.5 deg, 0.026 of the weight, a mecanum robot rolls away sideways on free rollers; on bushings it stands, as friction holds
-/// it with sqrt(2) mu a / r = 0.047 of it.
+/// On a slope of 1.5 deg, 0.026 of the weight, a mecanum robot rolls away sideways on free rollers;
+/// on bushings it stands, because friction holds it with sqrt(2) mu a / r = 0.047 of it.
 #[test]
 fn bushings_hold_at_rest() {
     let floor = Floor {
@@ -262,7 +270,8 @@ fn axles_that_are_none_are_refused() {
     }
 }
 
-/// In the air the dry friction f of its bearing slows a roller by f / I, and damping c by exp(-c t / I), until it stands.
+/// In the air the dry friction f of its bearing decelerates a roller by f / I, and damping c by
+/// exp(-c t / I), until it stands.
 #[test]
 fn rollers_in_the_air_are_slowed_by_their_bearings() {
     let (friction_n_m, damping_n_m_s) = (6e-6, 4e-7);
@@ -286,7 +295,8 @@ fn rollers_in_the_air_are_slowed_by_their_bearings() {
         world.step();
     };
     let weight_n = robot.mass_kg() * 9.81;
-    // Along the first wheel's axis, where its rollers roll and the others drag; then up, and into flight.
+    // Along the first wheel's axis, where its rollers roll and the others drag; then up, and into
+    // flight.
     (0..200).for_each(|_| push(&mut world, Vector3::x() * 1.2 * weight_n));
     (0..40).for_each(|_| push(&mut world, Vector3::z() * 6.0 * weight_n));
     (0..10).for_each(|_| push(&mut world, Vector3::zeros()));
@@ -306,7 +316,7 @@ fn rollers_in_the_air_are_slowed_by_their_bearings() {
         );
         let expected = ((before.abs() + stop) * leaves - stop).max(0.0);
         println!("{before} {after} {expected}");
-        // Within each step friction and damping follow one another: of first order in c dt / I = 1e-3.
+        // Within each step friction and damping act in sequence: first order in c dt / I = 1e-3.
         assert!((after.abs() - expected).abs() < 2e-3 * before.abs() + 1e-6);
         spun += usize::from(expected > 1.0);
     }

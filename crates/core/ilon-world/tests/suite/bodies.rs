@@ -40,7 +40,7 @@ fn world(robots: &[(&SharedRobot, Pose)]) -> (World, Vec<BodyId>) {
     (world, ids)
 }
 
-/// Motors that hold all wheels near a rate, in rad/s.
+/// Motors that keep all wheels near a rate, in rad/s.
 fn hold(world: &mut World, id: BodyId, rate_rad_s: f64) {
     const GAIN_N_M_S: f64 = 0.2;
     let rates = world.body(id).wheel_rates_rad_s().iter();
@@ -50,8 +50,8 @@ fn hold(world: &mut World, id: BodyId, rate_rad_s: f64) {
     world.body_mut(id).drive(&motors);
 }
 
-/// Robots that do not touch go as each would alone: what is done to one is done to no other, and the state of each is its own.
-/// The contacts of all are solved together, to their residual, which is below 1e-9 m/s: over 250 steps of 2 ms 1e-9 m.
+/// Robots that do not touch behave as if alone: each has its own commands and state. The contacts
+/// of all are solved together, to a residual below 1e-9 m/s: over 250 steps of 2 ms 1e-9 m.
 #[test]
 fn robots_apart_from_each_other_go_as_each_would_alone() {
     let (mecanum4, volksbot) = (shipped("mecanum4"), shipped("volksbot"));
@@ -85,8 +85,9 @@ fn robots_apart_from_each_other_go_as_each_would_alone() {
     assert!((together.motor_energy_j() / sum_j - 1.0).abs() < 1e-6);
 }
 
-/// A robot that drives into another, whose wheels turn freely, takes it along: in the end both are as fast, and all that the motors
-/// did is in motion, in heat or in the hits. The balance closes as that of one robot does, to a thousandth.
+/// A robot that drives into another one with free wheels takes it along: in the end both have the
+/// same speed, and the motors' work is kinetic energy, heat or impact loss. The balance closes like
+/// that of one robot, to a thousandth.
 #[test]
 fn a_robot_pushes_another_along() {
     let robot = shipped("mecanum4");
@@ -116,9 +117,10 @@ fn a_robot_pushes_another_along() {
     );
 }
 
-/// Any two robots touch, whoever else is in the world: one that stands far away, wherever it is among them, lets the two others go as they go alone. The
-/// contacts of all are solved together, to a residual below 1e-9 m/s in each of 250 steps; what they push on each other may make a thousand times as
-/// much of it, 1e-6 m/s over half a second.
+/// Any two robots touch, whatever else is in the world: a third one far away, at any index, leaves
+/// their motion unchanged. The contacts of all are solved together, to a residual below 1e-9 m/s in
+/// each of 250 steps; their mutual forces may amplify that by a thousand, 1e-6 m/s over half a
+/// second.
 #[test]
 fn any_two_of_three_robots_touch() {
     let robot = shipped("mecanum4");
@@ -182,7 +184,8 @@ fn an_identity_of_another_world_is_no_body_here() {
     alone.body(ids[1]);
 }
 
-/// The same where rollers spin up as they land, which jolts what carries them: one robot goes sideways and one turns, each as it would alone.
+/// The same with rollers that spin up as they land, which jolts their robot: one robot moves
+/// sideways and one turns, each as if alone.
 #[test]
 fn what_jolts_one_robot_jolts_no_other() {
     let mecanum4 = shipped("mecanum4");

@@ -1,4 +1,5 @@
-//! A chassis, or a free body, that lies on ground of many small faces: thousands of places, of which a few carry it.
+//! A chassis, or a free body, on ground with many small faces: thousands of contacts, of which a
+//! few carry it.
 
 use crate::support;
 
@@ -19,7 +20,7 @@ fn low() -> Robot {
     robot
 }
 
-/// Level ground with a bank of 50 mm between the wheels, from some x to some other, in cells of 5 mm.
+/// Level ground with a bank of 50 mm between the wheels, over a range of x, in cells of 5 mm.
 fn bank(x_m: [f64; 2]) -> Floor {
     let points = 321;
     let at_m = |index: usize| 0.005 * (index as f64 - 160.0);
@@ -57,8 +58,8 @@ fn settled(floor: &Floor) -> World {
     world
 }
 
-/// Carries the robot along x from where it stands, and lets it go at a height over its start: up, along and down at 0.5 m/s, with nothing but forces at
-/// its centre of mass, so that it neither turns nor swings.
+/// Carries the robot along x from its place, and releases it at a height above its start: up, along
+/// and down at 0.5 m/s, by forces at its centre of mass only, so that it neither turns nor swings.
 fn hoist(world: &mut World, along_m: f64, height_m: f64) {
     let robot = low();
     let (mass_kg, dt_s) = (robot.mass_kg(), world.dt_s());
@@ -72,7 +73,7 @@ fn hoist(world: &mut World, along_m: f64, height_m: f64) {
         let steps = (way_m.norm() / (0.5 * dt_s)).round();
         let speed_m_s = way_m / (steps * dt_s);
         for step in 0..=steps as usize {
-            // It moves on with the mean of its velocities before and after a step.
+            // It advances with the mean of its velocities before and after a step.
             let gains_m_s = match step {
                 0 => speed_m_s,
                 last if last == steps as usize => -speed_m_s,
@@ -87,7 +88,7 @@ fn hoist(world: &mut World, along_m: f64, height_m: f64) {
     }
 }
 
-/// A bank that bears the chassis alone is no place to begin at.
+/// A robot must not start with its chassis on a bank and its wheels in the air.
 #[test]
 fn a_chassis_that_would_begin_on_a_bank_is_refused() {
     let settings = Settings::default();
@@ -106,14 +107,16 @@ fn a_bank_of_small_cells_carries_a_chassis() {
     let weight_n = low().mass_kg() * 9.81;
     let carried_n = robot.support().chassis_n;
     println!("{carried_n} N of {weight_n} N, {state:?}");
-    // The last of the settling: a hundredth of the weight would move it by a tenth of a millimetre in the time.
+    // The rest of the settling: a hundredth of the weight would move it by a tenth of a millimetre
+    // in the time.
     assert!((carried_n / weight_n - 1.0).abs() < 1e-2, "{carried_n}");
     assert!((state.height_m - 0.02).abs() < 1e-4, "{}", state.height_m);
     assert!(state.pitch_rad.abs() < 1e-4 && state.roll_rad.abs() < 1e-4);
 }
 
-/// A bank that ends 20 mm before the middle lets the robot tip onto its front wheels, one that ends 20 mm behind it does not. A robot that turns
-/// about the edge of the bank falls by m g s = (I + m s^2) phi'', tenths of a radian in the time.
+/// If the bank ends 20 mm before the middle the robot tips onto its front wheels, if it ends 20 mm
+/// behind it does not. A robot that turns about the edge of the bank falls by m g s = (I + m s^2)
+/// phi'', tenths of a radian in the time.
 #[test]
 fn a_chassis_tips_over_the_edge_of_a_bank_and_not_before() {
     let holds = settled(&bank([-0.14, 0.02]));
@@ -125,7 +128,8 @@ fn a_chassis_tips_over_the_edge_of_a_bank_and_not_before() {
     assert!(tips.robot().support().wheels_n > 1.0);
 }
 
-/// A box of 0.3 m beside the robot, on 60 x 60 cells: it slides v^2 / (2 mu g) = 31.9 mm, straight, and rests level where its ground is.
+/// A box of 0.3 m beside the robot, on 60 x 60 cells: it slides v^2 / (2 mu g) = 31.9 mm, straight,
+/// and rests level on level ground.
 #[test]
 fn a_box_slides_over_small_cells_as_over_a_plane() {
     let points = 401;

@@ -1,5 +1,5 @@
-//! What comes over the robot from outside, against what can be derived on paper: momentum, weights, Coulomb's law, and
-//! an energy balance that stays one.
+//! Disturbances of the robot against derivations by hand: momentum, weights, Coulomb's law, and an
+//! energy balance that closes.
 
 use crate::support;
 
@@ -23,7 +23,7 @@ fn world(robot: &Robot, friction: f64, roller_bodies: RollerBodies) -> World {
     World::new(robot, &floor, Pose::default(), &settings).expect("a valid world")
 }
 
-/// Lets the world go on for a time under PI loops that hold the wheels at their rates.
+/// Runs the world for a time under PI loops that keep the wheels at their rates.
 fn hold(world: &mut World, targets: &[f64], duration_s: f64, mut each: impl FnMut(&mut World)) {
     let dt_s = world.dt_s();
     let mut integral = vec![0.0; targets.len()];
@@ -54,7 +54,8 @@ fn mass_kg(robot: &Robot) -> f64 {
 fn yaw_inertia_kg_m2(robot: &Robot) -> f64 {
     let mut sum = robot.chassis.mass.inertia_kg_m2[(2, 2)];
     for wheel in &robot.wheels {
-        // Hub axes lie flat: across them an axially symmetric hub turns with its transverse inertia.
+        // Hub axes are horizontal: an axially symmetric hub has its transverse inertia about the
+        // vertical.
         sum += wheel.hub.inertia_kg_m2[(0, 0)]
             + wheel.hub.mass_kg * wheel.position_m().xy().norm_squared();
         for roller in &wheel.rollers {
@@ -68,8 +69,8 @@ fn yaw_inertia_kg_m2(robot: &Robot) -> f64 {
     sum
 }
 
-/// On a floor without friction nothing but the push acts in the plane: m v = J, I omega = x J, and the work done is the
-/// kinetic energy of both.
+/// On a frictionless floor only the push acts in the plane: m v = J, I omega = x J, and the work
+/// done is the kinetic energy of both.
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
@@ -104,7 +105,7 @@ fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     let work_j = 0.5 * m * vy * vy + 0.5 * i * omega * omega;
     assert!((world.outside_energy_j() / work_j - 1.0).abs() < 2e-4);
     let gained_j = world.energy().kinetic_j - energy_before_j;
-    // The centre of all masses lies a millimetre below the push: a trace of tipping takes its share.
+    // The centre of all masses is a millimetre below the push, which causes a small tipping motion.
     assert!(
         (gained_j / work_j - 1.0).abs() < 2e-3,
         "{gained_j} J of {work_j} J"
@@ -117,7 +118,7 @@ fn a_push_gives_its_momentum_and_its_work(roller_bodies: RollerBodies) {
     assert!((world.robot().state().twist_in_body.vy_m_s - before.vy_m_s).abs() < 1e-4 * vy);
 }
 
-/// Three wheels carry a load as statics says: N_i = W/3 + 2/(3 b^2) b_i . (first moment of the weight).
+/// Three wheels carry a load by statics: N_i = W/3 + 2/(3 b^2) b_i . (first moment of the weight).
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
@@ -141,7 +142,7 @@ fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
         let b = wheel.position_m().xy();
         let expected_n =
             weight_n / 3.0 + 2.0 / (3.0 * b.norm_squared()) * b.dot(&at_m.xy()) * carried_kg * G;
-        // The contact's spring and f32 leave less than a thousandth.
+        // The contact's spring and f32 are less than a thousandth.
         assert!(
             (sum_n / steps / expected_n - 1.0).abs() < 1e-3,
             "{} N instead of {expected_n} N",
@@ -150,8 +151,8 @@ fn a_payload_weighs_on_the_wheels_beneath_it(roller_bodies: RollerBodies) {
     }
 }
 
-/// A payload comes and goes at the velocity of its place: the robot moves on as it did, and what energy the payload has
-/// then is all that enters or leaves.
+/// A payload comes and goes at the velocity of its place: the robot's motion does not change, and
+/// only the payload's own energy enters or leaves.
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
@@ -169,8 +170,8 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
         .carry(&[Payload::new(carried_kg, at_m).expect("a payload")]);
     let (after, energy_after) = (world.robot().state(), world.energy());
     let off = after.twist_in_body - before.twist_in_body;
-    // The centre of mass moves by d = 0.03 m. Twists are told in the frame at the start of the last step, which differs
-    // by omega dt: omega d omega dt = 1.6e-5 m/s.
+    // The centre of mass moves by d = 0.03 m. Twists are in the frame at the start of the last
+    // step, which differs by omega dt: omega d omega dt = 1.6e-5 m/s.
     assert!(
         off.vx_m_s.abs() < 2e-5 && off.vy_m_s.abs() < 2e-5 && off.omega_rad_s == 0.0,
         "{off:?}"
@@ -188,7 +189,7 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
         - energy_before.kinetic_j
         - energy_before.potential_j;
     assert!((world.outside_energy_j() - gained_j).abs() < 1e-9 * own_j);
-    // Contacts that sink in by micrometres and a twist that is told in the frame before the step: parts in 10^4.
+    // Contacts that sink in by micrometres and a twist in the frame before the step: parts in 10^4.
     assert!(
         (gained_j / own_j - 1.0).abs() < 5e-4,
         "{gained_j} J instead of {own_j} J"
@@ -208,8 +209,9 @@ fn a_payload_put_on_in_passing_changes_no_velocity_and_brings_its_own_energy(
     );
 }
 
-/// With every roller seized the wheels are plain discs: pushed along their axles the robot slides and Coulomb's friction
-/// slows it by mu g, until it stands. All that motion ends as heat of sliding.
+/// With every roller seized the wheels are plain discs: pushed along their axles the robot slides
+/// and Coulomb friction decelerates it by mu g, until it stands. All its kinetic energy becomes
+/// heat of sliding.
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: RollerBodies) {
@@ -247,7 +249,7 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
         ((fast - slow) / 0.1, heat_j / lost_j, end)
     };
     let (deceleration, heat_share, end) = slowed_by(true);
-    // Rocking on the contacts' springs shifts single steps, not the mean over fifty.
+    // Oscillation on the contacts' springs affects single steps, not the mean over fifty.
     assert!(
         (deceleration / (MU * G) - 1.0).abs() < 0.01,
         "{deceleration} m/s^2"
@@ -262,14 +264,14 @@ fn seized_rollers_slide_as_coulomb_says_and_free_ones_roll(roller_bodies: Roller
     assert!(rolling < 0.1 * MU * G, "{rolling} m/s^2");
 }
 
-/// One seized roller of one wheel: while it touches, and only then, it stands still and slides.
+/// One seized roller of one wheel: while it touches, and only then, it does not turn and slides.
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn a_seized_roller_does_not_spin_and_its_neighbours_do(roller_bodies: RollerBodies) {
     let robot = mecanum4();
     let mut world = world(&robot, 0.6, roller_bodies);
     world.robot_mut().seize_roller(1, 4, true);
-    // Of a wheel or roller that does not exist nothing seizes.
+    // A wheel or roller that does not exist is ignored.
     world.robot_mut().seize_roller(9, 0, true);
     world.robot_mut().seize_roller(0, 99, true);
     let targets = ideal_rates(&robot, Twist::new(0.0, 0.2, 0.0));
@@ -290,12 +292,14 @@ fn a_seized_roller_does_not_spin_and_its_neighbours_do(roller_bodies: RollerBodi
         }
     });
     assert!(seized_spin < 1e-3, "{seized_spin} rad/s");
-    // Sideways at 0.2 m/s a roller at 45 deg rolls at 0.28 m/s, or slides as fast while the others drag it along.
+    // Sideways at 0.2 m/s a roller at 45 deg rolls at 0.28 m/s, or slides as fast while the others
+    // drag it along.
     assert!(seized_slip > 0.1, "{seized_slip} m/s");
     assert!(others_spin > 5.0, "{others_spin} rad/s");
 }
 
-/// What spin rollers have when they seize goes into their bearings at once: all that is lost of the energy of motion.
+/// The spin energy of rollers that seize goes into their bearings at once: it equals the loss of
+/// kinetic energy.
 #[test]
 fn the_spin_of_rollers_that_seize_goes_into_their_bearings() {
     let robot = mecanum4();
@@ -314,8 +318,8 @@ fn the_spin_of_rollers_that_seize_goes_into_their_bearings() {
     );
 }
 
-/// Pulled at 0.45 of its weight, a robot whose wheels cannot roll sideways stands on mu 0.6, slides away with
-/// (0.45 - 0.3) g once the floor is wet, and comes to rest on the dry patch beyond.
+/// Pulled at 0.45 of its weight, a robot whose wheels cannot roll sideways stands on mu 0.6, slides
+/// with (0.45 - 0.3) g once the floor is wet, and comes to rest on the dry patch beyond.
 #[test_case(RollerBodies::All; "every roller a body")]
 #[test_case(RollerBodies::Near; "in the contact window")]
 fn a_floor_that_turns_slippery_lets_go_of_what_it_held(roller_bodies: RollerBodies) {
@@ -371,7 +375,8 @@ fn a_payload_without_mass_or_place_is_refused() {
     assert!(Payload::new(1.0, Vector3::new(0.0, f64::NAN, 0.0)).is_err());
 }
 
-/// A pure moment of M for a step turns the robot on ice by I omega = M dt, about its middle, and its work is what the robot then has.
+/// A pure moment of M for a step turns the robot on ice by I omega = M dt, about its middle, and
+/// its work is the robot's kinetic energy.
 #[test]
 fn a_moment_gives_its_angular_momentum_and_its_work() {
     let robot = mecanum4();
@@ -385,7 +390,7 @@ fn a_moment_gives_its_angular_momentum_and_its_work() {
     let twist = world.robot().state().twist_in_body;
     let inertia_kg_m2 = yaw_inertia_kg_m2(&robot);
     let omega_rad_s = given_n_m_s / inertia_kg_m2;
-    // Rollers that lean with their wheels turn a little about their axles: some parts in 10^5.
+    // Rollers tilted with their wheels turn a little about their axles: some parts in 10^5.
     assert!(
         (twist.omega_rad_s / omega_rad_s - 1.0).abs() < 1e-4,
         "{twist:?}, {omega_rad_s} rad/s"
@@ -395,8 +400,8 @@ fn a_moment_gives_its_angular_momentum_and_its_work() {
     assert!((world.outside_energy_j() / work_j - 1.0).abs() < 2e-4);
 }
 
-/// A robot whose wheels are held, and that is pushed without sliding, is kept where it is by what the ground does to its wheels: together the opposite
-/// of the push, in the body's axes, whichever way it heads.
+/// A robot with held wheels that is pushed without sliding is kept in place by the ground's forces
+/// on its wheels: their sum is the opposite of the push, in the body's axes, at any heading.
 #[test]
 fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
     let robot = mecanum4();
@@ -420,7 +425,7 @@ fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
         let sum_n: Vector2<f64> = contacts.iter().map(|of| of.force_in_body_n.xy()).sum();
         let (s, c) = heading_rad.sin_cos();
         let expected_n = -Vector2::new(c * push_n.x + s * push_n.y, c * push_n.y - s * push_n.x);
-        // Wheels that are braked creep by the push over their brakes' droop, and no longer gain speed.
+        // Braked wheels creep by the push over their brakes' droop, and no longer accelerate.
         assert!(
             (sum_n - expected_n).norm() < 1e-3 * push_n.norm(),
             "{sum_n} {expected_n}"

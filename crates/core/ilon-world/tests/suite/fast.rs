@@ -1,4 +1,5 @@
-//! What comes fast: it is looked for as far ahead as it may come in a step, and stops at the surface.
+//! Fast bodies: contacts are searched as far ahead as the body may move in a step, and it stops at
+//! the surface.
 
 use crate::support;
 
@@ -52,7 +53,10 @@ fn grounds() -> [(f64, Floor); 3] {
     ]
 }
 
-/// Thrown up at some 6 m/s it comes down by as much, 24 mm in each step of 4 ms: a search that only looked around where a wheel is would miss the ground. Rigid rollers give way by less than 0.1 um under hundreds of newtons, a contact is caught within its step, and a hub is no lower than it stood.
+/// Thrown up at some 6 m/s it comes down by as much, 24 mm in each step of 4 ms: a search that only
+/// looked around where a wheel is would miss the ground. Rigid rollers give way by less than 0.1 um
+/// under hundreds of newtons, a contact is caught within its step, and a hub is no lower than it
+/// stood.
 #[test]
 fn wheels_that_fall_fast_stop_at_the_surface() {
     const DT_S: f64 = 4e-3;
@@ -60,7 +64,8 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
         dt_s: DT_S,
         ..Settings::default()
     };
-    // A step longer in the air for each 2 cm/s: the last one begins at another tenth of a step's way above the ground each time.
+    // A step longer in the air for each 2 cm/s: the last one begins at another tenth of a step's
+    // way above the ground each time.
     for up_m_s in (0..10).map(|tenth| 6.0 + 0.1 * f64::from(tenth) * 0.5 * 9.81 * DT_S) {
         for robot in [mecanum4(), on_cylinders()] {
             for (top_m, floor) in grounds() {
@@ -90,8 +95,10 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
     }
 }
 
-/// A robot swings on the lower front edge of its chassis, which friction holds: a contact that is held does no work, u_0 + u_1 = 0. The velocity that a step
-/// holds is that in its middle, which is off by the square of the step; held in the frame at a step's start it would slide in proportion to the step.
+/// A robot swings on the lower front edge of its chassis, which friction holds: a contact that is
+/// held does no work, u_0 + u_1 = 0. The velocity that a step holds is that in its middle, which is
+/// off by the square of the step; held in the frame at a step's start it would slide in proportion
+/// to the step.
 #[test]
 fn an_edge_that_a_robot_swings_on_is_held_to_second_order() {
     let mut robot = mecanum4();

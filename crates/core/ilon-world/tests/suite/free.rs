@@ -42,7 +42,7 @@ pub fn cube(name: &str, side_m: f64, mass_kg: f64, x_m: f64, y_m: f64) -> FreeBo
     FreeBody::new(name, shape, mass_kg, Vector2::new(x_m, y_m))
 }
 
-/// Stiff rate loops that hold all wheels at a rate, in rad/s.
+/// Stiff rate loops that keep all wheels at a rate, in rad/s.
 pub fn hold(world: &mut World, rate_rad_s: f64) {
     const GAIN_N_M_S: f64 = 2.0;
     let rates = world.robot().wheel_rates_rad_s().iter();
@@ -52,7 +52,7 @@ pub fn hold(world: &mut World, rate_rad_s: f64) {
     world.robot_mut().drive(&motors);
 }
 
-/// What the balance of energy misses, in J: what came in less what is stored and what was lost.
+/// The error of the energy balance, in J: what came in less the storage and the losses.
 fn missing_j(world: &World, stored_before_j: f64) -> f64 {
     let energy = world.energy();
     let stored_j = energy.kinetic_j + energy.potential_j - stored_before_j;
@@ -76,7 +76,8 @@ fn velocity(world: &World, id: FreeBodyId) -> Vector3<f64> {
     world.free_body(id).expect("it is there").velocity_m_s
 }
 
-/// On a floor without friction nothing takes horizontal momentum: after the hit both move on together, and have what the robot had.
+/// On a frictionless floor the horizontal momentum is conserved: after the impact both move
+/// together with the robot's momentum.
 #[test]
 fn a_robot_hits_a_box_head_on_and_momentum_stays() {
     let floor = Floor {
@@ -111,8 +112,9 @@ fn a_robot_hits_a_box_head_on_and_momentum_stays() {
     }
 }
 
-/// To push a box of known friction at a steady speed takes mu m g, and that times the way. Where its face rubs on the robot's, it is pressed down
-/// as well: it would tip forwards, and friction holds it back with as much as it can, F = mu (m g + mu_r F).
+/// Pushing a box of known friction at a constant speed takes mu m g, and that times the way. If its
+/// face rubs on the robot's, it is also pressed down: it would tip forwards, and friction holds it
+/// back at its limit, F = mu (m g + mu_r F).
 #[test]
 fn pushing_a_box_takes_its_friction() {
     let of_robot = [0.0, 0.3];
@@ -142,7 +144,7 @@ fn pushing_a_box_takes_its_friction() {
             let expected_n = friction * mass_kg * G / (1.0 - friction * friction_on_robot);
             let heat_j = world.slip_energy_j() - slid_j;
             println!("{force_n} of {expected_n} N; {work_j} J over {way_m} m, heat {heat_j}");
-            // The rate loops give way by their droop.
+            // The rate loops have an error by their droop.
             assert!((way_m - 0.2).abs() < 4e-3, "{way_m}");
             assert!(
                 (force_n / expected_n - 1.0).abs() < 5e-3,
@@ -156,7 +158,8 @@ fn pushing_a_box_takes_its_friction() {
     }
 }
 
-/// A stack of three boxes that lies on the robot stays while it brakes by less than mu g, and slides on by the difference where it brakes harder.
+/// A stack of three boxes on the robot stays while it brakes by less than mu g, and slides by the
+/// difference if it brakes harder.
 #[test]
 fn a_stack_on_the_robot_slides_when_statics_says_so() {
     const DT_S: f64 = 1e-3;
@@ -219,7 +222,7 @@ fn a_stack_on_the_robot_slides_when_statics_says_so() {
     }
 }
 
-/// On a slope a box stays where tan says so, and slides with g (sin - mu cos) where it does not.
+/// On a slope a box rests if tan a < mu, and otherwise slides with g (sin a - mu cos a).
 #[test]
 fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
     const FRICTION: f64 = 0.3;
@@ -249,8 +252,8 @@ fn a_box_on_a_slope_slides_or_rests_as_tan_says() {
     }
 }
 
-/// A ball that flies at a wheel by 20 mm a step is seen a step before it is there: it gets no deeper than between two rollers, which is less than a roller's
-/// radius below the rim.
+/// A ball that flies at a wheel by 20 mm per step is found a step before its impact: it gets no
+/// deeper than between two rollers, which is less than a roller's radius below the rim.
 #[test]
 fn a_fast_ball_does_not_get_into_a_wheel() {
     let (radius_m, dt_s) = (0.02, 5e-3);
@@ -277,7 +280,8 @@ fn a_fast_ball_does_not_get_into_a_wheel() {
     assert!(deep_m < robot.wheels[0].rollers[0].radius_m, "{deep_m}");
 }
 
-/// A box that sleeps on level ground slides with g (sin - mu cos) once the ground leans that far, and what it gains comes from outside.
+/// A box that sleeps on level ground slides with g (sin - mu cos) once the ground is tilted far
+/// enough, and its energy comes from outside.
 #[test]
 fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
     const FRICTION: f64 = 0.3;
@@ -294,7 +298,7 @@ fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
     (0..500).for_each(|_| world.step());
     let expected_m = 0.5 * G * (sin - FRICTION * cos) * 0.25;
     let moved = place(&world, id) - from;
-    // The contact is pressed in less than before, by some of its 0.3 um.
+    // The contact's deflection is less than before, by some of its 0.3 um.
     assert!(
         (moved.x / expected_m - 1.0).abs() < 1e-3,
         "{moved:?} of {expected_m}"
@@ -303,8 +307,9 @@ fn a_box_that_sleeps_slides_where_the_ground_begins_to_lean() {
     assert!(lost_j < 1e-3 * world.slip_energy_j(), "{lost_j}");
 }
 
-/// A small box lies on an equal one that is turned about the vertical against it: edges that cross carry it, whatever their length. Each of the two contacts
-/// gives way by less than 1e-5 of a side, which is 1000 times less than a corner that is not seen would sink in this time.
+/// A small box lies on an equal one that is rotated against it about the vertical: crossing edges
+/// carry it, whatever their length. Each of the two contacts deflects by less than 1e-5 of a side,
+/// 1000 times less than the sinking of an undetected corner in this time.
 #[test]
 fn small_boxes_that_cross_lie_on_one_another() {
     let cube = |side_m: f64| Vector3::repeat(side_m);
@@ -376,7 +381,8 @@ fn a_sphere_and_a_cylinder_roll_as_they_should() {
             let gained_m_s = state.velocity_m_s.x - from_m_s;
             let expected_m_s = share * G * slope_rad.sin() * (9.0 * steps as f64 * dt_s);
             println!("{share} {dt_s}: {gained_m_s} of {expected_m_s}");
-            // It rolls on a radius that is less by what it is pressed into the floor, 4 * 5.5e-6 of its unit of length: 1.8e-5.
+            // It rolls on a radius reduced by its deflection into the floor, 4 * 5.5e-6 of its unit
+            // of length: 1.8e-5.
             const PRESSED: f64 = 2e-5;
             assert!((gained_m_s / expected_m_s - 1.0).abs() < PRESSED);
             let slips = state.velocity_m_s.x - radius_m * state.angular_rad_s.y;
@@ -388,7 +394,8 @@ fn a_sphere_and_a_cylinder_roll_as_they_should() {
     }
 }
 
-/// Rollers alone push a box: the robot has no chassis to touch. What the wheel feels is what the box feels.
+/// Rollers alone push a box: the robot has no chassis to touch. The forces on wheel and box are
+/// equal and opposite.
 #[test]
 fn rollers_push_a_box_that_stands_before_a_wheel() {
     let mut world = World::new(
@@ -419,7 +426,7 @@ fn rollers_push_a_box_that_stands_before_a_wheel() {
     assert!(missing_j.abs() < 1e-3 * world.motor_energy_j());
 }
 
-/// What happens to the left happens mirrored to the right.
+/// A motion to the left mirrors one to the right.
 #[test]
 fn a_push_beside_the_middle_is_its_own_mirror_image() {
     let ends: Vec<_> = [1.0, -1.0]
@@ -454,7 +461,8 @@ fn a_push_beside_the_middle_is_its_own_mirror_image() {
     }
 }
 
-/// In weightlessness a moment of M for a step turns a body of any shape about each of its axes by M dt / I, with the inertias of textbooks.
+/// Without gravity a moment of M for a step turns a body of any shape about each of its axes by M
+/// dt / I, with the inertias of textbooks.
 #[test]
 fn bodies_turn_with_the_inertia_of_their_shapes() {
     let (mass_kg, dt_s, moment_n_m) = (2.0, 1e-3, 0.1);
@@ -489,7 +497,7 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
         for (axis, inertia_m2) in inertia_m2.into_iter().enumerate() {
             body.place_m.y = axis as f64;
             let id = world.add_body(&body).expect("room");
-            // A pair of forces: one at a lever, and one against it in the middle.
+            // A pair of forces: one at a lever, and the opposite one at the centre.
             let lever = Vector3::ith((axis + 1) % 3, 1.0);
             let force_n = Vector3::ith((axis + 2) % 3, moment_n_m);
             world.push_body(id, force_n, lever);
@@ -498,7 +506,7 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
             let turns = world.free_body(id).expect("it is there").angular_rad_s;
             let expected_rad_s = moment_n_m * dt_s / (mass_kg * inertia_m2);
             let expected = Vector3::ith(axis, expected_rad_s);
-            // The rates of the midpoint of a turn by 1e-5 rad.
+            // The midpoint rule at a rotation by 1e-5 rad.
             assert!(
                 (turns - expected).norm() < 1e-4 * expected_rad_s,
                 "{turns} {expected}"
@@ -507,9 +515,11 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
     }
 }
 
-/// A can between a robot, whose wheels spin at the limit of their grip, and a box that is too heavy: it hands on the force. A wheel's rollers turn freely
-/// across their axes, so that its grip mu N pulls along them, at 45 degrees: F = mu (m g + F_z) / sqrt(2), with F_z by which the can's side rubs on the
-/// robot. It is near each of its neighbours along a line whose two ends carry it, and no step is left unsolved.
+/// A can between a robot, whose wheels spin at the limit of their grip, and a box that is too heavy
+/// passes on the force. A wheel's rollers turn freely across their axes, so that its grip mu N acts
+/// along them, at 45 degrees: F = mu (m g + F_z) / sqrt(2), with F_z the friction of the can's side
+/// on the robot. It touches each of its neighbours along a line whose two ends carry it, and every
+/// step is solved.
 #[test]
 fn a_can_hands_on_the_force_to_a_box_that_is_too_heavy() {
     const FRICTION: f64 = 0.6;
@@ -536,8 +546,8 @@ fn a_can_hands_on_the_force_to_a_box_that_is_too_heavy() {
     assert!(can.velocity_m_s.norm() < 1e-6, "{}", can.velocity_m_s);
     let push_n = can.force_from_robots_n;
     let grip_n = FRICTION * (robot().mass_kg() * G + push_n.z) / f64::sqrt(2.0);
-    // Rollers' bearings and the wheels' turning take less than a thousandth.
+    // Rollers' bearings and the wheels' rotation take less than a thousandth.
     assert!((push_n.x / grip_n - 1.0).abs() < 1e-3, "{push_n} {grip_n}");
-    // All laws hold to what counts as solved.
+    // All laws hold to the solver's tolerance.
     assert!(residual_m_s <= 1e-8, "{residual_m_s:e}");
 }

@@ -1,4 +1,4 @@
-//! Free bodies by their identities: put in, taken out, asleep, copied, seen, refused.
+//! Free bodies by identity: adding, removing, sleeping, copying, finding, refusing.
 
 use ilon_robot::Pose;
 use ilon_world::rapier3d::prelude::{QueryFilter, Ray, Vector};
@@ -10,7 +10,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::free::{cube, hold, robot, settings, world};
 
-/// Everything that can be read of a world's free bodies and its robot, as bits.
+/// All readable values of a world's free bodies and its robot, as bits.
 fn bits(world: &World) -> Vec<u64> {
     let mut all = Vec::new();
     let mut add = |number: f64| all.push(number.to_bits());
@@ -54,7 +54,7 @@ fn crowded() -> World {
     world
 }
 
-/// Runs are equal to the bit, and a copy goes on as the original does.
+/// Runs are identical to the bit, and a copy continues like the original.
 #[test]
 fn runs_and_copies_are_equal_to_the_bit() {
     let run = |world: &mut World, steps: usize| {
@@ -74,7 +74,7 @@ fn runs_and_copies_are_equal_to_the_bit() {
     assert_eq!(bits(&first), bits(&again));
 }
 
-/// A robot far away from all bodies goes to the bit as it does alone.
+/// A robot far away from all bodies moves to the bit as if alone.
 #[test]
 fn bodies_far_away_change_nothing() {
     let (mut alone, mut beside) = (
@@ -95,7 +95,8 @@ fn bodies_far_away_change_nothing() {
     assert_eq!(alone.slip_energy_j(), beside.slip_energy_j());
 }
 
-/// What is put down at rest and stays sleeps at once; what would slide or fall does not; what comes near wakes it.
+/// A body put down at rest that stays sleeps at once; one that would slide or fall does not; an
+/// approaching body wakes it.
 #[test]
 fn what_rests_sleeps_until_something_comes_near() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -121,8 +122,9 @@ fn what_rests_sleeps_until_something_comes_near() {
     assert!(world.free_body(box_).unwrap().place_m.x > from.x + 0.1);
 }
 
-/// What is put down at rest settles into its contacts before it sleeps, all within the first step: the height that a tower loses by it is counted
-/// among the hits, of each of its cubes, and nothing else changes. The sums are of some ten joules, each rounded to 2e-16 of them, in a few hundred
+/// A body put down at rest settles into its contacts before it sleeps, all within the first step:
+/// the height that a tower loses counts as impact loss, for each of its cubes, and nothing else
+/// changes. The sums are of some ten joules, each rounded to 2e-16 of them, in a few hundred
 /// additions.
 #[test]
 fn what_settles_as_it_is_put_down_is_counted() {
@@ -156,7 +158,8 @@ fn what_settles_as_it_is_put_down_is_counted() {
     assert!((stored_j + hits_j).abs() < rounding_j);
 }
 
-/// What falls asleep has been slow for half a second first: a cube that drops by 5 mm lands after 32 ms, and settles in some milliseconds.
+/// A body falls asleep after being slow for half a second: a cube that drops by 5 mm lands after 32
+/// ms, and settles in some milliseconds.
 #[test]
 fn what_has_come_down_sleeps_half_a_second_later() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -171,7 +174,8 @@ fn what_has_come_down_sleeps_half_a_second_later() {
     assert!((0.5..0.55).contains(&(sleeps_s - lands_s)), "{sleeps_s}");
 }
 
-/// What has come apart rests by itself: a box that a ball rolls away from sleeps when it has been slow for half a second, and not only when the ball does.
+/// Bodies that separate rest separately: a box that a ball rolls away from sleeps after being slow
+/// for half a second, and not only when the ball does.
 #[test]
 fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -188,13 +192,14 @@ fn what_is_left_alone_sleeps_while_the_other_rolls_on() {
         world.step();
         assert!(world.time_s() < 2.0, "it is awake");
     }
-    // Beside the ball it cannot sleep at once.
+    // Beside the ball it cannot sleep yet.
     let at_s = world.time_s();
     assert!((0.5..0.55).contains(&at_s), "{at_s} s");
     assert!(!sleeps(&world, ball));
 }
 
-/// A tower falls when what carries it is taken away, and all that sleeps wakes when the floor turns to ice.
+/// A tower falls when its support is removed, and all sleeping bodies wake when the floor turns to
+/// ice.
 #[test]
 fn taking_away_and_ice_wake_what_sleeps() {
     let slope_rad = 0.1;
@@ -235,7 +240,7 @@ fn taking_away_and_ice_wake_what_sleeps() {
     );
 }
 
-/// Pushed at its middle without friction, a body gains F t / m.
+/// Pushed at its centre without friction, a body gains F t / m.
 #[test]
 fn a_push_acts_for_one_step() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -253,7 +258,7 @@ fn a_push_acts_for_one_step() {
     assert!((world.outside_energy_j() - 0.5 * 2.0 * 0.01).abs() < 1e-9);
 }
 
-/// A ray meets what it should, where it should.
+/// A ray hits the expected object at the expected point.
 #[test]
 fn rays_see_robots_bodies_and_ground() {
     let mut floor = Floor::default();
@@ -278,7 +283,7 @@ fn rays_see_robots_bodies_and_ground() {
         WorldObject::Robot(world.bodies().next().unwrap())
     );
     assert!((back.distance_m - 0.3).abs() < 1e-6);
-    // From within, wherever it goes.
+    // From inside, in any direction.
     for direction in [Vector3::x(), -Vector3::z()] {
         let within = world.cast_ray(Vector3::new(1.05, 0.0, 0.06), direction, 10.0);
         let within = within.expect("the box");
@@ -310,7 +315,7 @@ fn rays_see_robots_bodies_and_ground() {
     assert!(object == WorldObject::Ground && (far_m - 2.4).abs() < 1e-6);
 }
 
-/// What cannot be, or cannot begin where it is put, is refused with what to do.
+/// An invalid body, or one that cannot start at its place, is refused with a remedy.
 #[test]
 fn what_makes_no_sense_is_refused_in_words() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -365,7 +370,7 @@ fn what_makes_no_sense_is_refused_in_words() {
         }),
         "deep in body `first`",
     );
-    // Beside a wheel, where no chassis is.
+    // Beside a wheel, outside the chassis.
     says(
         refused(&|body| {
             body.place_m = Vector2::new(0.15, 0.16);
@@ -373,7 +378,7 @@ fn what_makes_no_sense_is_refused_in_words() {
         }),
         "deep in the robot",
     );
-    // What is small makes sense.
+    // Small sizes are valid.
     let mut bead = cube("bead", 0.1, 1e-6, 0.0, 2.5);
     bead.shape = FreeShape::Sphere { radius_m: 4e-4 };
     world.add_body(&bead).expect("a bead of 0.8 mm");
@@ -386,7 +391,8 @@ fn what_makes_no_sense_is_refused_in_words() {
     assert!(matches!(error, Err(WorldError::NotInRapier { .. })));
 }
 
-/// On rough ground a body is put down on the bump beneath it, and comes to rest there; beyond its edge nothing is beneath it, and it falls.
+/// On rough ground a body is put down on the bump beneath it, and rests there; beyond the edge
+/// nothing is beneath it, and it falls.
 #[test]
 fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     let heights_m = (0..41)
@@ -415,7 +421,7 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
         .add_body(&cube("beyond", 0.1, 1.0, 3.0, 0.0))
         .expect("room");
     let height_m = |world: &World, id| world.free_body(id).expect("it is there").place_m.z;
-    // Its face lies on bumps, which are all equally high.
+    // Its face is on bumps of equal height.
     assert!(
         (height_m(&world, box_) - 0.104).abs() < 1e-6,
         "{}",
@@ -434,7 +440,8 @@ fn on_rough_ground_bodies_stand_on_what_is_beneath() {
     );
 }
 
-/// A body leaves the world and what touches others stays as it was: treads that are bent remain so, and the robot goes on as it did.
+/// After a body is removed all other contacts are unchanged: deflected treads keep their
+/// deflection, and the robot moves as before.
 #[test]
 fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let mut robot = robot();
@@ -444,7 +451,7 @@ fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let mut worlds = [(); 2].map(|()| {
         World::new(&robot, &Floor::default(), Pose::default(), &settings(1e-3)).expect("it stands")
     });
-    // Just ahead of the chassis, so that it is solved with the robot, and not touching it.
+    // Just ahead of the chassis without contact, so that it is solved with the robot.
     let boxes = [0, 1].map(|k| {
         worlds[k]
             .add_body(&cube("box", 0.1, 1.0, 0.2505, 0.0))
@@ -471,6 +478,7 @@ fn what_is_taken_away_leaves_the_treads_of_others_bent() {
     let moved_m = (with.position_m() - before.position_m()).norm();
     let apart_m = (with.position_m() - without.position_m()).norm();
     println!("{moved_m:e} m, {apart_m:e} m apart");
-    // Solved to 1e-9 m/s in each of 100 steps; a tread that was bent anew would give by 15 N / 8e5 N/m = 2e-5 m.
+    // Solved to 1e-9 m/s in each of 100 steps; a tread without its deflection would sag by 15 N /
+    // 8e5 N/m = 2e-5 m.
     assert!(apart_m < 1e-8, "{apart_m:e} m");
 }

@@ -1,4 +1,5 @@
-//! Worlds of one thread are stepped in one room: what one of them leaves there is nothing to the others.
+//! Worlds of one thread share their work space: its remaining content has no effect on other
+//! worlds.
 
 use crate::support;
 
@@ -7,7 +8,7 @@ use ilon_world::{ContactSolver, Floor, GroundBox, RollerBodies, Settings, World}
 use nalgebra::Vector3;
 use support::{mecanum4, mecanum6, volksbot};
 
-/// A world with what drives its wheels, in N m.
+/// A world with its wheel torques, in N m.
 struct Driven {
     world: World,
     torque_n_m: f64,
@@ -25,7 +26,7 @@ impl Driven {
         }
     }
 
-    /// All that is seen of it, to the bit.
+    /// All of its readable state, to the bit.
     fn bits(&self) -> String {
         let (world, wheels) = (&self.world, self.world.robot().contacts().len());
         let spins: Vec<_> = (0..wheels)
@@ -38,12 +39,13 @@ impl Driven {
             spins,
             energies,
         );
-        // Rust writes as many digits as tell a number from its neighbours.
+        // Rust prints enough digits to distinguish neighbouring numbers.
         format!("{seen:?} {:?}", world.robot().wheel_angles_rad())
     }
 }
 
-/// Robots of three, four and six wheels, rolling and sliding, on the level and over a box, with contacts of ilon and of rapier.
+/// Robots with three, four and six wheels, rolling and sliding, on level ground and over a box,
+/// with contacts of ilon and of rapier.
 fn worlds() -> Vec<Driven> {
     let kerb = GroundBox {
         center_m: Vector3::zeros(),
@@ -109,7 +111,7 @@ fn a_world_that_goes_to_another_thread_goes_on_to_the_bit() {
         stays.step(60);
         goes.step(30);
         let goes = std::thread::spawn(move || {
-            // What another world left in this thread's room.
+            // Another world has used this thread's work space.
             worlds()[1].step(5);
             goes.step(30);
             goes

@@ -1,4 +1,5 @@
-//! What holds in every step, wherever a robot drives: the laws of contact and friction, the balance of energy, the same bits in two runs.
+//! Properties of every step on any course: the laws of contact and friction, the energy balance,
+//! and reproducible bits.
 
 use crate::support;
 
@@ -8,8 +9,9 @@ use nalgebra::Vector3;
 use support::rig::{Rig, all, bumps, end_of_course, near};
 use support::{DRIVES, ideal_rates, mecanum4, volksbot};
 
-/// Under wheel loops as stiff as a held wheel, steps of 1/60 s leave no sliding that only the solver knows, at any heading
-/// and while the heading turns. What is left is f32's rounding of the rates: 6e-8 of a roller's 40 rad/s at 12 mm.
+/// Under wheel loops as stiff as a held wheel, steps of 1/60 s leave no artificial sliding, at any
+/// heading and while the heading turns. What remains is f32's rounding of the rates: 6e-8 of a
+/// roller's 40 rad/s at 12 mm.
 #[test]
 fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
     let robot = mecanum4();
@@ -48,9 +50,10 @@ fn nothing_slides_that_should_stick_at_any_heading_under_stiff_wheel_loops() {
     }
 }
 
-/// Signorini's, Coulomb's and the bearings' laws hold in every step to what the solver calls solved, 1e-8 m/s: rolling, and sliding
-/// on a floor that cannot hold the robot. On bumps several triangles say nearly the same of one roller, and the last digits cannot
-/// always be had: there 97 of 100 steps are solved, and none is further off than 2 mm/s.
+/// Signorini's, Coulomb's and the bearings' laws hold in every step to the solver's tolerance, 1e-8
+/// m/s: rolling, and sliding on a floor that cannot hold the robot. On bumps several triangles give
+/// nearly redundant contacts of one roller, and the last digits cannot always be reached: there 97
+/// of 100 steps are solved, and none has an error above 2 mm/s.
 #[test]
 fn the_laws_of_contact_hold_in_every_step() {
     let slippery = Floor {
@@ -80,10 +83,10 @@ fn the_laws_of_contact_hold_in_every_step() {
     }
 }
 
-/// Every joule of the motors is stored, slid away, rubbed away in a bearing, or lost where a roller lands.
+/// Every joule of the motors is stored, lost to sliding or bearings, or lost when a roller lands.
 ///
-/// The work of every impulse is counted exactly for a constant inertia; what is left comes from how a roller turns on during
-/// the step in which it comes down, and from f32.
+/// The work of every impulse is counted exactly for a constant inertia; the error comes from the
+/// rotation of a roller during the step in which it comes down, and from f32.
 #[test]
 fn the_energy_balance_closes() {
     let kerb = Floor {
@@ -148,9 +151,11 @@ fn the_energy_balance_closes() {
                     "{share:.2e} {} {:?} {place} {} {:?}",
                     settings.dt_s, settings.roller_bodies, robot.name, terms
                 );
-                // On the plane and on a slope nothing lands, and a thousandth would be a term that is not counted: the bearings
-                // of coasting rollers are five. A roller's spin changes by half over the first part of its passage, and a step
-                // takes it in one piece: an error of second order, (250 / 60)^2 = 17 times as large at 60 steps a second.
+                // On the plane and on a slope nothing lands, and a thousandth would be a term that
+                // is not counted: the bearings of coasting rollers are five. A roller's spin
+                // changes by half over the first part of its passage, and a step takes it in one
+                // piece: an error of second order, (250 / 60)^2 = 17 times as large at 60 steps a
+                // second.
                 let bound = match place {
                     "on the plane" | "on a slope" if settings.dt_s > 0.01 => 5e-3,
                     "on the plane" | "on a slope" => 3e-4,
@@ -186,7 +191,7 @@ fn two_runs_are_the_same_to_the_bit() {
     assert_eq!(run(), run());
 }
 
-/// Far from the origin f32 would lose a step's increment of 0.1 mm; the world's own f64 sums keep it.
+/// Far from the origin f32 would lose a step's increment of 0.1 mm; the world's f64 sums keep it.
 #[test]
 fn far_from_the_origin_the_robot_drives_as_far_as_at_home() {
     let way = |x_m: f64| {
@@ -211,11 +216,13 @@ fn far_from_the_origin_the_robot_drives_as_far_as_at_home() {
     );
 }
 
-/// A step that is taken in parts is so many steps of that length. A robot stands on a slope, held by loops whose torque is in balance with its weight. Its
-/// rollers hold along their axes, at 45 degrees: that takes sqrt(2) tan(0.25) / 0.6 = 0.6 of its grip, so that every step from the second on is
-/// taken in parts, and whole steps and short ones begin from the same rest. Then the loops ask for a fifth more torque, which falls as the
-/// wheels gain rate, at 60 /s: two steps of 4 ms come to another speed than six of 4/3 ms. Parts of "about" 1.5 ms are three of 4/3 ms, the fewest
-/// that are not longer.
+/// A step that is taken in parts is so many steps of that length. A robot stands on a slope, held
+/// by loops whose torque is in balance with its weight. Its rollers hold along their axes, at 45
+/// degrees: that takes sqrt(2) tan(0.25) / 0.6 = 0.6 of its grip, so that every step from the
+/// second on is taken in parts, and whole steps and short ones begin from the same rest. Then the
+/// loops ask for a fifth more torque, which falls as the wheels gain rate, at 60 /s: two steps of 4
+/// ms come to another speed than six of 4/3 ms. Parts of "about" 1.5 ms are three of 4/3 ms, the
+/// fewest that are not longer.
 #[test]
 fn a_step_in_parts_goes_as_steps_of_that_length() {
     const DT_S: f64 = 4e-3;
@@ -254,12 +261,14 @@ fn a_step_in_parts_goes_as_steps_of_that_length() {
     let (short, whole) = (speed_m_s(DT_S / 3.0, None), speed_m_s(DT_S, None));
     println!("{in_parts} m/s in parts, {short} m/s in short steps, {whole} m/s in whole ones");
     assert!(short < -1e-3);
-    // What the first step, which is taken whole, leaves of rest is far below what a step's length changes.
+    // The error of the first step, which is taken whole, is far below the effect of a step's
+    // length.
     let off = (in_parts - short) / (whole - short);
     assert!(off.abs() < 0.02, "{off}");
 }
 
-/// What slides under each wheel and spins its rollers up in a step adds up to what the robot loses by it, also where steps are taken in parts.
+/// The losses to sliding and spin-up under each wheel in a step add up to the robot's, also if
+/// steps are split.
 #[test]
 fn what_wheels_lose_adds_up() {
     let robot = mecanum4();

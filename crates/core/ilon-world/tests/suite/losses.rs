@@ -1,4 +1,5 @@
-//! What is lost is never gained back: under wheel loops that swing from sample to sample no friction gives energy.
+//! Losses never decrease: under wheel loops that oscillate from sample to sample no friction adds
+//! energy.
 
 use ilon_robot::{Pose, Twist};
 use ilon_world::{Floor, World};
@@ -13,7 +14,7 @@ struct Held {
     before_rad_s: Vec<f64>,
 }
 
-/// What the world says of energies, in J.
+/// The energies of the world, in J.
 #[derive(Clone, Copy, Debug)]
 struct Account {
     motor_j: f64,
@@ -22,11 +23,11 @@ struct Account {
     slip_j: f64,
     bearing_j: f64,
     impact_j: f64,
-    /// The most that a loss ever fell.
+    /// The largest decrease of a loss.
     fell_j: f64,
 }
 
-/// Drives mecanum4 for a second by wheel loops sampled at 300 Hz, each sample in some steps.
+/// Drives mecanum4 for a second by wheel loops sampled at 300 Hz, each sample over several steps.
 fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps: u32) -> Account {
     const SAMPLE_HZ: f64 = 300.0;
     const EFFORT_N_M: f64 = 0.5;
@@ -86,12 +87,13 @@ fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps
     }
 }
 
-/// Wheels that are driven to and fro by 0.5 N m from sample to sample hold on a floor that grips (limit 0.8 N m), and slide to and fro on one that
-/// does not (limit 0.1 N m).
+/// Wheels driven to and fro by 0.5 N m from sample to sample stick on a floor with enough friction
+/// (limit 0.8 N m), and slide to and fro on one without (limit 0.1 N m).
 ///
-/// Sliding takes no more than was there, no loss falls, and the balance closes, all to parts in a thousand of what the motors drove with: a
-/// step that a wheel turns around in leaves mu N dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. The friction of such a step
-/// is wrong by the part of it in which it pulls the wrong way, so that what slides is right to first order only.
+/// Sliding takes no more energy than there was, no loss decreases, and the balance closes, all to
+/// parts in a thousand of the motors' positive work: a step in which a wheel reverses leaves mu N
+/// dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. In such a step
+/// friction has the wrong sign for a part of the time, so that the sliding is of first order only.
 #[test]
 fn friction_gives_no_energy_under_loops_that_swing() {
     for friction in [0.6, 0.07] {

@@ -1,4 +1,4 @@
-//! The tests of `ilon-world` from outside, one module for each subject, in one program.
+//! The integration tests of `ilon-world`, one module per subject, in one binary.
 
 mod axles;
 mod bodies;

@@ -1,4 +1,4 @@
-//! What motors put on wheels within a step: rate limits and gears; and how the robot's own motion is read after it.
+//! Motor torques within a step: rate limits and gears; and the robot's velocity after it.
 
 use crate::support;
 
@@ -19,8 +19,8 @@ fn on_ice(robot: &Robot, dt_s: f64) -> World {
     World::new(robot, &floor, Pose::default(), &settings).expect("valid")
 }
 
-/// A light wheel that its motor would take far beyond the limit within a step ends at the limit, whichever way it turns and
-/// however it turned before.
+/// A light wheel that its motor would take far beyond the limit within a step ends at the limit, in
+/// either sense and from any rate.
 #[test]
 fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
     const LIMIT_RAD_S: f64 = 5.0;
@@ -42,7 +42,7 @@ fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
             for (rate, sign) in world.robot().wheel_rates_rad_s().iter().zip(signs) {
                 assert!((rate * sign - LIMIT_RAD_S).abs() < 1e-4, "{dt_s}: {rate}");
             }
-            // There it gives what keeps a wheel at its rate, of which nothing takes any.
+            // There it gives the torque that keeps a lossless wheel at its rate: zero.
             for torque_n_m in world.robot().motor_torques_n_m() {
                 assert!(torque_n_m.abs() < 1e-4, "{dt_s}: {torque_n_m}");
             }
@@ -50,12 +50,13 @@ fn no_motor_drives_beyond_its_rate_limit_in_either_sense() {
     }
 }
 
-/// A payload in the chassis's centre of mass is driven as a chassis that weighs more by it, at steps in which a loop brings the
-/// wheels far.
+/// A payload at the chassis's centre of mass is driven like a chassis with that additional mass, at
+/// steps in which a loop changes the wheels' rates a lot.
 ///
-/// D dt / J is 1 for the bare robot, and 0.4 with 20 kg: were the loop taken to drive the bare one, its mean torque would be off by
-/// 5 %, and what wheels gain in their first steps by 1 %. Both worlds stand at rest before; what is left of settling is of the
-/// order of its last change in height, 1e-4 of what wheels feel.
+/// D dt / J is 1 for the bare robot, and 0.4 with 20 kg: if the loop assumed the bare robot, its
+/// mean torque would be off by 5 %, and the wheels' gain in their first steps by 1 %. Both worlds
+/// are at rest before; the rest of the settling is of the order of its last change in height, 1e-4
+/// of the wheels' forces.
 #[test]
 fn a_payload_is_driven_as_a_heavier_chassis_is() {
     const CARRIED_KG: f64 = 20.0;
@@ -96,8 +97,8 @@ fn a_payload_is_driven_as_a_heavier_chassis_is() {
     }
 }
 
-/// A gear that passes on 0.8 of a constant torque accelerates its wheel by 0.8 of what a gear without losses does, from the first
-/// step to the last; a rate limit that is far away changes nothing.
+/// A gear of efficiency 0.8 accelerates its wheel by 0.8 of what a gear without losses does under a
+/// constant torque, from the first step to the last; a distant rate limit has no effect.
 #[test]
 fn a_gear_takes_its_share_of_a_constant_torque_from_the_first_step_on() {
     let turned = |efficiency: f64, rate_limit_rad_s: f64| {
@@ -122,8 +123,9 @@ fn a_gear_takes_its_share_of_a_constant_torque_from_the_first_step_on() {
     assert!((turned(0.8, f64::INFINITY) - turned(0.8, 100.0)).abs() < 1e-12);
 }
 
-/// In a turn the velocity that is read is that with which the pose moves, also in steps in which rollers are not seen to pass:
-/// in the frame of a step's end it would seem to slip to the side by v omega dt / 2, here 5 mm/s.
+/// In a turn the velocity read after a step is that with which the pose moves, also in steps that
+/// do not resolve rollers: in the frame of a step's end it would show a lateral slip of v omega dt
+/// / 2, here 5 mm/s.
 #[test]
 fn the_twist_of_long_steps_is_that_of_the_motion() {
     const DT_S: f64 = 1e-2;
@@ -154,6 +156,6 @@ fn the_twist_of_long_steps_is_that_of_the_motion() {
         }
     }
     let off_m_s = (read_m_s - moved_m_s) / count;
-    // What is left is of second order: v omega^2 dt^2 / 12 = 8e-6 m/s, and what rollers that hand over do within a step.
+    // The error is of second order: v omega^2 dt^2 / 12 = 8e-6 m/s, and hand-overs within a step.
     assert!(off_m_s.abs() < 1e-4, "{off_m_s}");
 }

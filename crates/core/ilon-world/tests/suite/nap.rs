@@ -1,4 +1,5 @@
-//! Ground with a nap, and ground that is something else to rollers of another material: against what can be derived on paper.
+//! Ground with a nap, and ground with other properties for rollers of another material, against
+//! derivations by hand.
 
 use crate::support;
 
@@ -15,7 +16,7 @@ use support::{mecanum4, volksbot};
 
 const G: f64 = 9.81;
 
-/// The same in all directions, from where a test changes what it is about.
+/// Isotropic values, which a test then changes.
 fn plain(angle_rad: f64, surface: &FloorSurface) -> Nap {
     Nap {
         angle_rad,
@@ -43,9 +44,11 @@ fn on(surface: FloorSurface) -> Floor {
 
 #[test]
 fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
-    // Under Swedish wheels without tilt the place of contact moves as the robot does. With h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the
-    // nap its own c_a, the drives pay m g h(V) / |V| for each metre, and the drag is m g dh / dV: across the way too. Three wheels
-    // whose motors give K for each rad/s that they lag behind hold 3 K / (2 r^2) newtons for each m/s of the robot.
+    // Under Swedish wheels without tilt the place of contact moves as the robot does. With
+    // h = sqrt(c_a^2 V_a^2 + c_c^2 V_c^2), and against the nap its own c_a, the drives pay m g
+    // h(V) / |V| for each metre, and the drag is m g dh / dV: across the way too. Three wheels
+    // whose motors give K for each rad/s that they lag behind hold 3 K / (2 r^2) newtons for each
+    // m/s of the robot.
     const K: f64 = 1.0;
     let (along, across, against, v) = (0.02, 0.06, 0.04, 0.2);
     let robot = volksbot();
@@ -80,7 +83,7 @@ fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
         let h = (with * lies).hypot(across * stands);
         let weight_n = robot.mass_kg() * G;
         let expected_n = weight_n * h / way_m.norm();
-        // As of drag that is the same in all directions: hand-overs of other rollers, a hundredth.
+        // As for isotropic drag: hand-overs of other rollers, a hundredth.
         let drag_n = pays_n - hard_n;
         assert!(
             (drag_n / expected_n - 1.0).abs() < 0.01,
@@ -99,8 +102,9 @@ fn drag_over_a_nap_is_the_gradient_of_the_power_that_rolling_takes() {
     }
 }
 
-/// Wheels whose rims stand 30 degrees off the way, pulled back by F: each slips along its rim by c_e v f / N with
-/// c_e = e . C e, for what it slips across the rim its rollers turn freely. The robot falls back by v c_e F / (1.5 N).
+/// Wheels whose rims are 30 degrees off the direction of motion, pulled back by F: each slips along
+/// its rim by c_e v f / N with c_e = e . C e; its rollers turn freely for slip across the rim. The
+/// robot falls back by v c_e F / (1.5 N).
 #[test]
 fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
     let (v, pull_n, along, across) = (0.3, -2.0, 0.05, 0.2);
@@ -140,7 +144,7 @@ fn creep_over_a_nap_is_that_of_the_direction_of_the_pull() {
     ] {
         let expected = effective * -pull_n / (1.5 * load_n);
         let rigid = short(&robot, angle_rad);
-        // What a slower robot creeps less is of second order in the pull.
+        // The smaller creep of a slower robot is of second order in the pull.
         assert!((rigid / expected - 1.0).abs() < 0.02, "{rigid} {expected}");
         let mut treaded = robot.clone();
         for wheel in &mut treaded.wheels {
@@ -206,19 +210,20 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
                 world.slip_energy_j(),
             )
         };
-        // What rounding and the tilt of a pull at the ground leave: a hundredth.
+        // Rounding and the tilt by a pull at the ground: a hundredth.
         let (held, ..) = pulled(0.99);
         assert!(held.norm() < 1e-5, "{held}");
         let (slides, contacts, slip_j) = pulled(1.05);
         let (along, across) = (c / mu.powi(2), s / (ratio * mu).powi(2));
         let (sa, ca) = f64::sin_cos(angle_rad);
         let normal = Vector2::new(ca * along - sa * across, sa * along + ca * across).normalize();
-        // It leaves along the normal: what remains of the pull is a twentieth of it, and turns by a part of that.
+        // It moves along the normal: the remaining pull is a twentieth of it, and changes direction
+        // by a part of that.
         let off = slides.normalize().perp(&normal).abs();
         assert!(slides.norm() > 1e-2 && off < 0.12, "{slides} {normal}");
         assert!(slip_j > 0.0);
         for contact in contacts {
-            // The coefficient that is read is that of the friction's own direction.
+            // The reported coefficient is that of the friction's own direction.
             let used = contact.force_in_body_n.norm() / contact.normal_force_n;
             assert!(
                 (used / contact.friction - 1.0).abs() < 1e-3,
@@ -229,7 +234,7 @@ fn a_sledge_over_a_nap_begins_to_slide_on_its_ellipse_and_along_its_normal() {
     }
 }
 
-/// All that a nap does at once.
+/// All effects of a nap at once.
 fn carpet(angle_rad: f64) -> FloorSurface {
     FloorSurface {
         rolling_resistance: 0.04,
@@ -248,7 +253,8 @@ fn carpet(angle_rad: f64) -> FloorSurface {
 
 #[test]
 fn a_robot_that_is_turned_is_a_floor_that_is_turned_back() {
-    // Three wheels: four share the weight in ways that rounding decides, and over a nap each share drags otherwise.
+    // Three wheels: four share the weight in ways that rounding decides, and over a nap the drag
+    // depends on each share.
     for tread in [None, Some(Tread::new(1e5))] {
         let mut robot = volksbot();
         for wheel in &mut robot.wheels {
@@ -277,7 +283,7 @@ fn a_robot_that_is_turned_is_a_floor_that_is_turned_back() {
             assert!((turned - straight).norm() < 1e-4, "{turned} {straight}");
             assert!((slip_j / straight_slip_j - 1.0).abs() < 1e-3);
             assert!((bearing_j / straight_bearing_j - 1.0).abs() < 1e-3);
-            // And the nap is seen at all.
+            // And the nap has an effect at all.
             let (across, ..) = drive(0.0, 0.4 + angle_rad);
             assert!((across - straight).norm() > 1e-3, "{across} {straight}");
         }
@@ -330,12 +336,13 @@ fn the_energies_close_over_a_nap() {
         let unexplained_j =
             world.motor_energy_j() + world.outside_energy_j() - lost_j - (stored(&world) - began_j);
         let share = unexplained_j.abs() / world.motor_energy_j();
-        // f32 rates and second order: as of floors that are the same in all directions.
+        // f32 rates and second order: as for isotropic floors.
         assert!(share < 2e-3, "{share}");
     }
 }
 
-/// Two wheels of rubber and two of steel, on a floor that is wet steel to steel: each slides at its own limit.
+/// Two wheels of rubber and two of steel, on a floor that acts like wet steel on steel: each slides
+/// at its own limit.
 #[test]
 fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
     let mut robot = mecanum4();
@@ -373,7 +380,7 @@ fn each_wheel_grips_as_its_own_pair_of_materials_and_patches_have_pairs_too() {
             .map(|c| c.friction)
             .collect();
         assert_eq!(frictions, [of_rubber, of_steel, of_rubber, of_steel]);
-        // Another friction from outside is that of all; without it, each has its own again.
+        // A friction set later applies to all; without it, each has its own again.
         world.set_friction(Some(0.5), &floor.patches);
         world.step();
         let of_all = if x_m == 0.0 { 0.5 } else { of_rubber };
@@ -436,7 +443,7 @@ fn ground_that_makes_no_sense_is_refused() {
         ..Floor::default()
     };
     assert!(build(lacking, ContactSolver::Ilon).is_err());
-    // rapier's own solver knows neither.
+    // rapier's own solver supports neither.
     let napped = on(of(Nap {
         friction_ratio: 0.5,
         ..nap
@@ -458,7 +465,8 @@ fn ground_that_makes_no_sense_is_refused() {
     }
 }
 
-/// A nap along which ground creeps by next to nothing more than across it is no nap, whichever way it lies: robots on treads go as they do without it.
+/// A nap whose creep along it hardly differs from that across it is no nap, in any direction:
+/// robots on treads move as without it.
 #[test]
 fn treads_feel_no_nap_that_makes_no_difference() {
     let mut robot = mecanum4();
@@ -486,12 +494,14 @@ fn treads_feel_no_nap_that_makes_no_difference() {
         let with = went(napped);
         let apart_m = (with.position_m() - without.position_m()).norm();
         println!("{angle_rad}: {apart_m:e} m of {:?}", without.position_m());
-        // How much of a bend goes with the velocity after a step follows what answers along the nap, in place of along the roller: some 1e-4 of the way.
+        // The share of a deflection that follows the velocity after a step depends on the response
+        // along the nap instead of along the roller: some 1e-4 of the path.
         assert!(apart_m < 1e-4, "{apart_m:e} m");
     }
 }
 
-/// A nap that costs only against it: with it a robot rolls as on hard ground, and against it it pays c m g for each metre.
+/// A nap with resistance only against it: with it a robot rolls as on hard ground, and against it
+/// it pays c m g per metre.
 #[test]
 fn a_nap_may_cost_against_it_alone() {
     let robot = volksbot();
@@ -516,7 +526,7 @@ fn a_nap_may_cost_against_it_alone() {
     for (v_m_s, expected_n) in [(0.2, 0.0), (-0.2, against * weight_n)] {
         let more_n = pays_n(surface, v_m_s) - pays_n(FloorSurface::default(), v_m_s);
         println!("{v_m_s} m/s: {more_n} of {expected_n} N");
-        // Rollers spin up a little otherwise under drag: a hundredth of it.
+        // Rollers spin up slightly differently under drag: a hundredth of it.
         assert!((more_n - expected_n).abs() < 0.01 * against * weight_n);
     }
 }

@@ -1,4 +1,5 @@
-//! Wheels beside the brink of a plateau that falls steeply: the plane of the slope, above the plateau, is no ground.
+//! Wheels beside the edge of a plateau that falls steeply: the plane of the slope, above the
+//! plateau, is not ground.
 
 use crate::support;
 
@@ -7,7 +8,7 @@ use ilon_world::{Floor, Relief, Settings, World};
 use nalgebra::Vector2;
 use support::mecanum4;
 
-/// A plateau that ends at some x, and falls by as much in the next cell of 20 mm.
+/// A plateau that ends at some x, and falls by a height in the next cell of 20 mm.
 fn plateau(ends_m: f64, falls_m: f64) -> Floor {
     let points = 101;
     let at_m = |index: usize| 0.02 * (index as f64 - 50.0);
@@ -28,7 +29,7 @@ fn plateau(ends_m: f64, falls_m: f64) -> Floor {
     }
 }
 
-/// What each wheel bears after half a second at rest, and where the robot is.
+/// The load of each wheel after half a second at rest, and the robot's pose.
 fn loads_n(floor: &Floor) -> (Vec<f64>, Pose, f64) {
     let settings = Settings {
         dt_s: 1e-3,
@@ -46,8 +47,8 @@ fn loads_n(floor: &Floor) -> (Vec<f64>, Pose, f64) {
     (of.collect(), robot.state().pose, robot.state().height_m)
 }
 
-/// The front wheels stand on the plateau by less than a roller's radius, and by more: there they bear what they do on a plane. A slope of 45, 79 and 84
-/// degrees.
+/// The front wheels are on the plateau by less than a roller's radius, and by more: there their
+/// loads are those on a plane. A slope of 45, 79 and 84 degrees.
 #[test]
 fn a_wheel_on_the_brink_stands_as_on_a_plane() {
     let (on_plane, ..) = loads_n(&Floor::default());

@@ -1,4 +1,4 @@
-//! Rollers that slide along their axles: backlash and lost motion by hand, energy, and the limit of no play.
+//! Rollers with axial play: backlash and lost motion by hand, energy, and the limit of zero play.
 
 use crate::support;
 
@@ -41,7 +41,7 @@ fn push_n(world: &mut World, x_n: f64, y_n: f64) {
     });
 }
 
-/// What the balance of energy leaves open, in J.
+/// The error of the energy balance, in J.
 fn open_j(world: &World, began_j: f64) -> f64 {
     let energy = world.energy();
     let lost_j = world.slip_energy_j()
@@ -53,19 +53,21 @@ fn open_j(world: &World, began_j: f64) -> f64 {
         - (energy.kinetic_j + energy.potential_j - began_j)
 }
 
-/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N. The floor holds the rollers,
-/// and their axles at 45 degrees slide through them: the robot goes p / (2 cos gamma) from the middle of the play, and p / cos gamma
-/// back, under F = (m + what its rollers add) a.
+/// Robot A with its wheels held, a roller of each straight down, pushed ahead and back with 0.2 N.
+/// The floor holds the rollers, and their axles at 45 degrees slide through them: the robot moves
+/// by p / (2 cos gamma) from the middle of the play, and by p / cos gamma back, under F = (m + the
+/// rollers' contribution) a.
 #[test]
 fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
     const PLAY_M: f64 = 1e-3;
-    // So little that the hit at a stop, m v in a step, stays within what friction holds.
+    // So little that the impact at a stop, m v in a step, stays within the friction limit.
     const FORCE_N: f64 = 0.2;
     let mut robot = with_play(mecanum4(), PLAY_M);
     for wheel in &mut robot.wheels {
         wheel.joint.friction_n_m = 5.0;
     }
-    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r, and I / r^2 here.
+    // Half of the speed goes along each axle and half across it: the rollers' own mass there, m_r,
+    // and I / r^2 here.
     let roller = &robot.wheels[0].rollers[0];
     let turning_kg = roller.axial_inertia_kg_m2 / roller.radius_m.powi(2);
     let moved_kg = robot.mass_kg() + 4.0 * 0.5 * (roller.mass_kg + turning_kg);
@@ -83,16 +85,18 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
                 arrived_s = Some(world.time_s());
             }
         }
-        // It comes to its stop within the step; the last of the way is gone at twice the mean speed. Bearings damp by 1e-6 N m s.
+        // It reaches its stop within the step; the last part of the way is at twice the mean speed.
+        // Bearings damp by 1e-6 N m s.
         let arrived_s = arrived_s.expect("it comes to its stop");
         assert!(
             (arrived_s - half_s).abs() < 1.5 * dt_s + 1e-3 * half_s,
             "{arrived_s} {half_s}"
         );
-        // At the stop nothing gives but the hold of the floor, micrometres of a stiff contact.
+        // At the stop only the floor deflects, by micrometres of a stiff contact.
         let ahead_m = world.robot().state().pose.x_m;
         assert!((ahead_m - half_m).abs() < 2e-6, "{ahead_m} {half_m}");
-        // All lie at their stops, but for what the hit of the first of them moved the others on, over which the floor holds them.
+        // All are at their stops, except for the displacement of the others by the first one's
+        // impact, over which the floor holds them.
         let from_stop_m = (0..4).map(|wheel| {
             let place_m = world
                 .robot()
@@ -111,14 +115,14 @@ fn a_robot_with_its_wheels_held_has_the_backlash_of_its_play() {
         }
         let back_m = world.robot().state().pose.x_m;
         assert!((ahead_m - back_m - 2.0 * half_m).abs() < 2e-6, "{back_m}");
-        // What the push did is lost at the stops, at once: F times the way.
+        // The work of the push is lost at the stops at once: F times the way.
         let pushed_j = FORCE_N * (ahead_m + (ahead_m - back_m));
         assert!((world.outside_energy_j() - pushed_j).abs() < 1e-6 * pushed_j.max(1.0));
         assert!(open_j(&world, began_j).abs() < 1e-2 * pushed_j);
     }
 }
 
-/// With a roller straight down under each wheel all axles are level: nothing pulls at anything.
+/// With a roller straight down under each wheel all axles are level: no force acts along them.
 #[test]
 fn a_robot_at_rest_stays_at_rest() {
     for robot in [mecanum4(), volksbot()] {
@@ -142,21 +146,22 @@ fn a_robot_at_rest_stays_at_rest() {
     }
 }
 
-/// Of the wheels' loops: as soft as those of real robots, so that wheels give way where a stop is hit.
+/// Gain of the wheels' loops: as soft as those of real robots, so that wheels deflect at the impact
+/// on a stop.
 const GAIN_N_M_S: f64 = 0.5;
 
-/// How a wheel is loaded along the way.
+/// The load of a wheel along the way.
 struct Pull {
     twist: Twist,
     /// Along the way, in N.
     force_n: f64,
 }
 
-/// What a drive with a force along the way came to.
+/// The results of a drive with a force along the way.
 struct Went {
     /// Way over that of the ideal kinematics for the wheels' angles.
     ratio: f64,
-    /// What the balance of energy leaves open, over the work of motors and push.
+    /// The error of the energy balance, over the work of motors and push.
     unexplained: f64,
 }
 
@@ -221,8 +226,9 @@ fn drives() -> [(&'static str, Twist); 4] {
     ]
 }
 
-/// 35 N against the way are more than what leaning axles make of the load: each roller in turn is pushed through its play before it
-/// pulls. The same force along the way finds it where it lies. What is lost is so by first order in the play.
+/// 35 N against the way exceed the axial load of tilted axles: each roller in turn is pushed
+/// through its play before it pulls. The same force along the way meets it at its stop. The loss is
+/// of first order in the play.
 #[test]
 fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none() {
     for (name, twist) in drives() {
@@ -230,7 +236,8 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let robot = with_play(mecanum4(), play_m);
             let pull = Pull { twist, force_n };
             let went = went(&robot, &pull, 5e-4);
-            // Landings, and the ends of slides, are known to the step: 5 mm/s along an axle for 0.5 ms.
+            // Landings, and the ends of slides, are known to a step: 5 mm/s along an axle for 0.5
+            // ms.
             assert!(
                 went.unexplained.abs() < 2e-3,
                 "{name}: {}",
@@ -244,8 +251,9 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
             let pulls = (tight_pulled - ratio(play_m, -35.0)) / lost;
             let brakes = (tight_braked - ratio(play_m, 35.0)) / lost;
             println!("{name}, {play_m} m: {lost:.5}, pulls {pulls:.3}, brakes {brakes:.3}");
-            // Stops are hit, and a step of 0.5 ms knows that to some per cent. Sideways a roller that comes down does not spin yet, and has no
-            // hold along its axle until it does: the load moves it aside, and the second engine has as much of it.
+            // The impacts on stops have an error of some per cent at a step of 0.5 ms. Sideways a
+            // roller that comes down does not spin yet, and does not stick along its axle until it
+            // does: the load moves it aside, and the second engine shows the same.
             let aside = if twist.vy_m_s == 0.0 { 0.05 } else { 0.15 };
             assert!((pulls - 1.0).abs() < 0.05, "{name}, {play_m}: {pulls}");
             assert!(brakes.abs() < aside, "{name}, {play_m}: {brakes}");
@@ -253,7 +261,7 @@ fn a_wheel_that_pulls_loses_its_play_with_each_roller_and_one_that_brakes_none()
     }
 }
 
-/// What is left of the play where it is small goes with it.
+/// For small play the effect is proportional to it.
 #[test]
 fn less_play_nears_none_by_first_order() {
     let course = |play_m: f64| {
@@ -273,7 +281,8 @@ fn less_play_nears_none_by_first_order() {
     }
 }
 
-/// Whatever the floor does to rollers with play, every step is solved, and what the motors do is accounted for.
+/// On any floor with rolling resistance and creep, every step with axial play is solved, and the
+/// motors' work is accounted for.
 #[test]
 fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
     // A slow circle, in which the robot drives in all directions and turns once.
@@ -318,7 +327,7 @@ fn rollers_with_play_are_solved_on_floors_that_drag_and_creep() {
                 "{dt_s} s, drag {rolling_resistance}, creep {creep}: {worst_m_s:e}, {unexplained:e}"
             );
             assert!(worst_m_s <= 1e-8, "{worst_m_s:e}");
-            // Landings and the ends of slides are known to the step.
+            // Landings and the ends of slides are known to a step.
             assert!(unexplained.abs() < 2e-3, "{unexplained:e}");
         }
     }
@@ -357,7 +366,7 @@ fn a_copy_goes_on_and_another_run_comes_out_bit_by_bit() {
         assert_eq!(places(&one), places(&other));
     }
     assert!(places(&one).iter().any(|bits| *bits != 0));
-    // Rebuilt with a load, rollers stay where they are on their axles.
+    // After a change of load, rollers keep their positions on their axles.
     let before = places(&one);
     one.robot_mut()
         .carry(&[ilon_world::Payload::new(2.0, Vector3::new(0.0, 0.0, 0.1)).expect("a mass")]);
@@ -382,7 +391,7 @@ fn rollers_near_the_ground_alone_do_as_all_do() {
     assert_eq!(end(RollerBodies::All), end(RollerBodies::Near));
 }
 
-/// A wheel that turns in the air: each roller lies at its lower end, but where its axle is level.
+/// A wheel that turns in the air: each roller is at its lower end, except where its axle is level.
 #[test]
 fn in_the_air_rollers_lie_at_their_lower_ends() {
     let robot = with_play(mecanum4(), 4e-4);

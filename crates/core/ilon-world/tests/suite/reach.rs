@@ -13,14 +13,15 @@ use support::{brake, mecanum4};
 const G: f64 = 9.81;
 const ARM_KG: f64 = 1.0;
 const CUBE_KG: f64 = 1.5;
-/// From the arm's axis to its middle and to the ball at its end, in metres.
+/// From the arm's axis to its centre and to the ball at its end, in metres.
 const MIDDLE_M: f64 = 0.2;
 const REACH_M: f64 = 0.4;
 const BALL_M: f64 = 0.02;
-/// How high over the body frame's origin the axis lies, in metres.
+/// Height of the axis over the body frame's origin, in metres.
 const AXIS_M: f64 = 0.12;
 
-/// The mecanum4 with an arm ahead that turns about an axis in the middle of the robot, with a ball at its end, and a servo without damping in its stiffness's way.
+/// The mecanum4 with an arm ahead that turns about an axis in the middle of the robot, with a ball
+/// at its end, and a servo without damping in its stiffness's way.
 fn with_arm(axis: Vector3<f64>, servo: JointServo) -> Robot {
     let mut robot = mecanum4();
     let pivot_m = Vector3::z() * AXIS_M;
@@ -51,7 +52,7 @@ fn world(robot: &Robot) -> World {
     World::new(robot, &ice(), Pose::default(), &settings).expect("it stands")
 }
 
-/// Steps with wheels that are braked.
+/// Steps with braked wheels.
 fn step(world: &mut World) {
     brake(world);
     world.step();
@@ -64,8 +65,8 @@ fn assert_near(value: f64, expected: f64, within: f64, what: &str) {
     );
 }
 
-/// The arm reaches down and presses on the floor: what the servo does not need for the arm's own weight stands on the ball, and the wheels bear the rest, by moments
-/// about either axle.
+/// The arm reaches down and presses on the floor: the part of the servo's torque beyond the arm's
+/// own weight is a load on the ball, and the wheels bear the rest, by moments about either axle.
 #[test]
 fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     let servo = JointServo {
@@ -76,14 +77,16 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     /// Steps of which the mean is taken.
     const MEAN_OF: u32 = 200;
     let mut world = world(&with_arm(Vector3::y(), servo));
-    // The ball's middle is AXIS_M over the floor's distance from the frame: it touches at sin q = 0.25 or so, and is sent further.
+    // The ball's centre is AXIS_M over the floor's distance from the frame: it touches at about sin
+    // q = 0.25, and its target is beyond that.
     for target in [0.1, 0.2, 0.28, 0.33] {
         world.robot_mut().aim_joint(0, target, 0.0).expect("driven");
         for _ in 0..1500 {
             step(&mut world);
         }
     }
-    // A step of a solver that ends within 1e-8 m/s may miss m 1e-8 m/s / 1 ms = 1e-4 N of the weight: the mean of many does not.
+    // A step of a solver with a tolerance of 1e-8 m/s may miss m 1e-8 m/s / 1 ms = 1e-4 N of the
+    // weight: the mean of many does not.
     let mut carried_n = 0.0;
     for _ in 0..MEAN_OF {
         step(&mut world);
@@ -93,22 +96,23 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
     let robot = world.robot();
     let state = robot.state();
     let torque = robot.joint_forces()[0];
-    // Down and ahead, from the level.
+    // Down and ahead, from the horizontal.
     let angle = robot.joint_positions()[0] + state.pitch_rad;
     let ball_n = robot.support().chassis_n;
-    // About the axis: what the servo turns down, and the weight, stand on the ball.
+    // About the axis: the servo's torque and the weight are supported by the ball.
     let by_hand = (torque + ARM_KG * G * MIDDLE_M * angle.cos()) / (REACH_M * angle.cos());
     assert!(ball_n > 5.0, "{ball_n}");
     assert_near(ball_n, by_hand, 1e-4, "ball");
     let weight_n = (mecanum4().mass_kg() + ARM_KG) * G;
     assert_near(carried_n, weight_n, 1e-6, "sum");
-    // About the rear axle: the robot without its arm stands evenly.
+    // About the rear axle: the robot without its arm has equal loads.
     let loads = robot.contacts();
     let front_n = loads[0].normal_force_n + loads[1].normal_force_n;
     let off_n = ARM_KG * G * MIDDLE_M - ball_n * REACH_M;
     let hand_n = 0.5 * weight_n - 0.5 * ball_n + off_n * angle.cos() / (2.0 * X_M);
     println!("{ball_n} {by_hand} {front_n} {hand_n} {}", state.pitch_rad);
-    // The robot leans by some hundredth of a milliradian, and counts its levers from where its wheels touch.
+    // The robot is tilted by some hundredth of a milliradian, and its levers start at the wheels'
+    // contacts.
     assert_near(front_n, hand_n, 1e-3, "front");
 }
 
@@ -136,9 +140,11 @@ fn momentum_n_s(world: &World, cube: ilon_world::FreeBodyId) -> Vector3<f64> {
     own + ARM_KG * of_arm + CUBE_KG * free.velocity_m_s
 }
 
-/// An arm that swings out on ice hits a cube: what both take is internal, so that all together have no momentum, as at the start, and the energy that the servo gave is in
-/// motion, or went into the hit. The hit is found in the step's middle, and what turning frames ask for is taken with the arm's rates w before and w' after
-/// it: of the m r (w^2 - w'^2) dt / 2 = 0.018 N s that it would miss at 1 ms with one of them alone, what is left is of second order.
+/// An arm that swings out on ice hits a cube: both impulses are internal, so that the total
+/// momentum is zero, as at the start, and the servo's work is kinetic energy or impact loss. The
+/// impact is found in the step's middle, and the forces of rotating frames use the arm's rates w
+/// before and w' after it: of the m r (w^2 - w'^2) dt / 2 = 0.018 N s that one of them alone would
+/// miss at 1 ms, the remainder is of second order.
 #[test]
 fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
     let of_step = |dt_s: f64| {
@@ -179,7 +185,8 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
             + world.bearing_energy_j()
             + world.impact_energy_j();
         let did_j = world.motor_energy_j();
-        // On ice all that the cube has it has from the arm, but for what the ground takes where it is hit under its middle.
+        // On ice all of the cube's momentum comes from the arm, except for the ground's part if it
+        // is hit under its centre.
         let free = world.free_body(cube).expect("there");
         let inertia = CUBE_KG * 0.3 * 0.3 / 6.0;
         let moves_j = 0.5 * CUBE_KG * free.velocity_m_s.norm_squared()
@@ -201,7 +208,8 @@ fn an_arm_that_hits_a_free_body_keeps_the_momentum() {
     );
 }
 
-/// What stands on the ground as a box is in an arm's way as a wall is: the arm stops there, and its servo leans on it.
+/// A box on the ground blocks an arm like a wall: the arm stops there, and its servo pushes against
+/// it.
 #[test]
 fn an_arm_leans_on_a_box_of_the_ground() {
     let servo = JointServo {
@@ -229,14 +237,15 @@ fn an_arm_leans_on_a_box_of_the_ground() {
     let at = world.robot().joint_positions()[0];
     let heading = world.robot().state().pose.heading_rad;
     let touches_m = REACH_M * (at + heading).sin() + world.robot().state().pose.y_m;
-    // The ball's radius before the wall at 0.3 m, and what a contact gives way.
+    // The ball's radius before the wall at 0.3 m, and the contact's deflection.
     assert!((touches_m - (0.3 - BALL_M)).abs() < 1e-4, "{touches_m}");
-    // The wall's push along y, times its lever, is what the servo leans with; friction at the ball acts along x on a lever of y.
+    // The wall's force along y, times its lever, is the servo's torque; friction at the ball acts
+    // along x on a lever of y.
     let wall_n = -world.robot().support().obstacles_n.y;
     assert!(wall_n > 1.0, "{wall_n}");
 }
 
-/// A body that would begin in the ground is refused with its name, its joint, and what to do.
+/// A body that would start in the ground is refused with its name, its joint, and a remedy.
 #[test]
 fn an_arm_that_begins_in_the_ground_is_refused() {
     let servo = JointServo {
@@ -255,8 +264,9 @@ fn an_arm_that_begins_in_the_ground_is_refused() {
     );
 }
 
-/// Two robots touch each other by an arm as by their chassis: on ice what one gains the other loses. Whichever of them stands first in the world, they go
-/// the same way: places of contact are found in the frame of the first, to rounding.
+/// Two robots touch each other by an arm like by their chassis: on ice one gains what the other
+/// loses. In either order in the world they move the same way: contacts are found in the frame of
+/// the first, to rounding.
 #[test]
 fn an_arm_pushes_another_robot() {
     let servo = JointServo {
@@ -299,7 +309,7 @@ fn an_arm_pushes_another_robot() {
         let state = world.body(pushed).state();
         let speed_m_s = state.velocity_in_body_m_s.norm();
         println!("{speed_m_s} {:?}", state.pose);
-        // Away from the arm, to the left of the one that pushes.
+        // Away from the arm, to the left of the pushing robot.
         assert!(
             speed_m_s > 0.05 && state.pose.y_m > 0.43,
             "{speed_m_s} {:?}",
@@ -316,7 +326,8 @@ fn an_arm_pushes_another_robot() {
     }
 }
 
-/// An arm that would begin in a box of the ground is refused, with how deep it would be and what to do; one that only lies on it is not.
+/// An arm that would start in a box of the ground is refused, with its depth and a remedy; one that
+/// only touches it is not.
 #[test]
 fn an_arm_may_not_begin_in_a_box_of_the_ground() {
     let servo = JointServo::for_inertia(1.0);
@@ -335,7 +346,7 @@ fn an_arm_may_not_begin_in_a_box_of_the_ground() {
         };
         World::new(&robot, &floor, Pose::default(), &Settings::default())
     };
-    // The ball's lower side hangs at the height of the axis less its radius.
+    // The ball's lower side is at the height of the axis minus its radius.
     built(AXIS_M - BALL_M - 1e-3).expect("beneath the arm");
     let error = built(AXIS_M - BALL_M + 0.015).err().expect("in the arm");
     let text = error.to_string();

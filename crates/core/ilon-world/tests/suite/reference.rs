@@ -1,5 +1,5 @@
-//! The reference mode, in which rapier solves contacts itself: what it gets right, how far off it is beside ilon's own solver,
-//! and what it refuses.
+//! The reference mode, in which rapier solves contacts itself: its accuracy, its errors compared
+//! with ilon's own solver, and what it refuses.
 
 use crate::support;
 
@@ -41,9 +41,9 @@ fn run(robot: &Robot, command: [f64; 3], contacts: ContactSolver) -> Drive {
     )
 }
 
-/// At rest the ground carries the weight: all of it together, and m g / n a wheel, for both robots are symmetric about their
-/// middle. Three wheels share it as statics has it, to 0.03 %. Four are redundant: rapier's sweeps leave them within 0.2 % of
-/// even.
+/// At rest the ground carries the weight in total, and m g / n at each wheel, because both robots
+/// are symmetric about their middle. Three wheels share it by statics, to 0.03 %. Four are
+/// redundant: rapier's sweeps leave them within 0.2 % of equal.
 #[test]
 fn the_wheels_carry_the_weight() {
     for (robot, even) in [(volksbot(), 1e-3), (mecanum4(), 5e-3)] {
@@ -71,8 +71,9 @@ fn the_wheels_carry_the_weight() {
     }
 }
 
-/// Rollers that stick take the robot along as the contact kinematics has it, whoever solves. rapier is off
-/// by up to 0.02 % of the speed at 1000 steps a second, and its rollers slide by up to 0.8 mm/s where ilon's do not slide at all.
+/// With sticking rollers the robot follows the contact kinematics, with either solver. rapier has
+/// an error of up to 0.02 % of the speed at 1000 steps a second, and its rollers slide by up to 0.8
+/// mm/s where ilon's do not slide at all.
 #[test]
 fn drives_follow_the_contact_kinematics_nearly_as_well_as_ilons_own() {
     follow([(mecanum4(), &DRIVES[3..4]), (volksbot(), &DRIVES[1..2])]);
@@ -84,7 +85,7 @@ fn all_drives_follow_the_contact_kinematics_nearly_as_well_as_ilons_own() {
     follow([(mecanum4(), &DRIVES[..]), (volksbot(), &DRIVES[1..3])]);
 }
 
-/// A drive by its name and twist.
+/// A drive with its name and twist.
 type Named = (&'static str, [f64; 3]);
 
 fn follow(driven: [(Robot, &[Named]); 2]) {
@@ -107,13 +108,14 @@ fn follow(driven: [(Robot, &[Named]); 2]) {
             );
             assert!(off(&rapier) < 5e-4, "{name}");
             assert!(rapier.slip_rms < 1.5e-3, "{name}: {}", rapier.slip_rms);
-            // A contact of 1000 Hz at dt = 1 ms sinks by g dt^2 and some: micrometres.
+            // A contact of 1000 Hz at dt = 1 ms sinks by about g dt^2: micrometres.
             assert!(rapier.ripple_mm < 0.005, "{name}: {}", rapier.ripple_mm);
         }
     }
 }
 
-/// Sideways a mecanum robot of n rollers a wheel goes at sin(pi/n) / (pi/n) of what eq. (7) says, by both solvers.
+/// Sideways a mecanum robot with n rollers per wheel moves at sin(pi/n) / (pi/n) of eq. (7), with
+/// both solvers.
 #[test]
 fn sideways_the_tilt_of_the_rollers_shows_in_both_solvers() {
     let expected = (PI / 9.0).sin() / (PI / 9.0);
@@ -140,7 +142,8 @@ fn sideways(world: &mut World, robot: &Robot, steps: usize) {
     }
 }
 
-/// What the motors give is in motion, heat of sliding, bearings and hits: the balance closes, also where wheels have bearings that damp and rub.
+/// The motors' work is kinetic energy, heat of sliding, bearing loss and impact loss: the balance
+/// closes, also with wheel bearings with damping and friction.
 #[test]
 fn the_energy_balance_closes() {
     let mut rubs = mecanum4();
@@ -166,15 +169,17 @@ fn closes(robot: Robot) {
         world.contact_residual_m_s()
     );
     assert!(came_j > 0.3);
-    // rapier moves on with the rates after the step: what it turns in a step of 1 ms is off by first order.
+    // rapier advances with the rates after the step: its rotation in a step of 1 ms has a
+    // first-order error.
     assert!(
         (went_j / came_j - 1.0).abs() < 0.03,
         "{went_j} of {came_j} J"
     );
 }
 
-/// What is left of a law is the velocity that it should have taken: of a robot that settles on its wheels in rapier, as soft as that is, the fastest contact
-/// still moves into the ground or out of it by no less than its middle, which goes as the four of them in the mean.
+/// The residual is the velocity that violates the law: for a robot settling on its wheels in
+/// rapier, which is soft, the fastest contact still moves into or out of the ground at least as
+/// fast as the robot's middle, which is the mean of the four.
 #[test]
 fn the_residual_is_no_less_than_what_a_robot_that_settles_still_moves_by() {
     let mut world = world(&mecanum4(), &by(ContactSolver::Rapier, 1000.0));
@@ -193,7 +198,7 @@ fn the_residual_is_no_less_than_what_a_robot_that_settles_still_moves_by() {
     assert!(fastest_m_s > 1e-4, "{fastest_m_s}");
 }
 
-/// Each place is as slippery as it is: on a patch, friction ends at its own limit.
+/// The friction depends on the place: on a patch, friction ends at its own limit.
 #[test]
 fn rapier_sees_how_slippery_each_place_is() {
     let patch = Patch {
@@ -219,7 +224,7 @@ fn rapier_sees_how_slippery_each_place_is() {
                 continue;
             }
             touched[index] += 1;
-            // f32 holds these numbers to 1e-7 of them.
+            // f32 represents these numbers to 1e-7 of them.
             let on_patch = index == 0;
             let expected = if on_patch { 0.02 } else { 0.6 };
             assert!((contact.friction - expected).abs() < 1e-7, "wheel {index}");
@@ -233,7 +238,7 @@ fn rapier_sees_how_slippery_each_place_is() {
     assert!(pulled[1] > 0.1, "{pulled:?}");
 }
 
-/// A copy goes on to the bit, with rollers as bodies too.
+/// A copy continues identically to the bit, also with rollers as bodies.
 #[test]
 fn a_copy_goes_on_as_the_original_does() {
     let robot = mecanum4();
@@ -250,7 +255,7 @@ fn a_copy_goes_on_as_the_original_does() {
     );
 }
 
-/// A payload that is put on in passing changes no velocity of chassis, wheels and rollers.
+/// A payload added during motion changes no velocity of chassis, wheels and rollers.
 #[test]
 fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
     let robot = mecanum4();
@@ -274,14 +279,14 @@ fn a_payload_put_on_in_passing_leaves_the_motion_as_it_was() {
         .iter()
         .map(|c| c.normal_force_n)
         .sum();
-    // Sideways the load swings by what the robot's tilt does with it.
+    // Sideways the load oscillates with the robot's tilt.
     assert!(
         (carried_n / (kilograms * G) - 1.0).abs() < 0.05,
         "{carried_n} N"
     );
 }
 
-/// A roller that has seized stands still against its hub, while the others of its wheel roll.
+/// A seized roller does not turn relative to its hub, while the others of its wheel roll.
 #[test]
 fn a_seized_roller_stands_still() {
     let robot = mecanum4();
@@ -293,7 +298,7 @@ fn a_seized_roller_stands_still() {
     assert!(spins.iter().any(|spin| spin.abs() > 5.0), "{spins:?}");
 }
 
-/// What rapier's solver does not know is refused in words.
+/// Unsupported features of rapier's solver are refused with a message.
 #[test]
 fn what_rapier_does_not_know_is_refused() {
     let refused = |robot: &Robot, settings: Settings| {
@@ -319,7 +324,8 @@ fn what_rapier_does_not_know_is_refused() {
     assert!(refused(&geared, reference).contains("gear that loses a share"));
 }
 
-/// A motor drives up to its rate limit and no further: a wheel in the air is left there with what its last driven step gave.
+/// A motor drives up to its rate limit and no further: a wheel in the air keeps the rate of its
+/// last driven step.
 #[test]
 fn no_motor_drives_beyond_its_rate_limit_in_rapier_either() {
     let robot = mecanum4();
@@ -352,8 +358,8 @@ fn no_motor_drives_beyond_its_rate_limit_in_rapier_either() {
     }
 }
 
-/// Relief without any height is a plane to rapier too: it carries the weight, and sideways the robot goes as it does on the plane, to what the
-/// faces of a height field cost rapier's solver.
+/// Uneven ground of zero height is a plane for rapier too: it carries the weight, and sideways the
+/// robot moves as on the plane, except for the effect of a height field's faces on rapier's solver.
 #[test]
 fn level_relief_is_a_plane_in_rapier() {
     let robot = mecanum4();
@@ -408,7 +414,7 @@ fn a_push_gives_its_momentum_in_rapier() {
     }
     let twist = world.robot().state().twist_in_body;
     let expected_m_s = force_n * 0.2 / robot.mass_kg();
-    // Rollers whose drag is damped turn with it: some parts in 10^4.
+    // Rollers with damped bearings turn with it: some parts in 10^4.
     assert!(
         (twist.vx_m_s / expected_m_s.x - 1.0).abs() < 1e-3,
         "{twist:?}"
@@ -437,11 +443,13 @@ fn far_from_the_origin_rapier_drives_as_at_the_origin() {
     let (home, far) = (went(0.0), went(1000.0));
     println!("{home:?} {far:?}");
     assert!(home.y.abs() > 0.2);
-    // It counts from the same places beneath the robot, and poses are summed in f64: 1e-13 of a kilometre in each step.
+    // It starts from the same places beneath the robot, and poses are summed in f64: 1e-13 of a
+    // kilometre in each step.
     assert!((far - home).norm() < 1e-6);
 }
 
-/// With its wheels and rollers held a robot slides to rest in rapier too: mu g slows it, and all that it had is heat of sliding.
+/// With its wheels and rollers held a robot slides to rest in rapier too: mu g decelerates it, and
+/// all of its kinetic energy becomes heat of sliding.
 #[test]
 fn a_held_robot_slides_to_rest_in_rapier() {
     let (friction, v_m_s) = (0.3, 0.8);
@@ -476,13 +484,14 @@ fn a_held_robot_slides_to_rest_in_rapier() {
     let way_m = world.robot().state().pose.x_m - from_m;
     let expected_m = speed_m_s * speed_m_s / (2.0 * friction * G);
     println!("{speed_m_s} m/s: {way_m} of {expected_m} m, {heat_j} of {had_j} J");
-    // rapier moves on with the velocity after a step, dt / t of the way less, and holds Coulomb's law to some thousandths.
+    // rapier advances with the velocity after a step, dt / t of the way less, and satisfies
+    // Coulomb's law to some thousandths.
     assert!((way_m / expected_m - 1.0).abs() < 0.02);
     assert!((heat_j / had_j - 1.0).abs() < 0.02);
 }
 
-/// Relief that rises along x and falls along y, longer than it is wide, carries a robot that is held as high and as tilted in rapier as under ilon's own
-/// solver.
+/// Uneven ground that rises along x and falls along y, longer than wide, carries a held robot at
+/// the same height and tilt in rapier as with ilon's own solver.
 #[test]
 fn relief_that_leans_carries_a_robot_as_under_ilons_solver() {
     let robot = mecanum4();
@@ -517,11 +526,12 @@ fn relief_that_leans_carries_a_robot_as_under_ilons_solver() {
     let [own, rapier] = [ContactSolver::Ilon, ContactSolver::Rapier].map(stands);
     println!("{own:?} {rapier:?}");
     assert!(own.y.abs() > 0.02 && own.z.abs() > 0.02);
-    // rapier leaves its contacts some micrometres in the ground, and counts in f32.
+    // rapier leaves its contacts some micrometres in the ground, and computes in f32.
     assert!((own - rapier).norm() < 1e-4);
 }
 
-/// A rotor before the gear is turned along in rapier as under ilon's own solver: in weightlessness a torque gives a wheel the same rate.
+/// A rotor before the gear turns along in rapier as with ilon's own solver: without gravity a
+/// torque gives a wheel the same rate.
 #[test]
 fn a_rotor_is_turned_along_in_rapier() {
     let mut robot = mecanum4();
@@ -543,7 +553,7 @@ fn a_rotor_is_turned_along_in_rapier() {
     let [own, rapier] = [ContactSolver::Ilon, ContactSolver::Rapier].map(|by| turns(&robot, by));
     let without = turns(&mecanum4(), ContactSolver::Rapier);
     println!("{own} {rapier} rad/s, {without} without");
-    // rapier's f32, and what the chassis's turn does to a wheel of first order in the step.
+    // rapier's f32, and a first-order error of the chassis's rotation for a wheel.
     assert!((rapier / own - 1.0).abs() < 5e-3);
     assert!(rapier < 0.8 * without);
 }

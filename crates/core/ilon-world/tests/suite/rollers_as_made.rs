@@ -1,4 +1,5 @@
-//! Rollers as they are made: what the hub of a driving wheel does, against the geometry of its rollers.
+//! Rollers as manufactured: the height of a driving wheel's hub, against the geometry of its
+//! rollers.
 
 use crate::support;
 
@@ -41,15 +42,15 @@ fn settings(dt_s: f64) -> Settings {
     }
 }
 
-/// What a drive at a constant twist, wheels held to its rates by 5 N m s/rad, came to.
+/// The results of a drive at a constant twist, wheels held to its rates by 5 N m s/rad.
 struct Drive {
     /// Largest distance of a hub's height from that of the geometry at its wheel angle, in metres.
     off_m: f64,
     /// Its mean over wheels and steps, in metres.
     mean_off_m: f64,
-    /// Least and largest height of a hub, in metres.
+    /// Smallest and largest height of a hub, in metres.
     heights_m: (f64, f64),
-    /// What the balance of energy leaves open, over the work of the motors and of landings, dimensionless.
+    /// The error of the energy balance, over the work of the motors and of landings, dimensionless.
     unexplained: f64,
     /// Way of the body along x over the turn of the first wheel, in metres a radian.
     way_m_rad: f64,
@@ -140,22 +141,23 @@ fn mean_height_m(wheel: &Wheel) -> f64 {
         / 20_000.0
 }
 
-/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: what touches moves past the hub with
-/// omega n x (p - hub), whose part ahead is omega times the height.
+/// The hub follows the outline of its wheel, and the wheel rolls on its mean height: the contact
+/// moves past the hub with omega n x (p - hub), whose forward part is omega times the height.
 fn hub_follows_its_outline(robot: &Robot, twist: Twist) {
     const DT_S: f64 = 5e-4;
     let drive = drive(robot, twist, 1.0, DT_S);
     let wheel = &robot.wheels[0];
     let rate_rad_s = ideal_rates(robot, twist)[0].abs();
-    // A contact is pressed in by fractions of a micrometre; a landing is seen a step late, by which the hub has come down by the
-    // slopes before and after it.
+    // A contact is compressed by fractions of a micrometre; a landing is detected a step late, in
+    // which the hub comes down by the slopes before and after it.
     let off_m = 1e-6 + 2.0 * steepest_m(wheel) * rate_rad_s * DT_S;
     assert!(drive.off_m < off_m, "{:e} of {off_m:e}", drive.off_m);
     assert!(drive.mean_off_m < 1e-6, "{:e}", drive.mean_off_m);
-    // What is left of the balance is of the order of the step: 0.02 % of the work.
+    // The error of the balance is of first order in the step: 0.02 % of the work.
     assert!(drive.unexplained.abs() < 1e-3, "{:e}", drive.unexplained);
     if twist == AHEAD {
-        // A turn ends within a step of a whole one, over which the height differs by micrometres: 1e-4 of a turn.
+        // A turn ends within a step of a whole one, over which the height differs by micrometres:
+        // 1e-4 of a turn.
         let ratio = drive.way_m_rad / mean_height_m(wheel);
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
@@ -189,7 +191,8 @@ fn a_wheel_drops_over_the_gaps_between_short_rollers() {
     for factor in [0.7, 0.9] {
         let robot = made(mecanum4(), |_| (), Some(factor));
         hub_follows_its_outline(&robot, AHEAD);
-        // How far: see `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch and of a roller's end.
+        // The rise: see `ilon-robot/tests/made.rs`; a of the ring, angles of half a pitch and of a
+        // roller's end.
         let (a, k, half_pitch) = (0.038, std::f64::consts::FRAC_1_SQRT_2, PI / 9.0);
         let half_m = factor * a * half_pitch.tan() / k;
         let (far_m, end) = (f64::hypot(a, k * half_m), f64::atan2(k * half_m, a));
@@ -236,7 +239,8 @@ fn a_profile_by_numbers_of_the_barrel_rolls_as_the_barrel() {
     hub_follows_its_outline(&robot, AHEAD);
     let drive = drive(&robot, AHEAD, 1.0, 1e-3);
     let (low_m, high_m) = drive.heights_m;
-    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below it.
+    // Chords of an arc of radius rho and of 20 deg / 8 each lie rho (2.5 deg)^2 / 8 = 12 um below
+    // it.
     assert!(
         high_m < 0.05 + 1e-6 && low_m > 0.05 - 14e-6,
         "{low_m} {high_m}"
@@ -258,7 +262,8 @@ fn unequal_rollers_move_the_mean_as_their_mean_radius() {
     assert!((mean_height_m(&thick.wheels[0]) - 0.0502).abs() < 1e-9);
     let way_m = drive(&thick, AHEAD, 1.0, 1e-3).way_m_rad;
     assert!((way_m / 0.0502 - 1.0).abs() < 2e-5, "{way_m}");
-    // One thicker than the others: the mean goes up by a share of what that one is off, and each turn is as the one before.
+    // One thicker than the others: the mean rises by its share of that, and each turn equals the
+    // one before.
     let one = offsets(|i| if i == 3 { 2e-4 } else { 0.0 });
     hub_follows_its_outline(&one, AHEAD);
     let raised_m = mean_height_m(&one.wheels[0]) - 0.05;
@@ -304,7 +309,7 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
                 world.robot().penetration_m()
             );
         }
-        // Up on the kerb, and no higher than wheel and kerb are by a hop of a fifth of it.
+        // On the kerb, and no higher than wheel and kerb by a hop of a fifth of it.
         assert!((0.0535..0.0568).contains(&highest_m), "{highest_m}");
         assert!(world.robot().state().pose.x_m > 0.4);
         let energy = world.energy();
@@ -318,7 +323,7 @@ fn rollers_that_are_no_barrels_drive_over_a_kerb() {
     }
 }
 
-/// Sideways over bumps of 2 mm: what a wheel of cylinders meets there is near to what one of barrels meets.
+/// Sideways over bumps of 2 mm: a wheel of cylinders behaves nearly like one of barrels.
 #[test]
 fn cylinders_drive_over_bumps_as_barrels_do() {
     let size = 161;
@@ -349,7 +354,7 @@ fn cylinders_drive_over_bumps_as_barrels_do() {
     };
     let barrels_m = way_m(&mecanum4());
     let cylinders_m = way_m(&made(mecanum4(), cylinders(0.0138, 0.001), None));
-    // Their mean heights differ by a few per cent, and both lose a few to bumps.
+    // Their mean heights differ by a few per cent, and both lose a few on bumps.
     assert!(
         (cylinders_m / barrels_m - 1.0).abs() < 0.06,
         "{cylinders_m} {barrels_m}"
@@ -373,7 +378,7 @@ fn what_is_not_known_of_a_profile_by_numbers_is_refused() {
         matches!(refused, WorldError::NotInRapier { .. }),
         "{refused}"
     );
-    // A crown is a barrel to rapier too.
+    // A crowned roller is a barrel for rapier too.
     let crowned = made(mecanum4(), |made| made.crown = 0.8, None);
     assert_eq!(world(&crowned, &in_rapier), Ok(()));
     robot.wheels[1].surface.tread = Some(Tread::new(1e5));
@@ -384,8 +389,9 @@ fn what_is_not_known_of_a_profile_by_numbers_is_refused() {
     );
 }
 
-/// Sideways, where rollers that hand over at once point in different directions: the robot moves as the contact kinematics of its
-/// lowest rollers has it, at any step, and nothing rubs. Neighbours of flat rollers are equally low for degrees of a turn.
+/// Sideways, where rollers that hand over at once have different axes: the robot follows the
+/// contact kinematics of its lowest rollers, at any step, and nothing slides. Neighbouring flat
+/// rollers are equally low for degrees of a turn.
 #[test]
 fn neighbours_that_are_equally_low_do_not_rub() {
     for crown in [0.3, 0.5, 0.8, 0.9] {
@@ -415,7 +421,8 @@ fn neighbours_that_are_equally_low_do_not_rub() {
                 expected_m += support::contact_twist(&robot, angles, rates).vy_m_s * dt_s;
             }
             let ratio = (world.robot().state().pose.y_m - from_m) / expected_m;
-            // The sum takes the twist at the ends of steps: half a step of hand-overs that jump by a few per cent, 1e-4 together.
+            // The sum uses the twist at the ends of steps: half a step of hand-overs with jumps of
+            // a few per cent, 1e-4 in total.
             assert!(
                 (ratio - 1.0).abs() < 2e-4,
                 "crown {crown}, {dt_s} s: {ratio}"

@@ -1,4 +1,4 @@
-//! What rolling costs, against what can be derived on paper.
+//! Rolling resistance against derivations by hand.
 
 use crate::free::hold;
 use crate::support;
@@ -36,14 +36,14 @@ fn world(robot: &Robot, resistance: f64, slope_rad: f64, start: Pose) -> World {
     on(robot, &floor, start)
 }
 
-/// Where a wheel touches, in the floor's frame, with the load in N.
+/// The contact of a wheel, in the floor's frame, with the load in N.
 #[derive(Clone, Copy)]
 struct Place {
     at_m: Vector2<f64>,
     load_n: f64,
-    /// How fast the roller slides there, in m/s.
+    /// Sliding velocity of the roller there, in m/s.
     slides_m_s: Vector2<f64>,
-    /// Where one alone does.
+    /// The roller, if only one touches.
     roller: Option<usize>,
 }
 
@@ -62,8 +62,9 @@ fn places(world: &World) -> Vec<Place> {
         .collect()
 }
 
-/// Of rollers whose bearings cost nothing: each metre by which a place of contact moves over the ground takes c N, whatever
-/// turns for it. The places are those that the world shows, and nothing of the law is used.
+/// With lossless bearings each metre by which a contact point moves over the ground takes c N,
+/// whichever body turns. The contact points are those reported by the world, and nothing of the law
+/// is used.
 #[test]
 fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
     let c = 0.1;
@@ -98,7 +99,7 @@ fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
                 follow(&mut world, &robot, *twist, 1e-3, 0.0);
                 let (now, now_j) = (places(&world), world.bearing_energy_j());
                 let pairs = || before.iter().zip(&now);
-                // Where a roller comes down, or two share the load, the place jumps.
+                // When a roller comes down, or two share the load, the contact point jumps.
                 if pairs().all(|(then, now)| then.roller.is_some() && then.roller == now.roller) {
                     let drag_j = |(then, now): (&Place, &Place)| {
                         c * then.load_n * (now.at_m - then.at_m - 1e-3 * now.slides_m_s).norm()
@@ -108,8 +109,9 @@ fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
                 }
                 (before, before_j) = (now, now_j);
             }
-            // The law takes the loads with which a step begins, and the places are those in the middle of steps: a hundredth or two. Where a
-            // place leaves a barrel for its end within a step it is slower by a factor of ten from there on.
+            // The law uses the loads at the beginning of a step, and the points are those in the
+            // middle of steps: one or two hundredths. When a contact point leaves a barrel for its
+            // end within a step its speed falls by a factor of ten.
             assert!(shares.len() > 400, "{name} {twist:?}");
             shares.sort_by(f64::total_cmp);
             let at = |share: f64| shares[(share * shares.len() as f64) as usize];
@@ -122,9 +124,10 @@ fn rolling_takes_its_share_of_the_load_for_each_metre_that_the_places_move() {
     }
 }
 
-/// On ground that drags with half of the load a robot on mecanum wheels makes the way that its wheels ask for, as long as the pull of none of them
-/// reaches its grip: driving at 45 degrees two wheels stand still and roll on their rollers, across which a moment of c N r
-/// takes a pull of c N.
+/// On ground with a rolling resistance of half of the load a robot on mecanum wheels covers the
+/// commanded distance, as long as the force of no wheel reaches its grip: driving at 45 degrees two
+/// wheels stand still and roll on their rollers, across which a moment of c N r needs a force of c
+/// N.
 #[test]
 fn drag_below_the_grip_makes_no_roller_slide() {
     let robot = mecanum4();
@@ -142,15 +145,17 @@ fn drag_below_the_grip_makes_no_roller_slide() {
     let turned: Vec<f64> = turned.map(|(now, then)| now - then).collect();
     let asked = ideal_twist(&robot, &turned);
     let way_m = world.robot().state().pose.position_m() - from.position_m();
-    // What the place of contact moves along the rollers within a pitch: a hundredth, as on a floor that does not drag.
+    // The motion of the contact point along the rollers within a pitch: a hundredth, as on a floor
+    // without drag.
     let share = way_m.norm() / asked.vx_m_s.hypot(asked.vy_m_s);
     assert!((share - 1.0).abs() < 0.02, "{share}");
     let rolling_j = 0.3 * robot.mass_kg() * G * way_m.norm();
     assert!(world.slip_energy_j() - slid_j < 1e-3 * rolling_j);
 }
 
-/// A robot whose wheels are free stands on a slope of angle a while c > tan a, whichever way it faces, and rolls down beyond it. Under Swedish
-/// wheels the limit is sharp; under mecanum wheels the places of contact move further than the robot does, and more drag is left.
+/// A robot with free wheels stands on a slope of angle a while c > tan a, at any heading, and rolls
+/// down beyond it. With Swedish wheels the limit is sharp; with mecanum wheels the contact points
+/// move further than the robot, and more drag is needed to move it.
 #[test]
 fn a_robot_stands_on_a_slope_below_its_rolling_resistance_whichever_way_it_faces() {
     let slope_rad: f64 = 0.05;
@@ -166,7 +171,7 @@ fn a_robot_stands_on_a_slope_below_its_rolling_resistance_whichever_way_it_faces
                 let pose = world.robot().state().pose;
                 (pose.position_m() - start.position_m()).norm()
             };
-            // A robot that leans downhill has its loads elsewhere, and the sum of them is its weight.
+            // The slope shifts the robot's loads, and their sum is its weight.
             let (stands_m, rolls_m) = (after(1.03), after(rolls_at));
             assert!(stands_m < 1e-6, "{heading_rad}: {stands_m}");
             assert!(rolls_m > 1e-3, "{heading_rad}: {rolls_m}");
@@ -174,8 +179,9 @@ fn a_robot_stands_on_a_slope_below_its_rolling_resistance_whichever_way_it_faces
     }
 }
 
-/// On a floor on which small radii cost more, each wheel of a robot on Swedish wheels takes c N sqrt(V1^2 + ((rho / s)^p V2)^2), V1 along its rim, where
-/// the outline is the wheel's circle of radius rho, and V2 across it, where it rolls on a roller that is s = rho - a / cos(phi) thick,
+/// On a floor where small radii cost more, each wheel of a robot on Swedish wheels takes c N
+/// sqrt(V1^2 + ((rho / s)^p V2)^2), V1 along its rim, where the outline is the wheel's circle of
+/// radius rho, and V2 across it, where it rolls on a roller with the radius s = rho - a / cos(phi),
 /// at the angle phi from the roller's middle.
 #[test]
 fn small_radii_cost_more_where_the_floor_says_so() {
@@ -184,7 +190,8 @@ fn small_radii_cost_more_where_the_floor_says_so() {
     for exponent in [0.5, 1.0] {
         for way_rad in [0.3, 0.8, 1.3] {
             let twist = Twist::new(v * f64::cos(way_rad), v * f64::sin(way_rad), 0.0);
-            // What the drives pay for each metre, and the mean loads of the wheels: drag takes some off those ahead.
+            // The drives' work per metre, and the mean loads of the wheels: drag reduces those of
+            // the front ones.
             let drive = |resistance: f64| {
                 let floor = Floor {
                     surface: FloorSurface {
@@ -226,7 +233,7 @@ fn small_radii_cost_more_where_the_floor_says_so() {
                 })
                 .sum();
             let drag_n = dragged_n - plain_n;
-            // Every wheel turns, by some rollers more or less than whole pitches: a hundredth.
+            // Every wheel turns by some rollers more or less than whole pitches: a hundredth.
             assert!(
                 (drag_n / expected_n - 1.0).abs() < 0.01,
                 "{exponent} {way_rad}: {drag_n} {expected_n}"
@@ -235,7 +242,8 @@ fn small_radii_cost_more_where_the_floor_says_so() {
     }
 }
 
-/// What rollers lose by themselves they lose on any ground: one that takes more of sharper rollers, but nothing, changes nothing to the bit.
+/// The rollers' own resistance is the same on any ground: one with a radius exponent but zero
+/// resistance changes nothing to the bit.
 #[test]
 fn ground_that_takes_nothing_by_radius_leaves_rollers_their_own_drag() {
     let run = |of_rollers: f64, radius_exponent: f64| {
@@ -264,7 +272,7 @@ fn ground_that_takes_nothing_by_radius_leaves_rollers_their_own_drag() {
 /// The radius of a ball for a roller, in metres.
 const BALL_M: f64 = 0.012;
 
-/// A roller that is a ball, as a file models it.
+/// A roller that is a ball, as modelled in a file.
 fn ball() -> RollerForm {
     let part = ProfilePart {
         t_m: 0.0,
@@ -280,8 +288,10 @@ fn ball() -> RollerForm {
     })
 }
 
-/// Wheels whose rollers are balls on a ring of radius c: where the ball that bears one is at an angle phi from straight down it touches c cos phi + r below the
-/// hub, and slides nowhere along its axis. So the robot goes w (c cos phi + r), from angle to angle c (sin phi_1 - sin phi_0) + r (phi_1 - phi_0).
+/// Wheels with balls as rollers on a ring of radius c: if the bearing ball is at an angle phi from
+/// straight down it touches c cos phi + r below the hub, and does not slide along its axis. So the
+/// robot moves with w (c cos phi + r), between two angles by c (sin phi_1 - sin phi_0) + r (phi_1 -
+/// phi_0).
 #[test]
 fn on_balls_of_its_file_a_robot_goes_as_far_as_they_reach_below_its_hubs() {
     const PHASE_RAD: f64 = -0.3;
@@ -298,16 +308,17 @@ fn on_balls_of_its_file_a_robot_goes_as_far_as_they_reach_below_its_hubs() {
             break (world.robot().state().pose.x_m, now_rad);
         }
     };
-    // By then it drives, and slides no more.
+    // By then it drives without sliding.
     let (from_m, from_rad) = drive_to(-0.2);
     let (to_m, to_rad) = drive_to(0.0);
     let expected_m = ring_m * (to_rad.sin() - from_rad.sin()) + BALL_M * (to_rad - from_rad);
     let off = (to_m - from_m) / expected_m - 1.0;
-    // Each of 70 steps of 0.15 mm finds its places to the f32 of 0.2 m, 1.5e-8 m: together a hundred-thousandth of the way, and four times that.
+    // Each of 70 steps of 0.15 mm finds its places to the f32 of 0.2 m, 1.5e-8 m: together a
+    // hundred-thousandth of the way, and four times that.
     assert!(off.abs() < 5e-5, "{off:e}");
 }
 
-/// Rollers with the shapes of their file would roll over a soft floor for nothing.
+/// Rollers with the shapes of their file would roll over a soft floor without loss.
 #[test]
 fn drag_and_creep_are_refused_of_rollers_with_the_shapes_of_their_file() {
     let mut robot = volksbot();
@@ -336,10 +347,12 @@ fn drag_and_creep_are_refused_of_rollers_with_the_shapes_of_their_file() {
     assert_eq!(found(&robot, FloorSurface::default()), refused);
 }
 
-/// Each wheel tells of its own rollers. Diagonally two wheels stand, each on the middle of a roller, which turns by the way over its radius; the wheels'
-/// loops leave less than a thousandth. The other two turn at 4 rad/s, so that the roller beneath is left after half of an eighth of a turn, 0.1 s. Its bearing
-/// then takes 2.5 of its rate in a second, so that in 0.6 s it goes on by what it rolled in 0.31 s: 0.41 s of 0.7 s, on a radius that is not below two
-/// thirds of its middle's.
+/// Each wheel reports its own rollers. Diagonally two wheels stand, each on the middle of a roller,
+/// which turns by the way over its radius; the wheels' loops have an error of less than a
+/// thousandth. The other two turn at 4 rad/s, so that the roller beneath is left after half of an
+/// eighth of a turn, 0.1 s. Its bearing then takes 2.5 of its rate in a second, so that in 0.6 s it
+/// goes on by what it rolled in 0.31 s: 0.41 s of 0.7 s, on a radius that is not below two thirds
+/// of its middle's.
 #[test]
 fn each_wheel_tells_of_its_own_rollers() {
     let robot = mecanum4();

@@ -1,4 +1,4 @@
-//! Where a robot begins: on what is beneath it, never inside it.
+//! The start of a robot: on whatever is beneath it, never inside it.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use ilon_world::{Floor, GroundBox, Relief, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
 use support::mecanum4;
 
-/// A box that stands on the floor, its sides along the axes.
+/// A box on the floor, with its sides along the axes.
 fn solid(x_m: [f64; 2], y_m: [f64; 2], height_m: f64) -> GroundBox {
     let span = |[from, to]: [f64; 2]| (0.5 * (from + to), 0.5 * (to - from));
     let ((x, half_x), (y, half_y)) = (span(x_m), span(y_m));
@@ -32,7 +32,8 @@ fn begin(robot: &Robot, floor: &Floor, start: Pose) -> Result<World, WorldError>
     World::new(robot, floor, start, &Settings::default())
 }
 
-/// The greatest height above the start and the fastest rise or fall within half a second, in metres and m/s.
+/// The largest height above the start and the largest vertical speed within half a second, in
+/// metres and m/s.
 fn rises(world: &mut World) -> (f64, f64) {
     let start_m = world.robot().state().height_m;
     let (mut rise_m, mut fastest_m_s) = (0.0_f64, 0.0_f64);
@@ -58,11 +59,11 @@ fn on_a_box_that_bears_all_wheels_it_stands_on_top_and_stays() {
         };
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
         let radius_m = robot.wheels[0].radius_m;
-        // The hub is as far above the top as above a floor, to what f32 makes of half a metre.
+        // The hub is as far above the top as above a floor, to f32's resolution of half a metre.
         assert!((world.robot().hub_height_m(0) - height_m - radius_m).abs() < 1e-7);
         let (rise_m, fastest_m_s) = rises(&mut world);
         assert!(rise_m < 1e-6, "{height_m}: rose {rise_m:.1e} m");
-        // Settling onto contacts that give way by micrometres is all the motion there is.
+        // Only the settling onto contacts that deflect by micrometres moves it.
         assert!(fastest_m_s < 1e-2, "{height_m}: {fastest_m_s:.1e} m/s");
     }
 }
@@ -80,8 +81,8 @@ fn on_a_box_under_two_wheels_it_tips_onto_the_other_two_and_is_not_thrown() {
         let mut world = begin(&robot, &floor, start).expect("a place to stand");
         let (rise_m, fastest_m_s) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
-        // Nothing can be faster than what falls from the height of the box, times the lever of the chassis' end, which is
-        // below twice that of its wheels.
+        // The largest possible speed is that of a fall from the height of the box, times the lever
+        // of the chassis's end, which is below twice that of its wheels.
         assert!(
             fastest_m_s < 2.0 * (2.0 * 9.81 * height_m).sqrt(),
             "{fastest_m_s:.2} m/s"
@@ -121,7 +122,8 @@ fn on_bumps_the_first_wheel_touches_and_none_is_inside() {
     }
 }
 
-/// A peg that only the far end of one wheel reaches is stood on, too, and nothing begins in it.
+/// A robot also stands on a peg that only the far end of one wheel reaches, and nothing starts in
+/// it.
 #[test]
 fn on_a_peg_under_the_far_end_of_a_wheel_it_begins_on_top() {
     let mut turned = mecanum4();
@@ -137,15 +139,16 @@ fn on_a_peg_under_the_far_end_of_a_wheel_it_begins_on_top() {
         let floor = floor(vec![solid([0.194, 0.206], [0.166, 0.178], 0.035)]);
         let mut world = begin(&robot, &floor, Pose::default()).expect("a place to stand");
         let raised_m = world.robot().hub_height_m(0) - 0.05;
-        // A circle of 50 mm over an edge 44 mm ahead has its hub at 35 + sqrt(50^2 - 44^2) = 58.7 mm; rollers leave some of it free.
+        // A circle of 50 mm over an edge 44 mm ahead has its hub at 35 + sqrt(50^2 - 44^2) = 58.7
+        // mm; rollers leave some of it free.
         assert!(raised_m > 1e-3 && raised_m < 0.009, "{raised_m}");
         let (rise_m, _) = rises(&mut world);
         assert!(rise_m < 1e-5, "rose {rise_m:.1e} m");
     }
 }
 
-/// A front left wheel worn by 1 mm: of the three wheels under the centre of mass the robot leans onto it or off it, and stays as
-/// it begins, without a fall.
+/// A front left wheel is worn by 1 mm: of the three wheels under the centre of mass the robot leans
+/// onto it or off it, and stays in its start pose without a fall.
 #[test]
 fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
     for worn in 0..4 {
@@ -158,7 +161,7 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
             roller.radius_m *= shrunk;
             roller.length_m *= shrunk;
         }
-        // Something heavy near the other corner keeps it off the worn wheel or on it, not in between.
+        // A mass near the other corner keeps it off the worn wheel or on it, not in between.
         robot.chassis.mass.center_of_mass_m += Vector3::new(0.02, 0.03, 0.0);
         let stands = robot.standing_pose().expect("it can stand");
         let mut world = begin(&robot, &Floor::default(), Pose::default()).expect("a plane");
@@ -175,7 +178,8 @@ fn on_wheels_of_unequal_radius_it_begins_as_it_stands() {
         let left = [body.height_m, body.roll_rad, body.pitch_rad];
         let moved = at.iter().zip(left).map(|(at, left)| (at - left).abs());
         let moved = moved.fold(0.0, f64::max);
-        // Wheels that lean by 1 mm / 0.3 m touch up to 1 cm beside their middles, where their rollers are: 3.3e-3 x 0.01 m.
+        // Wheels tilted by 1 mm / 0.3 m touch up to 1 cm beside their middles, where their rollers
+        // are: 3.3e-3 x 0.01 m.
         assert!(moved < 4e-5, "wheel {worn}: moved by {moved:.1e}");
     }
 }
@@ -195,7 +199,8 @@ fn beside_a_wall_it_stands_on_the_floor() {
     assert!((world.robot().hub_height_m(0) - robot.wheels[0].radius_m).abs() < 1e-7);
 }
 
-/// Ground that rises to 0.3 m right ahead of the wheels: the robot is put down on what lies beneath it, level at 50 mm.
+/// Ground rises to 0.3 m right ahead of the wheels: the robot is put down on the ground beneath it,
+/// level at 50 mm.
 #[test]
 fn beside_a_bank_of_relief_it_stands_on_what_is_beneath() {
     let robot = mecanum4();
@@ -223,13 +228,14 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
         .map(|wheel| wheel.position_m().y.abs())
         .fold(0.0, f64::max)
         + 0.06;
-    // 20 um beside the robot, so that it was lowered by as much at a time: 50 million times for a kilometre.
+    // 20 um beside the robot, so that it was lowered by as much at a time: 50 million times for a
+    // kilometre.
     for height_m in [3.0, 1e3, 1e6, 1e9] {
         let wall = solid([-1.0, 1.0], [outermost_m, outermost_m + 0.1], height_m);
         let world = begin(&robot, &floor(vec![wall]), Pose::default()).expect("a place to stand");
         let off_m = world.robot().hub_height_m(0) - robot.wheels[0].radius_m;
         assert!(off_m.abs() < 1e-7, "{height_m}: {off_m}");
-        // Beneath it: it stands there, or is refused, and either is soon known.
+        // Beneath it: it stands there, or is refused, and either result is quick.
         let beneath = solid([-1.0, 1.0], [-1.0, 1.0], height_m);
         if let Ok(world) = begin(&robot, &floor(vec![beneath]), Pose::default()) {
             let above_m = world.robot().hub_height_m(0) - height_m;
@@ -241,7 +247,7 @@ fn beside_a_wall_of_any_height_it_stands_on_the_floor_soon() {
     }
 }
 
-/// One point of a relief far above the others: the robot beside it stands on what is flat.
+/// One point of uneven ground is far above the others: the robot beside it stands on the flat part.
 #[test]
 fn beside_a_high_point_of_relief_it_stands_on_what_is_flat() {
     let robot = mecanum4();
@@ -282,8 +288,8 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
     assert!(refused.to_string().contains("hang"), "{refused}");
 }
 
-/// What of a chassis reaches out ahead comes down where the robot heads: turned left, a box ahead of its place lies beside it, and one to its left is
-/// under what reaches out.
+/// The protruding part of a chassis comes down at the robot's heading: turned left, a box ahead of
+/// its place is beside it, and one to its left is under the protruding part.
 #[test]
 fn what_reaches_out_of_a_chassis_comes_down_where_the_robot_heads() {
     let mut robot = mecanum4();
@@ -318,7 +324,7 @@ fn a_robot_without_wheels_or_a_wheel_without_rollers_is_refused() {
     assert!(matches!(refused, Err(WorldError::NoWheels)));
 }
 
-/// Boxes of the ground without a size, or with one that is not a number, are refused, and so are ramps beyond upright.
+/// Boxes of the ground with zero or NaN sizes are refused, and so are ramps beyond vertical.
 #[test]
 fn boxes_that_are_none_are_refused() {
     let refused = |change: &dyn Fn(&mut GroundBox)| {

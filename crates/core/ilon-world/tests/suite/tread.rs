@@ -1,5 +1,5 @@
-//! Rollers that give, floors that drag and creep: against what can be derived on paper, and against the rigid roller where
-//! they tend to it.
+//! Soft rollers, and floors with rolling resistance and creep: against derivations by hand, and
+//! against the rigid roller in the limit.
 
 use crate::support;
 
@@ -18,7 +18,8 @@ fn settings(dt_s: f64) -> Settings {
     }
 }
 
-/// The robot on treads of a stiffness in N/m; `longer` is the length of its rollers over that without overlap.
+/// The robot on treads of a stiffness in N/m; `longer` is the length of its rollers relative to
+/// that without overlap.
 fn on_treads(mut robot: Robot, stiffness_n_m: f64, longer: f64) -> Robot {
     for wheel in &mut robot.wheels {
         wheel.surface.tread = Some(Tread::new(stiffness_n_m));
@@ -37,7 +38,7 @@ fn world(robot: &Robot, surface: FloorSurface, dt_s: f64) -> World {
     World::new(robot, &floor, Pose::default(), &settings(dt_s)).expect("valid")
 }
 
-/// Means of velocity ahead and of the wheels' rates over a second.
+/// Means of forward velocity and of the wheels' rates over a second.
 fn means(world: &mut World, robot: &Robot, twist: Twist, pull_n: f64) -> (f64, Vec<f64>) {
     let (x_m, angles) = (
         world.robot().state().pose.x_m,
@@ -67,7 +68,8 @@ fn total_j(world: &World) -> f64 {
 
 #[test]
 fn rolling_resistance_takes_its_share_of_the_load_for_each_metre() {
-    // Under Swedish wheels without tilt the place of contact moves as the robot does: in any direction the drag is c m g.
+    // Under Swedish wheels without tilt the contact point moves like the robot: in any direction
+    // the drag is c m g.
     let (c, v) = (0.03, 0.2);
     let robot = volksbot();
     for (vx, vy) in [(v, 0.0), (0.0, v), (0.6 * v, 0.8 * v)] {
@@ -90,13 +92,13 @@ fn rolling_resistance_takes_its_share_of_the_load_for_each_metre() {
         let expected_n = c * robot.mass_kg() * G;
         let plain_n = work_j(0.0, &robot);
         let dragged_n = work_j(c, &robot);
-        // Where rollers hand over their spin is brought up anew, at another rate of hand-overs: a hundredth.
+        // The spin-up at hand-overs occurs at another rate: a hundredth.
         let drag_n = dragged_n - plain_n;
         assert!(
             (drag_n / expected_n - 1.0).abs() < 0.01,
             "{drag_n} {expected_n}"
         );
-        // The same of the rollers' own, and on treads.
+        // The same with the rollers' own resistance, and on treads.
         let mut own = on_treads(robot.clone(), 1e7, 1.0);
         let without_n = work_j(0.0, &own);
         for wheel in &mut own.wheels {
@@ -112,8 +114,9 @@ fn rolling_resistance_takes_its_share_of_the_load_for_each_metre() {
 
 #[test]
 fn a_robot_under_a_pull_slips_by_the_pull_over_the_creep_stiffness() {
-    // Wheels at 0, 120 and 240 degrees, ahead: two of them pull, each along its rim with f = F / (2 cos 30). Each slips by
-    // creep v f / N, and the robot falls back by that over cos 30: by v creep F / (1.5 N), N = m g / 3.
+    // Wheels at 0, 120 and 240 degrees, ahead: two of them pull, each along its rim with f = F / (2
+    // cos 30). Each slips by creep v f / N, and the robot falls back by that over cos 30: by v
+    // creep F / (1.5 N), N = m g / 3.
     let (v, pull_n) = (0.3, -6.0);
     let robot = volksbot();
     let load_n = robot.mass_kg() * G / 3.0;
@@ -140,8 +143,9 @@ fn a_robot_under_a_pull_slips_by_the_pull_over_the_creep_stiffness() {
         (of_floor / expected - 1.0).abs() < 0.05,
         "{of_floor} {expected}"
     );
-    // A tread that is renewed over 1 mm: creep stiffness k_t lambda = 2e5 * 1e-3 = 200 N. Each of eight rollers is sheared anew
-    // over 1 of 39 mm; so stiff along the normal that two hardly share.
+    // A tread with a relaxation length of 1 mm: creep stiffness k_t lambda = 2e5 * 1e-3 = 200 N.
+    // Each of eight rollers is sheared anew over 1 of 39 mm; it is so stiff along the normal that
+    // two hardly share the load.
     let mut renewed = on_treads(robot.clone(), 1e7, 1.0);
     for wheel in &mut renewed.wheels {
         let tread = wheel.surface.tread.as_mut().expect("it has one");
@@ -158,7 +162,8 @@ fn a_robot_under_a_pull_slips_by_the_pull_over_the_creep_stiffness() {
 
 #[test]
 fn friction_falls_with_the_speed_of_sliding_as_stribeck_has_it() {
-    // Wheels held fast on the rim, pushed off at speed: at 0.1 m/s exp(-1) of the way from 0.5 down to 0.2 is left.
+    // Wheels with held rims, pushed to a speed: at 0.1 m/s exp(-1) of the way from 0.5 down to 0.2
+    // remains.
     let surface = FloorSurface {
         sliding: Some(ilon_world::Stribeck {
             friction: 0.2,
@@ -176,7 +181,8 @@ fn friction_falls_with_the_speed_of_sliding_as_stribeck_has_it() {
         wheel.joint.friction_n_m = 100.0;
     }
     let mut world = World::new(&robot, &floor, Pose::default(), &settings(1e-3)).expect("valid");
-    // Turning on the spot every wheel slides along its rim, at 0.25 m: a couple of 0.55 of the weight there is more than 0.5 can hold.
+    // Turning on the spot every wheel slides along its rim, at 0.25 m: a couple of 0.55 of the
+    // weight there exceeds a friction of 0.5.
     let couple_n_m = 0.55 * robot.mass_kg() * G * 0.25;
     let mut checked = false;
     for step in 0..3000 {
@@ -230,12 +236,13 @@ fn long_rollers_share_the_load_and_the_wheel_carries_all_of_it() {
         }
     }
     let weight_n = robot.mass_kg() * G;
-    // The robot bobs with the hand-overs; over a second its mean load is its weight.
+    // The robot bounces with the hand-overs; over a second its mean load is its weight.
     assert!(
         (total_n / 1000.0 / weight_n - 1.0).abs() < 0.005,
         "{total_n}"
     );
-    // Half of the turn, more or less: the rollers' ends overlap by 0.3 of the tangent of half a pitch, and sag by 0.28 mm.
+    // About half of the turn: the rollers' ends overlap by 0.3 of the tangent of half a pitch, and
+    // sag by 0.28 mm.
     let share = shared as f64 / count as f64;
     assert!((0.25..0.9).contains(&share), "{share}");
 }
@@ -260,7 +267,7 @@ fn the_energies_close_with_what_treads_store_and_lose() {
             world.step();
         }
         let unexplained = unexplained_j(&world, began_j).abs() / world.motor_energy_j();
-        // f32 rates and second order: as of rigid rollers.
+        // f32 rates and second order: as for rigid rollers.
         assert!(unexplained < 2e-3, "{unexplained}");
         assert!(world.slip_energy_j() > 0.0 && world.impact_energy_j() > 0.0);
     }
@@ -268,7 +275,7 @@ fn the_energies_close_with_what_treads_store_and_lose() {
 
 #[test]
 fn the_stiffer_the_tread_the_nearer_the_rigid_roller() {
-    // A start, a way to the left and a turn; the end beside that of rigid rollers.
+    // A start, a drive to the left and a turn; the end compared with that of rigid rollers.
     let end = |robot: &Robot| {
         let mut world = world(robot, FloorSurface::default(), 5e-4);
         follow(&mut world, robot, Twist::new(0.2, 0.3, 0.5), 2.0, 0.0);
@@ -284,8 +291,9 @@ fn the_stiffer_the_tread_the_nearer_the_rigid_roller() {
     };
     let apart: Vec<f64> = [2e5, 2e6, 2e7, 2e8].into_iter().map(apart_m).collect();
     println!("{apart:?}");
-    // The angle over which two rollers share goes as the root of the sag, so the way to the limit as 1 / sqrt(k): a factor of 3.2
-    // for each ten, until the rigid one's own 0.3 um of sag and the step are as large.
+    // The angle over which two rollers share the load is proportional to the root of the sag, so
+    // the distance from the limit to 1 / sqrt(k): a factor of 3.2 for each ten, until the rigid
+    // roller's own 0.3 um of sag and the step are as large.
     assert!(
         apart[1] < 0.6 * apart[0] && apart[2] < 0.6 * apart[1],
         "{apart:?}"
@@ -317,7 +325,7 @@ fn a_robot_stands_on_its_treads_as_deep_as_its_weight_presses_them() {
         world.robot_mut().apply(&[0.0; 3]);
         world.step();
     }
-    // m g / (3 k) below where it touches; what is left of the landing has died out.
+    // m g / (3 k) below the point of contact; the oscillation of the landing has died out.
     let sag_m = robot.mass_kg() * G / 3.0 / 2e5;
     let height_m = world.robot().hub_height_m(0);
     assert!(
@@ -327,7 +335,7 @@ fn a_robot_stands_on_its_treads_as_deep_as_its_weight_presses_them() {
     assert!(world.energy().kinetic_j < 1e-9);
 }
 
-/// A softer tread would let the robot sink onto its hubs, and more.
+/// A softer tread would let the robot sink onto its hubs.
 #[test]
 fn a_tread_that_the_weight_presses_through_is_refused() {
     let robot = mecanum4();
@@ -346,7 +354,8 @@ fn a_tread_that_the_weight_presses_through_is_refused() {
     }
 }
 
-/// Held wheels on treads are pushed slowly: what their treads take in shear is stored, and counts neither as slip nor as a hit.
+/// Held wheels on treads are pushed slowly: the shear energy of their treads is stored, and counts
+/// neither as slip nor as impact loss.
 #[test]
 fn what_a_tread_stores_in_shear_is_neither_slip_nor_a_hit() {
     let mut robot = on_treads(mecanum4(), 1e5, 1.0);
@@ -377,7 +386,7 @@ fn what_a_tread_stores_in_shear_is_neither_slip_nor_a_hit() {
         world.step();
     }
     let to = spent_j(&world);
-    // Four rollers, each of which the floor holds along its axis alone, at 45 degrees: 2 k in all.
+    // Four rollers, each of which the floor holds only along its axis, at 45 degrees: 2 k in total.
     let shear_n_m = Tread::new(1e5).shear_n_m();
     let stored_j = most_n * most_n / (2.0 * 2.0 * shear_n_m);
     let work_j = to.2 - from.2;
@@ -390,7 +399,8 @@ fn what_a_tread_stores_in_shear_is_neither_slip_nor_a_hit() {
     assert!((to.3 - from.3 - work_j).abs() < 0.05 * work_j);
 }
 
-/// On soft contacts a robot stands as deep as its weight presses them, and half of that way's work is in their springs.
+/// On soft contacts a robot sinks by its weight over their stiffness, and half of the weight's work
+/// is in their springs.
 #[test]
 fn contacts_store_half_of_what_the_weight_did() {
     let robot = mecanum4();
@@ -411,7 +421,7 @@ fn contacts_store_half_of_what_the_weight_did() {
     let weight_n = robot.mass_kg() * G;
     let sag_m = weight_n / (4.0 * 1e5);
     assert!((stiff_m - soft_m - sag_m).abs() < 1e-3 * sag_m);
-    // m g d / 2 is left of the m g d that it sank by.
+    // m g d / 2 remains of the m g d by which it sank.
     let expected_j = 0.5 * weight_n * sag_m;
     assert!(
         (stiff_j - soft_j - expected_j).abs() < 2e-3 * expected_j,
@@ -419,7 +429,8 @@ fn contacts_store_half_of_what_the_weight_did() {
     );
 }
 
-/// A tread that the robot's weight would press deeper than its rollers are thick is refused, with how deep that is: F / k.
+/// A tread that the robot's weight would compress by more than its rollers' radius is refused, with
+/// that deflection: F / k.
 #[test]
 fn a_tread_that_is_too_soft_says_how_deep_it_would_be_pressed() {
     let mut robot = mecanum4();
@@ -438,7 +449,8 @@ fn a_tread_that_is_too_soft_says_how_deep_it_would_be_pressed() {
     assert!(text.contains("12.0 mm") || text.contains("12 mm"), "{text}");
 }
 
-/// What a force presses into treads is stored there: of F, put on slowly, half of F^2 / (4 k), and what the weight alone had pressed in stays counted.
+/// The energy of a compressed tread is stored: of F, applied slowly, half of F^2 / (4 k), in
+/// addition to the energy from the weight alone.
 #[test]
 fn what_is_pressed_into_treads_is_stored() {
     let (stiffness_n_m, force_n) = (2e4, 60.0);
@@ -466,7 +478,8 @@ fn what_is_pressed_into_treads_is_stored() {
     for step in 0..STEPS {
         press(&mut world, force_n * (step + 1) as f64 / STEPS as f64);
     }
-    // Put on in 2 s to a robot that swings 13 times a second: nearly nothing is left to its dampers. Rollers tilt, and their springs with them.
+    // Applied in 2 s to a robot that oscillates at 13 Hz: its dampers take hardly anything. Rollers
+    // are tilted, and their springs with them.
     let expected_j = force_n * force_n / (2.0 * 4.0 * stiffness_n_m);
     let (came_j, more_j) = (
         world.outside_energy_j() - outside_j,
@@ -476,7 +489,7 @@ fn what_is_pressed_into_treads_is_stored() {
     let sinks_m = force_n / (4.0 * stiffness_n_m);
     let weight_n = robot.mass_kg() * 9.81;
     assert!((came_j / expected_j - 1.0).abs() < 0.02);
-    // What gravity gives goes into the springs too: the weight sinks on with them.
+    // The work of gravity goes into the springs too: the weight sinks with them.
     assert!(
         (more_j - came_j).abs() < 0.01 * weight_n * sinks_m,
         "{more_j}"

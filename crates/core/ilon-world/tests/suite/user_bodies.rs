@@ -1,4 +1,4 @@
-//! User bodies, which rapier moves: pushed, hit and carried by a robot, and what they do to it.
+//! User bodies, which rapier moves: pushed, hit and carried by a robot, and their effect on it.
 
 use ilon_robot::{Pose as PlanarPose, Tread, Twist};
 use ilon_world::rapier3d::prelude::*;
@@ -38,12 +38,12 @@ fn body(world: &World, handle: RigidBodyHandle) -> &RigidBody {
     &world.rapier().expect("it was asked for").bodies[handle]
 }
 
-/// What the wheels carry, in N.
+/// Load of the wheels, in N.
 fn loads_n(world: &World) -> f64 {
     world.robot().support().wheels_n
 }
 
-/// What the balance of energy misses, in J: what came in less what is stored and what was lost.
+/// The error of the energy balance, in J: what came in less the storage and the losses.
 fn missing_j(world: &World, before_j: f64) -> f64 {
     let energy = world.energy();
     let stored_j = energy.kinetic_j + energy.potential_j - before_j;
@@ -54,8 +54,8 @@ fn missing_j(world: &World, before_j: f64) -> f64 {
     world.motor_energy_j() + world.outside_energy_j() - stored_j - lost_j
 }
 
-/// On ice both have after the hit what the robot had before it, and nothing bounces: they part at most as fast as ilon pushes out what it has found
-/// in something, 5 mm/s.
+/// On ice both have after the impact the robot's momentum before it, and nothing bounces: they
+/// separate at most as fast as ilon pushes out penetrations, 5 mm/s.
 #[test]
 fn a_robot_hits_a_body_of_ones_own_and_momentum_stays() {
     let floor = Floor {
@@ -90,7 +90,7 @@ fn a_robot_hits_a_body_of_ones_own_and_momentum_stays() {
     }
 }
 
-/// Puts a box into the world that rubs on the floor and whose back, which the robot pushes, is slippery.
+/// Adds a box with friction on the floor and a frictionless back, which the robot pushes.
 fn with_slippery_back(world: &mut World, mass_kg: f64, x_m: f64, friction: f64) -> RigidBodyHandle {
     let id = put(world, 0.2, mass_kg, [x_m, 0.0, 0.1], friction);
     let back = ColliderBuilder::cuboid(0.005, 0.1, 0.05)
@@ -102,8 +102,9 @@ fn with_slippery_back(world: &mut World, mass_kg: f64, x_m: f64, friction: f64) 
     id
 }
 
-/// Pushed at a steady speed, a box takes mu m g, and that times the way is what goes outside. Between its back and the robot there is no friction,
-/// which would carry a part of its weight or add to it. It does so in each step: rapier finds friction in some rounds, to thousandths.
+/// Pushed at a constant speed, a box takes mu m g, and that times the way is external work. There
+/// is no friction between its back and the robot, which would change its load. This holds in each
+/// step: rapier finds friction in a few iterations, to thousandths.
 #[test]
 fn pushing_a_body_of_ones_own_takes_its_friction() {
     for (dt_s, friction, mass_kg) in [(1e-3, 0.3, 2.0), (2e-3, 0.2, 4.0)] {
@@ -137,7 +138,7 @@ fn pushing_a_body_of_ones_own_takes_its_friction() {
     }
 }
 
-/// What lies on the robot's deck is carried by its wheels.
+/// A body on the robot's deck is carried by its wheels.
 #[test]
 fn a_body_of_ones_own_on_the_deck_adds_its_weight() {
     for (dt_s, mass_kg) in [(1e-3, 3.0), (2e-3, 0.5), (5e-4, 20.0)] {
@@ -163,7 +164,8 @@ fn a_body_of_ones_own_on_the_deck_adds_its_weight() {
             body(&world, id).translation(),
             body(&world, id).is_sleeping()
         );
-        // A step is solved to 1e-8 m/s, and starts from one that was: twice that of the momentum of both, and as much again.
+        // A step is solved to 1e-8 m/s, and starts from one that was: twice that of the momentum of
+        // both, and as much again.
         let within_n = 4e-8 * (robot().mass_kg() + mass_kg) / dt_s;
         assert!((sum_n - expected_n).abs() < within_n);
         assert!(least_n > expected_n - within_n && most_n < expected_n + within_n);
@@ -175,7 +177,7 @@ fn a_body_of_ones_own_on_the_deck_adds_its_weight() {
 fn a_joint_of_rapier_takes_the_other_body_along() {
     for dt_s in [1e-3, 2e-3] {
         let mut world = world(&Floor::default(), dt_s);
-        // The joint may hand weight from one to the other: of one friction, their sum stays.
+        // The joint may move weight from one to the other: with equal frictions, their sum stays.
         let near = with_slippery_back(&mut world, 2.0, FRONT_M + 0.12, 0.25);
         let far = put(&mut world, 0.2, 3.0, [FRONT_M + 0.42, 0.0, 0.1], 0.25);
         let joint = RevoluteJointBuilder::new(Vector::Y)
@@ -201,7 +203,7 @@ fn a_joint_of_rapier_takes_the_other_body_along() {
     }
 }
 
-/// A wall that a program moves takes a robot along that rolls freely; one that stands stops it.
+/// A wall moved by a program takes a freely rolling robot along; a fixed one stops it.
 #[test]
 fn what_is_fixed_or_moved_by_a_program_pushes_robots() {
     let wall = || ColliderBuilder::cuboid(0.05, 0.3, 0.2).friction(0.0);
@@ -260,7 +262,7 @@ fn what_is_fixed_or_moved_by_a_program_pushes_robots() {
     }
 }
 
-/// Everything that can be read of a robot and of the user bodies, as bits.
+/// All readable values of a robot and of the user bodies, as bits.
 fn bits(world: &World) -> Vec<u64> {
     let pose = world.robot().state().pose;
     let mut all = [
@@ -284,7 +286,7 @@ fn bits(world: &World) -> Vec<u64> {
     all
 }
 
-/// A copy goes on to the bit as the original does, with what lies on the robot and what it pushes.
+/// A copy continues identically to the bit, with bodies on the robot and bodies that it pushes.
 #[test]
 fn copies_with_bodies_of_ones_own_are_equal_to_the_bit() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -304,7 +306,8 @@ fn copies_with_bodies_of_ones_own_are_equal_to_the_bit() {
     assert_eq!(bits(&world), bits(&copy));
 }
 
-/// A world that has been asked for its rapier world, and one with bodies far away, move the robot to the bit as it moves alone.
+/// A world with a rapier world, and one with bodies far away, move the robot to the bit as if
+/// alone.
 #[test]
 fn what_is_far_away_changes_nothing() {
     let mut worlds = [(); 3].map(|()| world(&Floor::default(), 1e-3));
@@ -322,8 +325,8 @@ fn what_is_far_away_changes_nothing() {
     assert_eq!(worlds[0].slip_energy_j(), worlds[2].slip_energy_j());
 }
 
-/// Rollers with treads on a user's plate give as on the ground: the robot that is pushed to the side moves by what its treads bend and its wheels'
-/// loops give way, alike on both.
+/// Rollers with treads on a user's plate deflect as on the ground: a robot pushed to the side moves
+/// by the deflection of its treads and of its wheels' loops, equal on both.
 #[test]
 fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
     let mut robot = robot();
@@ -370,7 +373,8 @@ fn treads_bend_on_a_plate_of_ones_own_as_on_the_ground() {
     }
 }
 
-/// A body that is taken out between two steps is there no more, and one that is put into the robot is pushed out, slowly.
+/// A body removed between two steps has no effect any more, and one added inside the robot is
+/// pushed out, slowly.
 #[test]
 fn bodies_may_vanish_and_appear_anywhere() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -408,7 +412,8 @@ fn bodies_may_vanish_and_appear_anywhere() {
     }
 }
 
-/// A body of no mass, and one whose ways are locked, stop a robot as a wall does; what only senses, is switched off or shares no group with it does not.
+/// A body without mass, and one with locked axes, stop a robot like a wall; a sensor, a disabled
+/// body or one without a common group does not.
 #[test]
 fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
     let ahead = Vector::new(FRONT_M + 0.25, 0.0, 0.2);
@@ -501,7 +506,8 @@ fn what_nothing_moves_stops_a_robot_and_what_is_not_there_does_not() {
     }
 }
 
-/// A soft body of rapier touches no robot: one that is pinned where it stands lets a robot through, which goes to the bit as it goes alone.
+/// A soft body of rapier touches no robot: one that is pinned in place lets a robot through, which
+/// moves to the bit as if alone.
 #[test]
 fn a_soft_body_does_not_touch_a_robot() {
     let mut worlds = [(); 2].map(|()| world(&Floor::default(), 1e-3));
@@ -520,7 +526,8 @@ fn a_soft_body_does_not_touch_a_robot() {
     assert_eq!(alone, beside);
 }
 
-/// A wall that is switched off holds nothing from the next step on: the robot that its wheels press against it with F gains F dt / m.
+/// A disabled wall has no effect from the next step on: the robot that its wheels press against it
+/// with F gains F dt / m.
 #[test]
 fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {
     const DT_S: f64 = 1e-3;
@@ -545,13 +552,15 @@ fn a_wall_that_is_switched_off_lets_go_in_the_next_step() {
     let rapier = world.rapier_mut().expect("ilon solves the contacts");
     rapier.bodies[wall].set_enabled(false);
     let gained_m_s = press(&mut world);
-    // Four rims of 50 mm. What turns with the wheels makes the robot heavier by 4 I / rho^2, a tenth.
+    // Four rims of 50 mm. The rotating parts of the wheels make the robot heavier by 4 I / rho^2, a
+    // tenth.
     let expected_m_s = 4.0 * presses_n_m / 0.05 / robot().mass_kg() * DT_S;
     let share = gained_m_s / expected_m_s;
     assert!((0.8..1.0).contains(&share), "{share}");
 }
 
-/// Bodies of rapier and of ilon carry one another: on the robot's deck, and far from it on the floor.
+/// Bodies of rapier and of ilon carry one another: on the robot's deck, and far from it on the
+/// floor.
 #[test]
 fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
     for (x, y, z) in [(0.0, 0.0_f64, TOP_M), (0.0, 2.0, 0.0)] {
@@ -579,7 +588,7 @@ fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
             loads_n(&world) - alone_n
         );
         assert!(heights.iter().all(|off| off.abs() < 1e-4), "{heights:?}");
-        // What lies on it presses as much as what is below holds against: both and its weight.
+        // The load on it equals the support from below minus its weight.
         assert!((world.force_on_user_body_n(middle).z - G).abs() < 0.05);
         if z > 0.0 {
             assert!((loads_n(&world) - alone_n - 3.0 * G).abs() < 0.1);
@@ -592,9 +601,10 @@ fn bodies_of_rapier_and_of_ilon_stand_on_one_another() {
     }
 }
 
-/// A light free body bears a heavy one of rapier's, two hundred and fifty times its weight, while pushes keep it awake far from the robot: what acted between
-/// the two goes on in the next step, though the robot is stepped in between. Once it has settled each step takes the weight, to what is left of
-/// settling.
+/// A light free body bears a heavy one of rapier, two hundred and fifty times its weight, while
+/// pushes keep it awake far from the robot: the reaction between the two continues in the next
+/// step, although the robot is stepped in between. After settling each step supports the weight, to
+/// the rest of the settling.
 #[test]
 fn a_light_free_body_bears_a_heavy_one_of_ones_own() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -615,7 +625,8 @@ fn a_light_free_body_bears_a_heavy_one_of_ones_own() {
     assert!(!low.sleeps && (low.place_m.z - 0.05).abs() < 1e-3);
 }
 
-/// A ball of 10 g at 50 m/s does not go through a chassis, and leaves its momentum there; a wheel drives up a plate of 4 mm.
+/// A ball of 10 g at 50 m/s does not go through a chassis, and leaves its momentum there; a wheel
+/// drives up a plate of 4 mm.
 #[test]
 fn what_is_fast_hits_and_what_is_thin_lifts() {
     let floor = Floor {
@@ -651,8 +662,10 @@ fn what_is_fast_hits_and_what_is_thin_lifts() {
     assert!((state.height_m - 0.004).abs() < 1e-3, "{state:?}");
 }
 
-/// A robot that rolls freely at 0.5 m/s pushes a box against a wall: it stops there, for the wall is behind the box, and parts from it no faster than
-/// ilon pushes out what is deep, 5 mm/s for each of the two contacts. Pressed with 20 N, less what holds its wheels, the box takes that.
+/// A freely rolling robot at 0.5 m/s pushes a box against a wall: it stops there, because the wall
+/// supports the box, and separates from it no faster than ilon pushes out penetrations, 5 mm/s for
+/// each of the two contacts. Pressed with 20 N, less the resistance of its wheels, the box takes
+/// that.
 #[test]
 fn a_body_of_ones_own_with_its_back_to_a_wall_stops_a_robot() {
     let floor = Floor {
@@ -699,7 +712,8 @@ fn a_body_of_ones_own_with_its_back_to_a_wall_stops_a_robot() {
     }
 }
 
-/// A tower on the deck weighs what its bodies weigh, also while the robot sets out and stops; at rest it is still.
+/// A tower on the deck has the weight of its bodies, also while the robot starts and stops; at rest
+/// it does not move.
 #[test]
 fn a_tower_of_ones_own_is_carried() {
     let mut world = world(&Floor::default(), 1e-3);
@@ -726,7 +740,8 @@ fn a_tower_of_ones_own_is_carried() {
     }
 }
 
-/// Ground that begins to lean wakes what sleeps on it, user bodies too: on 45 degrees a box of friction mu slides with g (sin - mu cos).
+/// Ground that begins to tilt wakes bodies that sleep on it, user bodies too: on 45 degrees a box
+/// of friction mu slides with g (sin - mu cos).
 #[test]
 fn ground_that_leans_wakes_bodies_of_ones_own() {
     let (dt_s, friction) = (1e-3, 0.3);
@@ -746,11 +761,13 @@ fn ground_that_leans_wakes_bodies_of_ones_own() {
     let share = (1.0 - friction) / f64::sqrt(2.0);
     let expected_m = 0.5 * G * share * time_s * time_s;
     println!("{way_m} of {expected_m} m");
-    // rapier moves on with the velocity after the step, which is dt / t more, and finds friction to some thousandths.
+    // rapier advances with the velocity after the step, which is dt / t more, and finds friction to
+    // some thousandths.
     assert!((way_m / expected_m - 1.0).abs() < 0.01);
 }
 
-/// A user body that may not move across is a wall to a robot that goes that way, and one without friction to a robot that goes along.
+/// A user body locked laterally is a wall to a robot moving that way, and a body without friction
+/// to a robot moving along.
 #[test]
 fn a_body_of_ones_own_stays_on_its_locked_axes() {
     for (force, is_wall) in [(Vector::X, false), (Vector::Y, true)] {
@@ -783,10 +800,10 @@ fn a_body_of_ones_own_stays_on_its_locked_axes() {
         let at_now = body_at(&world, id);
         println!("{pose:?} {at_now:?}");
         if is_wall {
-            // A millimetre of room.
+            // A millimetre of clearance.
             assert!((pose.y_m - 1e-3).abs() < 1e-4 && pose.heading_rad.abs() < 0.02);
         } else {
-            // Half of a t^2, of the robot and the body together; rollers and wheels spin up along with them.
+            // a t^2 / 2, of the robot and the body together; rollers and wheels spin up with them.
             let expected_m = 0.5 * 12.0 / (robot().mass_kg() + 1.0) * 0.25;
             assert!((pose.x_m / expected_m - 1.0).abs() < 0.06, "{expected_m}");
             assert!((at_now.x - front - pose.x_m).abs() < 2e-3);
@@ -799,7 +816,8 @@ fn body_at(world: &World, handle: RigidBodyHandle) -> Vector {
     body(world, handle).translation()
 }
 
-/// A box that a robot pushes over a plate which a program moves across takes its friction, as it does on the ground, once it goes across with the plate.
+/// A box that a robot pushes over a plate which a program moves across resists with its friction,
+/// as on the ground, once it moves across with the plate.
 #[test]
 fn a_box_is_pushed_over_a_plate_that_a_program_moves() {
     let (dt_s, friction, mass_kg, across_m_s) = (1e-3, 0.3, 2.0_f64, 0.03);

@@ -1,7 +1,8 @@
-//! The world against what can be derived on paper, on level and even ground.
+//! The world against derivations by hand, on level and even ground.
 //!
-//! Robots A (mecanum, four wheels) and B (three Swedish wheels) are built by hand in `support`, so that nothing here
-//! rests on the loader. Wheels are driven by torques from a PI loop on each wheel's rate.
+//! Robots A (mecanum, four wheels) and B (three Swedish wheels) are built by hand in `support`, so
+//! that nothing here depends on the loader. Wheels are driven by torques from a PI loop on each
+//! wheel's rate.
 
 use crate::support;
 
@@ -13,7 +14,7 @@ use nalgebra::{Vector2, Vector3};
 use support::rig::{G, Rig, all, near, run};
 use support::{DRIVES, ideal_rates, mecanum4, mecanum6, volksbot, with_phases};
 
-/// Nothing moves a robot at rest: what is left is f32 rounding.
+/// Nothing moves a robot at rest: only f32 rounding remains.
 #[test]
 fn at_rest_the_robot_stays_where_it_is_at_any_heading_on_the_flat_and_on_a_slope() {
     for robot in [mecanum4(), volksbot()] {
@@ -25,9 +26,10 @@ fn at_rest_the_robot_stays_where_it_is_at_any_heading_on_the_flat_and_on_a_slope
                         ..Floor::default()
                     };
                     let mut rig = Rig::new(&robot, &floor, heading_deg, &settings);
-                    // On the slope the loops first have to find the torque that holds. The heavier of the two per wheel
-                    // reflects m rho^2 / 1.5 = 0.013 kg m^2 to each, so its loop settles as exp(-t kp / 2 I) =
-                    // exp(-3.8 t): what is left of 0.05 m/s after 4 s is 1e-8 m/s.
+                    // On the slope the loops first have to find the holding torque. The heavier of
+                    // the two per wheel reflects m rho^2 / 1.5 = 0.013 kg m^2 to each, so its loop
+                    // settles as exp(-t kp / 2 I) = exp(-3.8 t): of 0.05 m/s 1e-8 m/s remains after
+                    // 4 s.
                     rig.run_s(4.0);
                     let from = rig.pose();
                     rig.run_s(1.0);
@@ -44,8 +46,8 @@ fn at_rest_the_robot_stays_where_it_is_at_any_heading_on_the_flat_and_on_a_slope
     }
 }
 
-/// A robot that has driven and stopped stands at odd wheel angles, where every contact point is rounded by some 1e-8 m: to
-/// close such a gap within a step would be a creep of 1e-5 m/s.
+/// A robot that has driven and stopped has odd wheel angles, at which every contact point is
+/// rounded by some 1e-8 m: closing such a gap within a step would be a creep of 1e-5 m/s.
 #[test]
 fn after_a_drive_the_robot_stands_still_again() {
     let robot = mecanum4();
@@ -66,8 +68,8 @@ fn after_a_drive_the_robot_stands_still_again() {
     }
 }
 
-/// The mean twist is the one that the touching rollers allow. The bound is the project's promise, 0.1 %, whichever rollers
-/// have their shapes in the world, and at steps of 50 ms as at 2.
+/// The mean twist is that of the touching rollers. The bound is the project's promise, 0.1 %, for
+/// either setting of roller bodies, and at steps of 50 ms as at 2.
 #[test]
 fn every_drive_follows_the_contact_kinematics_at_every_heading() {
     const BOUND: f64 = 1e-3;
@@ -107,7 +109,7 @@ fn every_drive_follows_the_contact_kinematics_at_every_heading() {
     }
 }
 
-/// Wheels whose rollers stand at phases of their own: no two hand over at the same time.
+/// Wheels with different roller phases: no two hand over at the same time.
 #[test]
 fn wheels_at_any_phase_follow_it_too() {
     // Fixed draws between 0 and a roller's arc of 40 degrees, in radians.
@@ -121,8 +123,8 @@ fn wheels_at_any_phase_follow_it_too() {
     }
 }
 
-/// Six wheels are more than three motions need: rollers at different tilts ask for different twists, and some must slide.
-/// The mean twist is still that of least squares over all six.
+/// Six wheels are redundant: rollers at different tilts demand different twists, and some must
+/// slide. The mean twist is still that of least squares over all six.
 #[test]
 fn six_wheels_follow_it_too() {
     let robot = mecanum6();
@@ -143,7 +145,8 @@ fn mirrored_reversed_slow_and_fast_drives_follow_it_too() {
     for (name, command) in DRIVES {
         for factor in [-1.0, 0.3, 3.0] {
             let command = command.map(|c| factor * c);
-            // The touching roller changes three times as often at triple speed; 500 Hz sees every roller for 5 steps.
+            // The touching roller changes three times as often at triple speed; 500 Hz sees every
+            // roller for 5 steps.
             let seen = run(&robot, command, 33.0, &Floor::default(), &near(500.0));
             let worst = seen.worst(command);
             assert!(
@@ -179,14 +182,16 @@ fn neither_friction_nor_a_payload_off_centre_moves_the_mean_twist() {
     }
 }
 
-/// Lateral motion falls short of eq. (7) by the mean of cos phi over a roller's arc, sin(pi/n)/(pi/n).
+/// Lateral motion falls short of eq. (7) by the mean of cos phi over a roller's arc,
+/// sin(pi/n)/(pi/n).
 #[test]
 fn lateral_motion_falls_short_of_the_ideal_by_the_tilt_of_the_rollers() {
     let command = [0.0, 0.3, 0.0];
     let seen = run(&mecanum4(), command, 0.0, &Floor::default(), &near(500.0));
     let arc = std::f64::consts::PI / 9.0;
     let expected = arc.sin() / arc;
-    // The 3 s window holds 34.4 roller passages: the broken one moves the mean by at most 6 % / 34 / 4 = 5e-4.
+    // The 3 s window has 34.4 roller passages: the fractional one moves the mean by at most 6 % /
+    // 34 / 4 = 5e-4.
     assert!((seen.real[1] / seen.ideal[1] - expected).abs() < 5e-4);
     // Straight ahead the tilt of left and right wheels cancels.
     let ahead = run(
@@ -199,7 +204,8 @@ fn lateral_motion_falls_short_of_the_ideal_by_the_tilt_of_the_rollers() {
     assert!((ahead.real[0] / ahead.ideal[0] - 1.0).abs() < 1e-4);
 }
 
-/// Equal torques T on four wheels straight ahead: m a = 4 (T - I a/rho)/rho with the rollers at rest on their hubs.
+/// Equal torques T on four wheels straight ahead: m a = 4 (T - I a/rho)/rho with the rollers at
+/// rest on their hubs.
 #[test]
 fn a_torque_step_accelerates_as_the_rigid_body_does() {
     let robot = mecanum4();
@@ -230,8 +236,8 @@ fn a_torque_step_accelerates_as_the_rigid_body_does() {
     }
 }
 
-/// With a little torque to spare the wheels slide, and each roller pushes along its axis with mu N: the lateral parts
-/// cancel and mu g / sqrt 2 is left.
+/// With a little excess torque the wheels slide, and each roller pushes along its axis with mu N:
+/// the lateral parts cancel and mu g / sqrt 2 remains.
 #[test]
 fn acceleration_ends_at_the_friction_limit() {
     let robot = mecanum4();
@@ -241,8 +247,9 @@ fn acceleration_ends_at_the_friction_limit() {
             ..Floor::default()
         };
         let expected = friction * G * FRAC_1_SQRT_2;
-        // The torque that holds a wheel against mu N at 45 degrees, and a tenth more. Much more would spin the wheels
-        // so fast that a roller passes before it has spun up, and then friction points straight ahead.
+        // The torque that holds a wheel against mu N at 45 degrees, and a tenth more. Much more
+        // would spin the wheels so fast that a roller passes before it has spun up, and then
+        // friction points straight ahead.
         let holding_n_m = robot.mass_kg() / 4.0 * expected * robot.wheels[0].radius_m;
         let mut rig = Rig::new(&robot, &floor, 0.0, &near(1000.0));
         rig.run_s(0.3);
@@ -250,7 +257,8 @@ fn acceleration_ends_at_the_friction_limit() {
         let from = rig.twist().vx_m_s;
         rig.push_s(&[1.1 * holding_n_m; 4], 0.15);
         let seen = (rig.twist().vx_m_s - from) / 0.15;
-        // The touching roller's ground angle swings by tan -> tan cos phi, up to 2 % at phi = 20 deg.
+        // The touching roller's angle on the ground varies by tan -> tan cos phi, up to 2 % at
+        // phi = 20 deg.
         assert!(
             (seen / expected - 1.0).abs() < 0.03,
             "mu {friction}: {seen:.3} instead of {expected:.3}"
@@ -258,7 +266,8 @@ fn acceleration_ends_at_the_friction_limit() {
     }
 }
 
-/// Without torque nothing but bearings brakes. Straight ahead the rollers stand still and nothing brakes at all.
+/// Without torque only bearings brake. Straight ahead the rollers do not turn, and nothing brakes
+/// at all.
 #[test]
 fn coasting_straight_ahead_keeps_its_speed() {
     let lost = |settings: &Settings| {
@@ -270,8 +279,8 @@ fn coasting_straight_ahead_keeps_its_speed() {
         rig.push_s(&[0.0; 4], 1.0);
         1.0 - rig.twist().vx_m_s / from
     };
-    // No two rollers of a wheel rub against each other as they hand over: what is left is f32's rounding of the rates,
-    // 3e-8 of them in each of 500 steps, at random.
+    // No two rollers of a wheel slide against each other as they hand over: only f32's rounding of
+    // the rates remains, 3e-8 of them in each of 500 steps, at random.
     for settings in [near(500.0), all(500.0), all(100.0)] {
         let share = lost(&settings);
         let bodies = settings.roller_bodies;
@@ -282,8 +291,8 @@ fn coasting_straight_ahead_keeps_its_speed() {
     }
 }
 
-/// Moving a shape from one roller to the next must not move momentum: sideways, where rollers spin hard, the contact
-/// window coasts as the full model does.
+/// Moving a shape from one roller to the next must not move momentum: sideways, where rollers spin
+/// fast, the contact window coasts like the full model.
 #[test]
 fn the_contact_window_coasts_like_the_full_model() {
     let robot = mecanum4();
@@ -297,7 +306,8 @@ fn the_contact_window_coasts_like_the_full_model() {
         rig.twist().vy_m_s / from
     };
     let (window, full) = (coast(near(500.0)), coast(all(500.0)));
-    // Both lose a few per cent to bearings and to spinning rollers up; they agree to a tenth of that.
+    // Both lose a few per cent to bearings and to the spin-up of rollers; they agree to a tenth of
+    // that.
     assert!(
         (window - full).abs() < 0.01,
         "window keeps {window:.4}, full model {full:.4}"
@@ -321,7 +331,8 @@ fn rollers_spin_as_they_must_not_to_slide() {
     }
 }
 
-/// Dry friction in the roller bearings brakes whatever spins: the motors pay torque times spin for every touching roller.
+/// Dry friction in the roller bearings brakes every spin: the motors pay torque times spin for
+/// every touching roller.
 #[test]
 fn motors_pay_for_the_friction_of_the_roller_bearings() {
     let friction_n_m = 0.005;
@@ -349,8 +360,9 @@ fn motors_pay_for_the_friction_of_the_roller_bearings() {
     };
     let ((without_w, _), (with_w, spin_rad_s)) = (paid_w(0.0), paid_w(friction_n_m));
     let expected_w = friction_n_m * spin_rad_s;
-    // Braked rollers have stopped by their next turn and are spun up again: 35 times a second half of
-    // 8e-7 kg m^2 (20 rad/s)^2, 0.006 W of 0.4 W. The rest of the 4 % is the ripple of a broken roller passage.
+    // Braked rollers have stopped by their next turn and are spun up again: 35 times a second half
+    // of 8e-7 kg m^2 (20 rad/s)^2, 0.006 W of 0.4 W. The rest of the 4 % is the ripple of a
+    // fractional roller passage.
     let seen_w = with_w - without_w;
     assert!(
         (seen_w / expected_w - 1.0).abs() < 0.04,
@@ -358,7 +370,8 @@ fn motors_pay_for_the_friction_of_the_roller_bearings() {
     );
 }
 
-/// Three wheels on good ground hold the robot straight; one of four on ice takes its force away, so it turns.
+/// Three wheels on good ground hold the robot straight; one of four on ice takes its force away, so
+/// it turns.
 #[test]
 fn a_wheel_on_ice_pulls_with_mu_n_at_most() {
     let ice = Patch {

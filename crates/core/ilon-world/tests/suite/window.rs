@@ -1,4 +1,4 @@
-//! The contact window against the model of all rollers where ground is not flat.
+//! The contact window against the model of all rollers on uneven ground.
 
 use crate::support;
 
@@ -19,10 +19,11 @@ fn over_a_kerb_the_window_opens_and_ends_where_the_full_model_ends() {
     };
     let (full, _) = end_of_course(&floor, &all(500.0));
     let (window, _) = end_of_course(&floor, &near(500.0));
-    // 0.9 m of way with four impacts; the two differ by how the hand-over of the last digits falls.
+    // 0.9 m of way with four impacts; the two differ by the rounding of hand-overs.
     assert!((full.position_m() - window.position_m()).norm() < 3e-3);
     assert!((full.heading_rad - window.heading_rad).abs() < 0.3f64.to_radians());
-    // Finer steps end in the same place: an impact falls on another step each time, worth a millimetre or two.
+    // Finer steps end in the same place: an impact occurs in another step each time, worth a
+    // millimetre or two.
     for hz in [1000.0, 2000.0] {
         let (fine, _) = end_of_course(&floor, &near(hz));
         let off_m = (window.position_m() - fine.position_m()).norm();
@@ -30,9 +31,9 @@ fn over_a_kerb_the_window_opens_and_ends_where_the_full_model_ends() {
     }
 }
 
-/// Bumps make wheels lift and land, and where one lands depends on the last digit: two ways of solving the same drive
-/// part by millimetres. What can be asked of the window is to part less from the full model than either parts from
-/// itself at another step.
+/// On bumps wheels lift and land, and the place of a landing depends on the last digit: two
+/// solutions of the same drive diverge by millimetres. The window must differ less from the full
+/// model than either differs from itself at another step.
 #[test]
 fn on_rough_ground_the_window_ends_where_the_full_model_ends() {
     let (mut from_full_m, mut from_finer_m) = (0.0, 0.0);

@@ -1,7 +1,10 @@
-//! What of FMI 3.0 is not to be had: an importer finds the names, and is refused in words.
+//! Functions of FMI 3.0 that are not supported: an importer finds the symbols, and each call fails
+//! with a message.
 //!
-//! The FMU is for co-simulation alone, has no events, clocks, derivatives or changeable sizes, no variables but `Float64`, `Int64` and
-//! `Boolean`, and its states cannot be written as bytes. `modelDescription.xml` says all of that, so that no importer asks.
+//! The FMU is for co-simulation only. It has no events, clocks, derivatives or structural
+//! parameters, only variables of the types `Float64`, `Int64` and `Boolean`, and its states cannot
+//! be serialised. `modelDescription.xml` states all of this, so importers do not call these
+//! functions.
 
 use std::ffi::{c_char, c_void};
 
@@ -11,7 +14,7 @@ use super::{Fmi3Status, Opaque, refuse};
 macro_rules! refused {
     ($($name:ident($($of:ty),*);)*) => {
         $(
-            /// Refused.
+            /// Not supported.
             #[unsafe(no_mangle)]
             pub extern "C" fn $name(instance: Opaque $(, _: $of)*) -> Fmi3Status {
                 refuse(instance, stringify!($name))
@@ -20,7 +23,7 @@ macro_rules! refused {
     };
 }
 
-/// Variables of types that no variable has: reading and setting none of them is fine, for some importers do.
+/// Types without variables: reading or setting zero of them succeeds, as some importers do.
 macro_rules! typed {
     ($($get:ident, $set:ident, $of:ty;)*) => {
         $(
@@ -98,7 +101,7 @@ refused! {
     fmi3ActivateModelPartition(u32, f64);
 }
 
-/// There is no model exchange: null.
+/// Model exchange is not supported: null.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3InstantiateModelExchange(
     _: *const c_char,
@@ -112,7 +115,7 @@ pub extern "C" fn fmi3InstantiateModelExchange(
     std::ptr::null_mut()
 }
 
-/// There is no scheduled execution: null.
+/// Scheduled execution is not supported: null.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3InstantiateScheduledExecution(
     _: *const c_char,

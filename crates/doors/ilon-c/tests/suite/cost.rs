@@ -1,4 +1,4 @@
-//! What the border costs.
+//! The cost of calls through the C interface.
 
 use std::time::Instant;
 
@@ -7,8 +7,8 @@ use ilon_sim::{Plant, Scenario, WheelCommand};
 
 use crate::support::{Owned, must, scenario};
 
-/// The least time of many goes at the same step, in microseconds: what else the machine does only ever adds. `back` goes back to before the
-/// step, and is not timed.
+/// The least time of many repetitions of the same step, in microseconds; other load on the machine
+/// can only increase it. `back` restores the state before the step, and is not timed.
 fn least_us(mut back: impl FnMut(), mut act: impl FnMut()) -> f64 {
     const GOES: usize = 400;
     let timed = (0..GOES).map(|_| {
@@ -22,8 +22,8 @@ fn least_us(mut back: impl FnMut(), mut act: impl FnMut()) -> f64 {
 
 const RATES: [f64; 4] = [-4.0, 4.0, 4.0, -4.0];
 
-/// The same step from the same state, inside and across the C border: there a handle is looked up and locked, and two velocities are worked
-/// out. It holds without optimisation too.
+/// The same step from the same state, in Rust and through the C interface, which looks up and locks
+/// a handle and computes two velocities. It holds without optimisation too.
 #[test]
 #[ignore = "goes by the clock: cargo test --release -p ilon-c --test suite -- --ignored --test-threads 1 cost::"]
 fn a_step_across_the_border_costs_less_than_a_microsecond_more() {
@@ -37,7 +37,7 @@ fn a_step_across_the_border_costs_less_than_a_microsecond_more() {
     }
     let start = plant.snapshot();
     let mut kept = 0;
-    // SAFETY: it lives here.
+    // SAFETY: the snapshot is a local.
     must(unsafe { ilon_plant_snapshot(owned.0, &raw mut kept) });
     let plant = std::cell::RefCell::new(plant);
     let inside_us = least_us(

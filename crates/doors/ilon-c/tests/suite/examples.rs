@@ -1,4 +1,4 @@
-//! The examples in C and C++ are built, run, and come to what the plant comes to.
+//! The examples in C and C++ build, run, and give the same results as the plant.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,13 +8,13 @@ use ilon_sim::{Plant, Scenario, WheelCommand};
 
 use crate::support::{library, root, scenario};
 
-/// Builds an example; `None`, and a word, where the machine has no such compiler.
+/// Builds an example; prints a line and returns `None` without such a compiler.
 fn build(compiler: &str, source: &str, flags: &[&str], folder: &Path) -> Option<PathBuf> {
     let source = root().join("crates/doors/ilon-c/examples").join(source);
     build_file(compiler, &source, flags, folder)
 }
 
-/// Like [`build`], of any file.
+/// Like [`build`], for any file.
 pub fn build_file(compiler: &str, source: &Path, flags: &[&str], folder: &Path) -> Option<PathBuf> {
     let program = folder.join("program.run");
     let (examples, library) = (root().join("crates/doors/ilon-c"), library());
@@ -68,7 +68,7 @@ fn rates_for(plant: &Plant, twist: Twist) -> [f64; 4] {
     rates
 }
 
-/// What `drive.c` does, in Rust.
+/// The same as `drive.c`, in Rust.
 fn driven_in_rust() -> Vec<Vec<u64>> {
     let mut plant = plant();
     let rates = rates_for(&plant, Twist::new(0.0, 0.3, 0.0));
@@ -149,7 +149,7 @@ fn the_example_in_cpp_drives_two_robots_on_two_threads() {
     assert_eq!(numbers(&output), wanted);
 }
 
-/// The address sanitizer of the compiler watches every allocation of both sides.
+/// The compiler's address sanitizer watches every allocation of both sides.
 #[test]
 fn the_example_in_c_is_clean_under_the_address_sanitizer() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,8 +173,9 @@ fn the_example_in_c_is_clean_under_the_address_sanitizer() {
     assert_eq!(numbers(&output)[..50], driven_in_rust());
 }
 
-/// Valgrind takes a minute in this profile; `ILON_VALGRIND` asks for it. What counts is that nothing is read or written where nothing is, and
-/// that all is freed that can be lost; its emulation may round otherwise.
+/// Valgrind takes a minute in this profile, so it runs only if `ILON_VALGRIND` is set. The test
+/// requires that no access is invalid and no memory is lost; results are not compared, as its
+/// emulation may round differently.
 #[test]
 fn the_example_in_c_is_clean_under_valgrind() {
     let Some(valgrind) = std::env::var_os("ILON_VALGRIND") else {
@@ -191,8 +192,8 @@ fn the_example_in_c_is_clean_under_valgrind() {
             "--error-exitcode=9",
             "--leak-check=full",
             "--errors-for-leak-kinds=definite",
-            // Compilers may branch on what is not initialised where both ways are the same; memcheck takes that for an error in Rust without
-            // `unsafe` too.
+            // Compilers may branch on uninitialised values if both branches agree; memcheck reports
+            // that also for Rust without `unsafe`.
             "--undef-value-errors=no",
         ])
         .arg(program)

@@ -1,4 +1,5 @@
-//! The functions of FMI: an FMU of this library gives the command's trace to the bit, to FMPy too, and refuses what makes no sense.
+//! The functions of FMI: an FMU with this library gives the command's trace bit for bit, also in
+//! FMPy, and refuses invalid calls.
 
 use std::ffi::{CString, c_char, c_void};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use ilon_sim::{Scenario, Simulation};
 
 use crate::support::{library, root, scenario};
 
-/// An FMU of a scenario in a folder, and its resources unpacked beside it.
+/// An FMU of a scenario in a folder, with its resources unpacked beside it.
 fn fmu(name: &str, folder: &Path) -> PathBuf {
     let path = folder.join("robot.fmu");
     let bytes = ilon_fmi::package(&scenario(name), &[], &FileAccess::anywhere(), &library());
@@ -49,14 +50,14 @@ fn every_function_of_the_standard_is_in_the_library() {
     assert!(lacking.is_empty(), "{lacking:?}");
 }
 
-/// What an importer was sent.
+/// Collects the messages sent to the importer.
 unsafe extern "C" fn listen(
     heard: *mut c_void,
     _: Fmi3Status,
     _: *const c_char,
     words: *const c_char,
 ) {
-    // SAFETY: it is the list that was given with it, and a text.
+    // SAFETY: the environment is the list that was passed with it, and the message is a text.
     unsafe {
         let words = std::ffi::CStr::from_ptr(words)
             .to_string_lossy()
@@ -100,7 +101,7 @@ fn what_makes_no_sense_is_refused_and_told() {
     let robot = make(&token, &resources);
     assert!(!robot.is_null());
     let (mut value, mut state) = (0.0, ptr::null_mut());
-    // SAFETY: arrays and pointers live here.
+    // SAFETY: arrays and pointers are locals.
     unsafe {
         let step = |at_s, step_s| {
             let none = ptr::null_mut();
@@ -188,7 +189,7 @@ fn token(folder: &Path) -> String {
     rest.split('"').next().unwrap().to_owned()
 }
 
-/// A Python with FMPy: that under `ILON_PYTHON`, or `python3`.
+/// A Python with FMPy: that of `ILON_PYTHON`, or `python3`.
 fn python() -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());
@@ -257,7 +258,7 @@ fn fmpy_takes_it_and_gets_the_commands_trace_to_the_bit() {
     }
     let from = json["from"].as_u64().unwrap() as usize;
     assert_eq!(json["again"].as_array().unwrap()[..], rows[from..]);
-    // The robot drags the mass along, which lags by what its spring is stretched.
+    // The robot drags the mass along, which lags by the stretch of its spring.
     let number = |of: &serde_json::Value| of.as_f64().unwrap();
     let coupled = &json["coupled"];
     assert!(

@@ -1,11 +1,12 @@
-//! The core of the plugin for Gazebo, in an engine of a few lines.
+//! The core of the plugin for Gazebo, in a physics engine of a few lines.
 
 use std::process::Command;
 
 use crate::examples::build_file;
 use crate::support::{root, scenario};
 
-/// What the program prints for a scene of a mass, of which a share is said to ilon; `None` where there is no compiler.
+/// The program's output for a scene of a given mass, of which a share is declared to ilon; `None`
+/// without a compiler.
 fn driven(scene_kg: f64, said: f64) -> Option<Vec<Vec<f64>>> {
     let folder = tempfile::tempdir().unwrap();
     let ours = root().join("crates/doors/ilon-c");
@@ -30,8 +31,9 @@ fn driven(scene_kg: f64, said: f64) -> Option<Vec<Vec<f64>>> {
     Some(text.lines().map(row).collect())
 }
 
-/// A mass that is welded to the base moves it as a payload of the same mass does, though it weighs twice as much as the robot and acts a step
-/// late; whether ilon knows all of it, or as much as makes it stable.
+/// A mass welded to the base moves it as a payload of the same mass does, though it weighs twice as
+/// much as the robot and acts one step late. This holds if ilon knows all of the mass, or as much
+/// as stability needs.
 #[test]
 fn a_weld_moves_the_base_as_a_payload_does() {
     for (scene_kg, said) in [(2.0, 1.0), (20.0, 1.0), (20.0, 0.6), (2.0, 0.0)] {
@@ -42,7 +44,8 @@ fn a_weld_moves_the_base_as_a_payload_does() {
             panic!("{rows:?}");
         };
         println!("{scene_kg} kg, {said} of it said: {rows:?}");
-        // A start takes some 0.1 s of the second; a step of some milliseconds' delay in it is below a hundredth of the way.
+        // The start takes about 0.1 s of the second; a delay of several milliseconds in it changes
+        // the path by less than a hundredth.
         for axis in [0, 1, 3] {
             let off = (coupled[axis] - alone[axis]).abs();
             assert!(
@@ -50,9 +53,10 @@ fn a_weld_moves_the_base_as_a_payload_does() {
                 "{scene_kg} kg, {said}: axis {axis}, {rows:?}"
             );
         }
-        // What the scene takes out of a step is off by its share of the engine's base, and made good in the next.
+        // The momentum that the scene takes within a step is off by its share of the engine's base,
+        // and is corrected in the next step.
         assert!(about[0] < 2e-3 * scene_kg * 0.4 / 20.0, "{about:?}");
-        // The base gave the scene what it moves with, for it stays as high as it was.
+        // The base's work is the scene's kinetic energy, as the scene's height does not change.
         let [work_j, kinetic_j] = [about[1], about[2]];
         assert!((work_j - kinetic_j).abs() < 2e-3 * kinetic_j, "{about:?}");
         assert_eq!(refused[0], 5.0);
@@ -60,7 +64,7 @@ fn a_weld_moves_the_base_as_a_payload_does() {
     }
 }
 
-/// The plugin itself is compiled where Gazebo is.
+/// The plugin itself is compiled if Gazebo is installed.
 #[test]
 fn the_plugin_is_built_where_gazebo_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -81,7 +85,7 @@ fn the_plugin_is_built_where_gazebo_is() {
         println!("skipped: gz-sim is not installed");
         return;
     }
-    // Compiled, not linked: the library of a release need not be there.
+    // Compiled but not linked: the library of a release need not exist.
     let built = Command::new("cmake")
         .arg("--build")
         .arg(folder.path())

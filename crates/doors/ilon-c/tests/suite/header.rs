@@ -1,8 +1,8 @@
-//! The header is what cbindgen makes of the crate.
+//! The header is what cbindgen generates from the crate.
 
 use std::path::Path;
 
-/// Where it was changed: `ILON_WRITE_HEADER=1 cargo test -p ilon-c header`, and commit it.
+/// After a change: `ILON_WRITE_HEADER=1 cargo test -p ilon-c header`, and commit the header.
 #[test]
 fn the_header_is_what_cbindgen_makes() {
     let crate_dir = Path::new(env!("CARGO_MANIFEST_DIR"));

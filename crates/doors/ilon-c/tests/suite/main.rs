@@ -1,4 +1,4 @@
-//! The C border: what a program of C gets is what the plant gives, to the bit, and whatever it does wrong is a code.
+//! The C interface returns the plant's values bit for bit, and every misuse returns a status code.
 
 #![allow(
     unsafe_code,

@@ -1,4 +1,4 @@
-//! Whatever a caller does wrong, as far as it can be known, is a code with words, and changes nothing.
+//! Every detectable misuse returns a status code with a message, and changes nothing.
 
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,13 +38,13 @@ fn bad_commands_are_refused_and_change_nothing() {
         assert!(!last_error().is_empty());
         assert_eq!(plant.state(), before);
     }
-    // Null where an array is wanted, and a count that no memory has.
+    // Null in place of an array, and a count beyond all memory.
     for (at, count, wanted) in [
         (ptr::null(), 4, IlonStatus::Pointer),
         (ptr::dangling(), usize::MAX, IlonStatus::Count),
         (ptr::without_provenance(9), 4, IlonStatus::Pointer),
     ] {
-        // SAFETY: what is refused is not read.
+        // SAFETY: a refused array is not read.
         let status = unsafe { ilon_plant_advance_rates(plant.0, at, count, period_s) };
         assert_eq!(status, wanted, "{at:?}, {count}");
     }
@@ -64,7 +64,7 @@ fn bad_disturbances_are_refused_and_change_nothing() {
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
         assert_eq!(ilon_plant_set_friction(plant.0, bad), IlonStatus::Value);
         assert_eq!(ilon_plant_set_grip(plant.0, 0, bad), IlonStatus::Value);
-        // SAFETY: null is the centre of mass, and three numbers live here.
+        // SAFETY: null is the centre of mass, and the three numbers are locals.
         unsafe {
             assert_eq!(
                 ilon_plant_set_payload(plant.0, bad, ptr::null()),
@@ -86,12 +86,12 @@ fn bad_disturbances_are_refused_and_change_nothing() {
         }
     }
     assert_eq!(ilon_plant_set_grip(plant.0, 4, 1.0), IlonStatus::Value);
-    // Neither a direction nor an inertia, and what is not there.
+    // Invalid directions and inertias, and null.
     for (down, inertia) in [
         ([0.0; 3], [-1.0; 36]),
         ([0.0, 0.0, f64::NAN], [f64::NAN; 36]),
     ] {
-        // SAFETY: as many numbers live here as are read, and null is not.
+        // SAFETY: the arrays are locals of the required length, and null is not read.
         unsafe {
             let leans = ilon_plant_set_down(plant.0, down.as_ptr());
             assert_eq!(leans, IlonStatus::Value);
@@ -114,7 +114,7 @@ fn arrays_that_do_not_fit_are_refused() {
     let plant = owned();
     let mut wheels = [IlonWheel::default(); 8];
     let mut name = [0; 64];
-    // SAFETY: arrays and buffer live here, and are as long as said or longer.
+    // SAFETY: arrays and buffer are locals, at least as long as stated.
     unsafe {
         for count in [0, 3, 5] {
             let status = ilon_plant_wheels(plant.0, wheels.as_mut_ptr(), count);
@@ -136,7 +136,7 @@ fn arrays_that_do_not_fit_are_refused() {
 #[test]
 fn texts_and_files_that_make_no_sense_are_refused_in_words() {
     let mut plant = 7;
-    // SAFETY: texts and handle live here; null is refused.
+    // SAFETY: texts and handle are locals; null is refused.
     unsafe {
         let load = |path: *const _, plant| ilon_plant_load(path, plant);
         assert_eq!(load(ptr::null(), &raw mut plant), IlonStatus::Pointer);
@@ -160,7 +160,7 @@ fn handles_that_were_freed_or_are_of_another_kind_are_refused() {
     let plant = owned();
     let (mut snapshot, mut other) = (0, 0);
     let mut state = IlonState::default();
-    // SAFETY: the handles live here.
+    // SAFETY: the handles are locals.
     unsafe {
         must(ilon_plant_snapshot(plant.0, &raw mut snapshot));
         must(ilon_plant_snapshot(plant.0, &raw mut other));
@@ -184,7 +184,8 @@ fn handles_that_were_freed_or_are_of_another_kind_are_refused() {
     must(ilon_snapshot_free(other));
 }
 
-/// While one thread advances, a second one is refused, and both a third plant and the first thread go on undisturbed.
+/// While one thread advances a plant, a second one is refused; the first thread and another plant
+/// continue undisturbed.
 #[test]
 fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
     let (shared, alone) = (owned(), owned());
@@ -194,16 +195,16 @@ fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
         scope.spawn(|| {
             while !done.load(Ordering::Relaxed) {
                 let mut state = IlonState::default();
-                // SAFETY: it lives here.
+                // SAFETY: the state is a local.
                 match unsafe { ilon_plant_state(shared.0, &raw mut state) } {
                     IlonStatus::Busy => busy.store(true, Ordering::Relaxed),
                     status => must(status),
                 }
             }
         });
-        // Until the second one was refused, whenever it begins; the robot drives for an hour before that is given up.
+        // Until the second thread is refused; given up after an hour of simulated time.
         while advances < 20 || !busy.load(Ordering::Relaxed) && advances < 180_000 {
-            // A second one may hold it for a moment.
+            // The second thread may hold the plant for a moment.
             while shared.advance(&[2.0; 4], 0.02) == IlonStatus::Busy {}
             advances += 1;
         }

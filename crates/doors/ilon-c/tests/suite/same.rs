@@ -1,4 +1,4 @@
-//! What goes through the border comes out to the bit.
+//! Values pass through the C interface bit for bit.
 
 use ilon_c::plant::*;
 use ilon_c::state::{IlonEnergies, IlonWheel};
@@ -6,7 +6,8 @@ use ilon_sim::{Plant, Scenario, Simulation, WheelCommand};
 
 use crate::support::{Owned, must, scenario};
 
-/// Rates commanded of the wheels in every control period of a run, driven again from outside at that period: the same motion.
+/// The wheel rates that a run commands in each control period, applied from outside at that period,
+/// give the same motion.
 fn retraces(name: &str) {
     let scenario_ = Scenario::load(scenario(name)).unwrap();
     let run = Simulation::new(&scenario_).unwrap().run();
@@ -65,7 +66,7 @@ fn wheels_and_energies_are_the_plants() {
     let torques = outcome.torques_n_m.clone();
     let mut wheels = [IlonWheel::default(); 4];
     let mut energies = IlonEnergies::default();
-    // SAFETY: both live here.
+    // SAFETY: both are locals.
     unsafe {
         must(ilon_plant_wheels(owned.0, wheels.as_mut_ptr(), 4));
         must(ilon_plant_energies(owned.0, &raw mut energies));
@@ -81,7 +82,7 @@ fn wheels_and_energies_are_the_plants() {
     assert_eq!(energies.kinetic_j, plant.world().energy().kinetic_j);
 }
 
-/// A robot that coasts on ice under a force: m a = F, and the IMU's numbers say so.
+/// A robot on ice under a force: m a = F, and so do the IMU's readings.
 #[test]
 fn the_acceleration_is_that_of_the_force() {
     let owned = Owned::load(&scenario("mecanum4_lateral.toml"));
@@ -95,21 +96,21 @@ fn the_acceleration_is_that_of_the_force() {
     let mass_kg = -weight_n / before.gravity_in_world_m_s2[2];
     for (axis, force_n) in [6.0, -2.0].into_iter().enumerate() {
         let off = state.acceleration_in_world_m_s2[axis] * mass_kg - force_n;
-        // The force acts at the centre of mass of the chassis, not at the origin: while the body pitches on its springy contacts the origin
-        // moves by some micrometres more or less.
+        // The force acts at the centre of mass of the chassis, not at the origin: while the body
+        // pitches on its elastic contacts, the origin moves by several micrometres more or less.
         assert!(
             off.abs() < 0.02 * 6.0,
             "{off} N off along {axis}: {state:?}"
         );
     }
     let mut energies = IlonEnergies::default();
-    // SAFETY: it lives here.
+    // SAFETY: the struct is a local.
     must(unsafe { ilon_plant_energies(owned.0, &raw mut energies) });
     let travelled_m = state.position_m[0] - before.position_m[0];
     assert!(energies.outside_j > 0.0 && travelled_m > 0.0);
 }
 
-/// A couple of opposite forces is a moment: both turn the robot alike.
+/// Two opposite forces are a moment: both turn the robot equally.
 #[test]
 fn a_moment_is_a_couple_of_forces() {
     let turned = |act: &dyn Fn(&mut Plant)| {
@@ -124,7 +125,8 @@ fn a_moment_is_a_couple_of_forces() {
     };
     let moment = turned(&|plant| plant.set_wrench([0.0; 3], [0.0, 0.0, 3.0], None).unwrap());
     let couple = turned(&|plant| {
-        // A pair in the world frame at places of the body: while it turns by a small angle alpha its moment is less by 1 - cos alpha.
+        // A pair of forces in the world frame at body-fixed points: after a turn by a small angle
+        // alpha its moment is smaller by 1 - cos alpha.
         plant
             .push([0.0, 15.0, 0.0], Some([0.1, 0.0, 0.06]), 0.5)
             .unwrap();
@@ -144,7 +146,8 @@ fn a_moment_is_a_couple_of_forces() {
     );
 }
 
-/// Grip is a share of friction: on all wheels alike it is another floor, on one it is that wheel's alone; a reset ends it.
+/// Grip is a share of friction: on all wheels it equals another floor, on one it affects that wheel
+/// alone; a reset clears it.
 #[test]
 fn grip_is_a_share_of_friction() {
     let path = scenario("mecanum4_lateral.toml");
@@ -168,7 +171,7 @@ fn grip_is_a_share_of_friction() {
     must(ilon_plant_set_grip(one.0, 0, 0.0));
     must(one.advance(&[-9.0, 9.0, 9.0, -9.0], 0.3));
     let mut wheels = [IlonWheel::default(); 4];
-    // SAFETY: it lives here.
+    // SAFETY: the array is a local.
     must(unsafe { ilon_plant_wheels(one.0, wheels.as_mut_ptr(), 4) });
     assert_eq!(
         (wheels[0].friction, wheels[0].force_in_body_n),
@@ -180,8 +183,8 @@ fn grip_is_a_share_of_friction() {
     assert_eq!(drive(&one), plain);
 }
 
-/// Motors and outside gave what all others have, whatever the wrench, the payload and the grip do in each step: on other robots, at other
-/// periods.
+/// The work of motors and outside equals all other energies, with wrench, payload and grip changing
+/// in each step, on other robots and at other periods.
 #[test]
 fn the_energy_closes_under_all_that_acts_from_outside() {
     for (name, periods) in [
@@ -193,12 +196,12 @@ fn the_energy_closes_under_all_that_acts_from_outside() {
         let about = owned.about();
         let energies = || {
             let mut energies = IlonEnergies::default();
-            // SAFETY: it lives here.
+            // SAFETY: the struct is a local.
             must(unsafe { ilon_plant_energies(owned.0, &raw mut energies) });
             energies
         };
         let before = energies();
-        // A period of no plant's steps too, as a host may have it.
+        // Also a period that is no multiple of the plant's steps, as a host may have.
         let period_s = if periods == 1 {
             1e-3
         } else {
@@ -222,7 +225,7 @@ fn the_energy_closes_under_all_that_acts_from_outside() {
         let stored_j = now.kinetic_j + now.potential_j - before.kinetic_j - before.potential_j;
         let lost_j = now.slip_j + now.spin_up_j + now.bearing_j + now.impact_j;
         let turned_over_j = now.motor_j.abs() + now.outside_j.abs() + lost_j;
-        // The share that every shipped scenario keeps to.
+        // The share that every shipped scenario keeps.
         let off_j = (given_j - stored_j - lost_j).abs();
         assert!(
             off_j < 0.01 * turned_over_j,
@@ -232,7 +235,7 @@ fn the_energy_closes_under_all_that_acts_from_outside() {
     }
 }
 
-/// What acts from outside is a part of a snapshot, and a reset ends it.
+/// External loads are part of a snapshot, and a reset clears them.
 #[test]
 fn what_acts_is_in_a_snapshot_and_ends_with_a_reset() {
     let [owned, fresh] = ["mecanum4_lateral.toml"; 2].map(|name| Owned::load(&scenario(name)));
@@ -250,7 +253,7 @@ fn what_acts_is_in_a_snapshot_and_ends_with_a_reset() {
     act(9.0, 2.0, 0.3, 0.4);
     drive(&owned);
     let mut snapshot = 0;
-    // SAFETY: it lives here.
+    // SAFETY: the snapshot is a local.
     must(unsafe { ilon_plant_snapshot(owned.0, &raw mut snapshot) });
     let first = drive(&owned);
     act(0.0, 0.0, 1.0, 0.9);

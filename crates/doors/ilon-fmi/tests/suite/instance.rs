@@ -41,7 +41,7 @@ fn begin(instance: &mut Instance) {
     instance.exit_initialization().unwrap();
 }
 
-/// Goes on by control periods under rates.
+/// Advances by control periods at wheel rates.
 fn drive(instance: &mut Instance, rates: &[f64], periods: u32) {
     let period_s = instance.plant().resolved().control_dt_s();
     for (wheel, rate) in rates.iter().enumerate() {
@@ -90,7 +90,7 @@ fn a_run_is_retraced_to_the_bit() {
     }
 }
 
-/// What is set reaches the plant: the same as calls of its own.
+/// Inputs reach the plant: the result is that of direct calls to it.
 #[test]
 fn inputs_are_the_plants_own() {
     let name = "mecanum4_lateral.toml";
@@ -142,7 +142,7 @@ fn inputs_are_the_plants_own() {
     );
 }
 
-/// A parameter is a key of the scenario: the same as a scenario with that key.
+/// A parameter is a key of the scenario: the result is that of a scenario with that key.
 #[test]
 fn parameters_are_keys_of_the_scenario() {
     let name = "mecanum4_lateral.toml";
@@ -167,7 +167,7 @@ fn parameters_are_keys_of_the_scenario() {
         )
         .unwrap();
     assert_eq!(instance.plant().truth(), plant.truth());
-    // Too late now, and a reset gives the starts back.
+    // Too late after initialisation; a reset restores the start values.
     let friction = reference(&instance, "scenario.world.floor.friction");
     assert!(instance.set(friction, Value::Real(0.5)).is_err());
     instance.reset().unwrap();
@@ -230,7 +230,7 @@ fn calls_out_of_season_and_values_that_make_no_sense_are_refused() {
         );
     }
     assert!(instance.get(count).is_err());
-    // A payload that cannot be is found when the step is taken, and the robot has not moved.
+    // An invalid payload is refused at the step, and the robot has not moved.
     set(&mut instance, "payload.mass", -1.0);
     assert!(instance.step(0.0, period_s).is_err());
     set(&mut instance, "payload.mass", 0.0);
@@ -258,7 +258,8 @@ fn references_are_places_and_names_are_unique() {
     assert!(outputs.count() > 50);
 }
 
-/// Importers couple by steps of one or five milliseconds, which are none of the plant's 3.33: the robot goes where it goes by control periods.
+/// Importers use steps of one or five milliseconds, which are no multiples of the plant's 3.33: the
+/// robot goes where it goes by control periods.
 #[test]
 fn any_step_of_the_importer_will_do() {
     let end = |step_s: f64| {
@@ -284,7 +285,8 @@ fn any_step_of_the_importer_will_do() {
     assert!(y_m.abs() > 0.08, "{y_m}");
     for step_s in [1e-3, 5e-3] {
         let [x, y] = end(step_s);
-        // Rates are constant; what differs is how finely the start is stepped: 20 m/s^2 over some milliseconds squared.
+        // Rates are constant; the difference is how finely the start is stepped: 20 m/s^2 over
+        // several milliseconds squared.
         assert!(
             (x - x_m).hypot(y - y_m) < 5e-4,
             "{step_s}: {x} {y} for {x_m} {y_m}"

@@ -1,4 +1,4 @@
-//! The FMU from inside: an instance does what the command does, and refuses what makes no sense.
+//! The FMU from inside: an instance gives the command's results, and refuses invalid calls.
 
 mod instance;
 mod package;

@@ -9,7 +9,7 @@ use zip::ZipArchive;
 
 use super::instance::scenario;
 
-/// A library as far as an exporter looks at it.
+/// A stand-in for the library, with what an exporter checks.
 fn library(folder: &Path) -> std::path::PathBuf {
     let path = folder.join("library.so");
     std::fs::write(&path, format!("of {MARK}, and more")).unwrap();
@@ -23,7 +23,8 @@ fn packed(path: &Path, library: &Path) -> Result<Vec<u8>, String> {
 #[test]
 fn what_is_unpacked_elsewhere_is_the_same_robot() {
     let folder = tempfile::tempdir().unwrap();
-    // One with meshes or waypoints beside it, one of a description in short, one of the paper's.
+    // A robot with meshes or waypoints beside it, a robot description in TOML, and the paper's
+    // robot.
     for name in [
         "mecanum4_waypoints.toml",
         "optiodom_lateral.toml",
@@ -56,7 +57,7 @@ fn what_is_unpacked_elsewhere_is_the_same_robot() {
             .collect();
         assert_eq!(described, held);
         assert!(Instance::open(&there.join("resources"), "{0}").is_err());
-        // No path of this machine goes along.
+        // The archive holds no path of this machine.
         let text = std::fs::read_to_string(there.join("resources/scenario.toml")).unwrap();
         assert!(!text.contains(".."), "{text}");
     }

@@ -1,5 +1,5 @@
-//! ArduPilot's side of its JSON interface, as its readme describes it, played by a small client:
-//! frames out, JSON in.
+//! A small client plays ArduPilot's side of its JSON interface, as its readme describes it: frames
+//! out, JSON in.
 
 use std::net::UdpSocket;
 use std::path::Path;
@@ -11,8 +11,8 @@ use ilon_live::ardupilot::{ArduPilot, Vehicle};
 use ilon_sim::Scenario;
 use serde_json::Value;
 
-/// The factors of throttle, steering and lateral by which ArduPilot's Rover mixes, of its motors in
-/// their order.
+/// The factors of throttle, steering and lateral in ArduPilot Rover's mixer, for its motors in
+/// order.
 const OMNI_X: &[[f64; 3]] = &[
     [1.0, -1.0, -1.0],
     [1.0, -1.0, 1.0],
@@ -31,7 +31,7 @@ fn scenario(robot: &str) -> Scenario {
     Scenario::from_toml(&text, "rover", robots).unwrap()
 }
 
-/// SITL as far as the physics sees it, and the server that it talks to.
+/// A stand-in for SITL, with the server that it talks to.
 struct Sitl {
     socket: UdpSocket,
     frame: u32,
@@ -78,14 +78,14 @@ impl Sitl {
         let mut bytes = [0; 2048];
         let length = self.socket.recv(&mut bytes).expect("an answer");
         let text = std::str::from_utf8(&bytes[..length]).unwrap();
-        // ArduPilot takes what stands between two ends of lines.
+        // ArduPilot takes the text between two line ends.
         let line = text
             .strip_prefix('\n')
             .and_then(|text| text.strip_suffix('\n'));
         serde_json::from_str(line.expect("a line")).unwrap()
     }
 
-    /// A frame of ArduPilot's mix, from -1 to 1, and its answer.
+    /// Sends a frame of ArduPilot's mixer, from -1 to 1, and returns the reply.
     fn drive(&mut self, factors: &[[f64; 3]], way: [f64; 3]) -> Value {
         let mix = |motor: &[f64; 3]| motor.iter().zip(way).map(|(f, w)| f * w).sum::<f64>();
         let mut pwm_us = [1500_u16; 16];
@@ -123,8 +123,8 @@ fn a_robot_at_rest_feels_gravity_and_time_goes_on_in_lock_step() {
             "{time_s}"
         );
         let feels = triple(&state["imu"]["accel_body"]);
-        // Down is positive: who stands on the ground is pushed up. It settles on its springy
-        // contacts by micrometres at first.
+        // Down is positive: the ground pushes a standing robot up. At first it settles on its
+        // elastic contacts by micrometres.
         assert!(
             (feels[2] + 9.81).abs() < 0.5 && feels[0].abs() < 0.1,
             "{feels:?}"
@@ -155,8 +155,8 @@ fn each_way_of_the_mix_goes_where_ardupilot_means() {
             let yaw = triple(&state["attitude"])[2];
             let went = [north, east, yaw];
             assert!(went[axis] > 0.05, "{robot} by {way:?}: {went:?}");
-            // Three wheels at 120 deg need twice as much of the back one for lateral alone:
-            // ArduPilot's mix turns them too.
+            // Three wheels at 120 deg need twice as much from the back one for lateral alone:
+            // ArduPilot's mixer turns them too.
             if factors == OMNI_3 && axis == 1 {
                 continue;
             }
@@ -172,8 +172,8 @@ fn each_way_of_the_mix_goes_where_ardupilot_means() {
     }
 }
 
-/// What an inertial navigation makes of the IMU is the velocity that is sent beside it: attitude,
-/// specific force and gravity agree.
+/// Inertial navigation with the IMU gives the velocity that is sent with it: attitude, specific
+/// force and gravity agree.
 #[test]
 fn imu_attitude_and_velocity_agree() {
     let mut sitl = Sitl::start("mecanum4.urdf");
@@ -211,7 +211,7 @@ fn imu_attitude_and_velocity_agree() {
             worst_m_s = worst_m_s.max((reckoned[axis] - velocity[axis]).abs());
         }
     }
-    // Nine digits after the point, 200 times, and the scenario's gravity, which is 9.81.
+    // Nine decimals, 200 times, and the scenario's gravity, which is 9.81.
     assert!(worst_m_s < 1e-6, "{worst_m_s} m/s off");
 }
 
@@ -223,7 +223,7 @@ fn a_frame_that_comes_twice_is_answered_alike_and_a_restart_begins_anew() {
     (0..50).for_each(|_| moved = sitl.drive(OMNI_X, [0.5, 0.0, 0.0]));
     sitl.frame -= 1;
     assert_eq!(sitl.drive(OMNI_X, [0.5, 0.0, 0.0]), moved, "the same frame");
-    // Frames that were lost are no reason to start again.
+    // Lost frames do not restart the simulation.
     sitl.frame += 10;
     let on = sitl.drive(OMNI_X, [0.5, 0.0, 0.0]);
     assert!(on["timestamp"].as_f64() > moved["timestamp"].as_f64());
@@ -256,7 +256,7 @@ fn what_is_no_frame_is_left_alone_and_32_outputs_are_taken() {
     assert_eq!(answer["timestamp"].as_f64(), Some(1.0 / f64::from(RATE_HZ)));
     assert_eq!(sitl.said.lock().unwrap().len(), 1, "said once");
     sitl.frame = 1;
-    // Pulses of nothing and beyond all bounds: it stands, and then turns as fast as it may.
+    // Pulses of zero and beyond all bounds: it stands, and then turns at its largest rate.
     sitl.send(18458, 2, &[0; 16]);
     assert!(
         triple(&sitl.receive()["velocity"])
@@ -273,7 +273,7 @@ fn a_robot_that_no_frame_fits_is_refused_in_words() {
     assert!(refused(&scenario("mecanum6.urdf")).contains("6 wheels"));
     let vehicle = Vehicle::new(&scenario("mecanum4.urdf")).unwrap();
     let wheels: Vec<&str> = vehicle.wheels().collect();
-    // ArduPilot's OmniX counts front right, rear right, rear left, front left.
+    // ArduPilot's OmniX numbers front right, rear right, rear left, front left.
     assert_eq!(
         wheels,
         ["front_right", "rear_right", "rear_left", "front_left"]
@@ -281,15 +281,15 @@ fn a_robot_that_no_frame_fits_is_refused_in_words() {
     assert_eq!(vehicle.mixer().frame.frame_type, 2);
 }
 
-/// Outputs as `AP_MotorsUGV` gives them out. Rover begins with steering on output 1 and throttle on
-/// 3; a motor is put on the output of its number where none has it and that output has no function.
+/// Outputs as in `AP_MotorsUGV`. Rover begins with steering on output 1 and throttle on 3. A motor
+/// without an output gets the output of its number, if that has no function.
 struct Outputs {
-    /// Of each output: function, least, middle and largest pulse in microseconds.
+    /// For each output: function, and the smallest, middle and largest pulse in microseconds.
     channels: [[f64; 4]; 16],
 }
 
 impl Outputs {
-    /// With Rover's defaults, those of its SITL, and a file of parameters.
+    /// With the defaults of Rover and its SITL, and a file of parameters.
     fn of(parameters: &str) -> Self {
         let mut channels = [[0.0, 1100.0, 1500.0, 1900.0]; 16];
         (channels[0], channels[2]) = (
@@ -319,7 +319,7 @@ impl Outputs {
         Self { channels }
     }
 
-    /// The pulses for what the motors are to do, from -1 to 1, beside a throttle and no steering.
+    /// The pulses for motor commands from -1 to 1, with a throttle and no steering.
     fn pulses(&self, motors: &[f64], throttle: f64) -> [u16; 16] {
         self.channels.map(|[function, least, middle, most]| {
             let motor = (function - 33.0).max(-1.0) as isize;
@@ -339,7 +339,8 @@ impl Outputs {
 }
 
 /// Three seconds of a quarter of throttle: with the file of parameters the robot goes straight
-/// ahead at a quarter of 10 rad/s on 50 mm; with Rover's own two of its motors are never put out.
+/// ahead at a quarter of 10 rad/s on 50 mm; with Rover's own parameters two of its motors have no
+/// output.
 #[test]
 fn the_parameters_make_rover_drive_straight() {
     let drive = |parameters: &str| {
@@ -358,7 +359,7 @@ fn the_parameters_make_rover_drive_straight() {
         .parameters();
     assert!(parameters.contains("FRAME_TYPE 2\n"), "{parameters}");
     let ([north_m, east_m, _], yaw_rad) = drive(&parameters);
-    // 2.5 rad/s on 50 mm for 3 s, less a start of some hundredths.
+    // 2.5 rad/s on 50 mm for 3 s, less several hundredths for the start.
     assert!((north_m - 0.375).abs() < 0.01, "{north_m}");
     assert!(
         east_m.abs() < 1e-3 && yaw_rad.abs() < 1e-3,
@@ -368,7 +369,7 @@ fn the_parameters_make_rover_drive_straight() {
     assert!(north_m < 0.3 || yaw_rad.abs() > 0.1, "{north_m} {yaw_rad}");
 }
 
-/// What another process sends while somebody drives changes nothing.
+/// Packets of another process during a drive have no effect.
 #[test]
 fn who_drives_is_not_disturbed_by_another() {
     let mut sitl = Sitl::start("mecanum4.urdf");

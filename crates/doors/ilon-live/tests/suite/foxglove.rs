@@ -1,5 +1,5 @@
-//! The server for Foxglove: an independent client looks on, drives, changes parameters and does its
-//! worst (`foxglove.py`).
+//! The server for Foxglove: an independent client subscribes, drives, changes parameters and sends
+//! invalid messages (`foxglove.py`).
 
 #![cfg(feature = "foxglove")]
 

@@ -1,10 +1,10 @@
-//! Servos of joints between bodies in a live run: where they are sent, and what is said of what
-//! they cannot do.
+//! Servos of joints between bodies in a live run: their commands, and messages about impossible
+//! ones.
 
 use ilon_live::{Controls, Session};
 use ilon_sim::Scenario;
 
-/// A robot whose arm stands at 0.2 rad by the scenario.
+/// A robot whose arm is at 0.2 rad in the scenario.
 fn session() -> Session {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
     let text = r#"
@@ -24,7 +24,7 @@ duration_s = 1
     Session::new(&scenario).expect("a session")
 }
 
-/// Where the arm is after some control periods.
+/// The arm's position after several control periods.
 fn goes(session: &mut Session, controls: &Controls, periods: usize) -> f64 {
     for _ in 0..periods {
         session.advance(controls).expect("it goes");
@@ -32,8 +32,8 @@ fn goes(session: &mut Session, controls: &Controls, periods: usize) -> f64 {
     session.row().expect("a row").record.joints[0].position
 }
 
-/// A command sends a joint, which stays there; a return to the start takes it back, and what was
-/// said before counts no more.
+/// A command moves a joint, which stays there; a return to the start resets it, and earlier
+/// commands no longer count.
 #[test]
 fn a_joint_goes_where_it_is_sent_and_back_to_its_start() {
     let (mut session, mut controls) = (session(), Controls::default());
@@ -46,7 +46,7 @@ fn a_joint_goes_where_it_is_sent_and_back_to_its_start() {
     assert!((goes(&mut session, &controls, 150) - 0.6).abs() < 2e-3);
 }
 
-/// What cannot be is said once a command, and the joint stays where it is.
+/// An impossible command is reported once, and the joint stays where it is.
 #[test]
 fn what_no_joint_can_do_is_said() {
     for (command, words) in [

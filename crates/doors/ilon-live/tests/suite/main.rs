@@ -1,4 +1,4 @@
-//! The tests of `ilon-live` from outside, one module for each subject, in one program.
+//! The tests of `ilon-live` from outside, one module per subject, in one program.
 
 mod ardupilot;
 mod foxglove;

@@ -1,5 +1,5 @@
-//! The live server: who is let in, what is heard, and that nothing a client does stops the robot.
-//! An independent client speaks with it (`client.py`).
+//! The live server: which clients are admitted, which messages are accepted, and that no client can
+//! stop the robot. An independent client talks to it (`client.py`).
 
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ fn session(further: &[&str]) -> Session {
         env!("CARGO_MANIFEST_DIR"),
         "/../../../assets/scenarios/mecanum4_circle.toml"
     );
-    // Only the rollers within reach, which leaves the machine time for the clients.
+    // Only the rollers near the ground, which leaves CPU time for the clients.
     let settings = [&["robot.roller_bodies=near"], further].concat();
     let settings: Vec<_> = settings
         .iter()
@@ -24,7 +24,7 @@ fn session(further: &[&str]) -> Session {
     Session::new(&scenario).expect("a session")
 }
 
-/// A Python with `websockets`: that under `ILON_PYTHON`, or `python3`.
+/// A Python with `websockets`: that of `ILON_PYTHON`, or `python3`.
 fn python() -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());
@@ -42,8 +42,7 @@ fn python() -> Option<String> {
     None
 }
 
-/// Serves a session in real time for as long as a script drives it, and gives what the script
-/// printed.
+/// Serves a session in real time while a script drives it, and returns the script's output.
 fn served(script: &str, further: &[&str]) -> Option<String> {
     let python = python()?;
     let mut session = session(&["robot.x_m=0", "robot.heading_deg=0"]);
@@ -114,16 +113,16 @@ fn a_command_stops_the_robot_when_it_is_old_by_both_clocks() {
         (0..steps).for_each(|_| session.advance(controls).expect("a step"));
         session.figures(controls).asked[0]
     };
-    // Long by the simulated clock alone: time that is fast.
+    // Long by the simulated clock only: simulation faster than real time.
     let steps = (2.0 / session.control_dt_s()) as usize;
     assert_eq!(asked(&mut session, &controls, steps), 0.5);
-    // By both: it stops, and that is said once.
+    // By both clocks: it stops, and that is reported once.
     std::thread::sleep(ilon_live::control::WATCHDOG);
     assert_eq!(asked(&mut session, &controls, 20), 0.0);
     let notes: Vec<String> = session.take_notes().collect();
     assert_eq!(notes.len(), 1, "{notes:?}");
     assert!(notes[0].contains("no command for 0.5 s"), "{notes:?}");
-    // By the wall's clock alone: time that stands, and goes on step by step.
+    // By the wall clock only: the simulation is paused, and continues step by step.
     controls.take(r#"{"twist": [0.5, 0, 0]}"#);
     assert_eq!(asked(&mut session, &controls, 1), 0.5);
     std::thread::sleep(ilon_live::control::WATCHDOG);
@@ -174,8 +173,7 @@ fn a_payload_loads_the_wheels_and_stays_over_a_reset() {
     let bare_n = carried_n(&mut session, &controls);
     controls.take(r#"{"payload_kg": 10}"#);
     let loaded_n = carried_n(&mut session, &controls);
-    // Ten kilograms weigh 98.07 N on a level floor; what is left of the settling is far below a
-    // newton.
+    // 10 kg weigh 98.07 N on a level floor; the remaining settling is far below 1 N.
     assert!(
         (loaded_n - bare_n - 98.07).abs() < 1.0,
         "{bare_n} N, then {loaded_n} N"
@@ -238,7 +236,7 @@ fn time_that_stands_goes_on_step_by_step() {
     }
 }
 
-/// Sees the robot go back, and where and when it stands then.
+/// Records time and pose at each return to the start.
 #[derive(Default)]
 struct SeesReturns(Vec<(f64, f64, Pose)>);
 
@@ -294,8 +292,8 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
             let figures = session.figures(&controls);
             figures.reference_error_m.expect("a reference")
         };
-        // It starts 1.5 m off, and turns by 120 degrees before it hurries there where heading comes
-        // first.
+        // It starts 1.5 m off, and with heading first it turns by 120 degrees before it drives
+        // there.
         assert!(off_m(&session) > 1.0);
         let steps = (20.0 / session.control_dt_s()) as usize;
         (0..steps).for_each(|_| session.advance(&controls).expect("a step"));
@@ -303,8 +301,7 @@ fn the_guidance_follows_the_reference_whatever_comes_first() {
     }
 }
 
-/// Tasks of the position alone: the robot comes onto the circle, and nothing turns it but what its
-/// rollers' slip does.
+/// Only position tasks: the robot moves onto the circle, and only its rollers' slip turns it.
 #[test]
 fn the_guidance_has_the_tasks_of_the_scenario() {
     let tasks = "guidance.tasks=[\"position_feedforward\", \"position_feedback\"]";
@@ -336,7 +333,7 @@ fn ice_takes_the_grip_and_the_start_is_where_it_was() {
         (session.frame().pose.position_m() - start.position_m()).norm()
     };
     let (ice_m, floor_m) = (way_m(&mut session, 0.02), way_m(&mut session, 0.8));
-    // In half a second ice gives at most mu g t^2 / 2 = 25 mm.
+    // In half a second ice allows at most mu g t^2 / 2 = 25 mm.
     assert!(
         ice_m < 0.026 && floor_m > 0.2,
         "{ice_m} m on ice, {floor_m} m on the floor"

@@ -1,4 +1,4 @@
-//! Bags, read back by the MCAP crate, whole and cut short, and judged by `witness.py`.
+//! Bags, read back by the MCAP crate, whole and truncated, and judged by `witness.py`.
 
 use crate::common;
 
@@ -32,7 +32,7 @@ fn header(time_ns: u64, frame_id: &str) -> Header {
     }
 }
 
-/// What is written, as the witness is to find it: topic, time, value.
+/// The written messages, for the witness: topic, time, value.
 type Written = Vec<(&'static str, u64, Value)>;
 
 fn put<M: Message + serde::Serialize>(
@@ -46,7 +46,7 @@ fn put<M: Message + serde::Serialize>(
     all.push((topic, time_ns, serde_json::to_value(message).unwrap()));
 }
 
-/// A bag such as a run of a robot gives, of so many control periods.
+/// Writes a bag like that of a run, with a number of control periods.
 fn write_run(bag: &mut BagWriter, periods: u64) -> Written {
     let mut all = Vec::new();
     bag.declare::<Text>("/robot_description", LATCHED).unwrap();
@@ -159,8 +159,7 @@ fn unfinished(folder: &Path) -> std::path::PathBuf {
     folder.join("bag_0.mcap.ilon-partial")
 }
 
-/// How many messages a reader that goes through from the start gets before the bytes end or make no
-/// sense.
+/// Number of messages that a sequential reader gets before the bytes end or become invalid.
 fn readable_messages(bytes: &[u8]) -> usize {
     let mut reader = LinearReader::new();
     let (mut rest, mut count) = (bytes, 0);
@@ -181,8 +180,8 @@ fn readable_messages(bytes: &[u8]) -> usize {
     count
 }
 
-/// Whether records, each an opcode and a length before as many bytes, fill the file behind its
-/// magic to its last byte.
+/// Whether records, each an opcode and a length before as many bytes, fill the file after its magic
+/// to its last byte.
 fn ends_with_a_record(bytes: &[u8]) -> bool {
     let mut at = mcap::MAGIC.len();
     while at < bytes.len() {
@@ -247,7 +246,7 @@ fn a_finished_bag_holds_what_was_written() {
     assert_eq!(summary.stats.unwrap().message_count, all.len() as u64);
 }
 
-/// As after `kill -9`: what was in memory is gone, and nobody could write an index.
+/// As after `kill -9`: data in memory is lost, and there is no index.
 #[test]
 fn what_a_killed_writer_leaves_can_be_read() {
     let folder = tempdir().unwrap();
@@ -267,7 +266,8 @@ fn what_a_killed_writer_leaves_can_be_read() {
         all.len()
     );
     assert!(!folder.path().join("metadata.yaml").exists());
-    // As if the power had failed while the file grew: never fewer than the chunks that were whole.
+    // As after a power failure while the file grew: never fewer messages than in the complete
+    // chunks.
     let mut fewer = usize::MAX;
     for end in (0..bytes.len()).rev().step_by(bytes.len() / 97) {
         let left = readable_messages(&bytes[..end]);
@@ -391,8 +391,8 @@ fn a_place_that_cannot_be_written_is_named() {
     assert!(error.contains("bag_0.mcap"), "{error}");
 }
 
-/// `rosbags` opens the folder, `mcap` the file alone and what a killed writer left, and decodes by
-/// the definitions within.
+/// `rosbags` opens the folder, `mcap` the file alone and the file of a killed writer, and both
+/// decode by the embedded definitions.
 #[test]
 fn the_witness_reads_the_bag() {
     let Some(python) = python() else { return };
@@ -426,7 +426,7 @@ fn the_witness_reads_the_bag() {
     run_witness(&python, "bags", &file);
 }
 
-/// Three messages from 5 to 7.5 s, out of order: the metadata name their first time, the time
+/// Three messages from 5 to 7.5 s, out of order: the metadata contain their first time, the time
 /// between first and last, and their number.
 #[test]
 fn metadata_say_when_a_bag_begins_how_long_it_is_and_what_it_holds() {
@@ -466,7 +466,7 @@ fn a_folder_that_is_no_bag_of_mcap_is_refused_with_what_it_is() {
     fs::write(folder.path().join("drive_0.db3"), "SQLite format 3").unwrap();
     assert!(refused().contains("SQLite"), "{}", refused());
 
-    // A bag with other files beside it is one.
+    // A bag with other files beside it is a bag.
     let mut bag = BagWriter::create(&folder.path().join("bag")).unwrap();
     bag.declare::<Clock>("/clock", Qos::best_effort(1)).unwrap();
     bag.write("/clock", &Clock::default(), PERIOD_NS).unwrap();

@@ -8,7 +8,7 @@ use common::{codecs, witness};
 use ilon_messages::{Description, FieldType, Shape, ValueType, messages};
 use sha2::{Digest, Sha256};
 
-/// Every type that ilon has is in the fixtures, alone or within another.
+/// Every message type of ilon is in the fixtures, alone or within another.
 #[test]
 fn definitions_and_hashes_are_those_of_the_witness() {
     let said = witness();
@@ -43,7 +43,7 @@ fn bytes_are_those_of_the_witness() {
     }
 }
 
-/// rclpy leaves gaps unset, and bytes over at the end.
+/// rclpy leaves padding unset, and extra bytes at the end.
 #[test]
 fn what_rclpy_writes_is_read() {
     let codecs = codecs();
@@ -65,7 +65,7 @@ fn what_rclpy_writes_is_read() {
     );
 }
 
-/// Other middleware takes ilon's messages through serde: the bytes are the same.
+/// Other middleware serializes ilon's messages through serde: the bytes are the same.
 #[test]
 fn serde_describes_the_same_messages() {
     let codecs = codecs();
@@ -79,8 +79,8 @@ fn serde_describes_the_same_messages() {
     }
 }
 
-/// REP-2016: SHA-256 of the description as JSON, in one line, with the messages within in the order
-/// of their names.
+/// REP-2016: SHA-256 of the description as JSON, in one line, with nested types in the order of
+/// their names.
 #[test]
 fn hashes_follow_from_the_fields() {
     for message in messages() {

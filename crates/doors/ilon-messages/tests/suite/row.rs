@@ -1,4 +1,4 @@
-//! A row of a run as topics: components, signs and frames of what is said of it.
+//! A row of a run as topics: components, signs and frames of the messages.
 
 use ilon_formats::{
     Handedness, JointOptions, LoadOptions, LoadRobot, RoleOption, WheelOptions, describe,
@@ -19,7 +19,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 const MECANUM4: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
 
-/// Keeps what is sent, as bytes under its topic, and what was declared.
+/// Keeps the sent messages, as bytes by topic, and the declared topics.
 #[derive(Default)]
 struct Kept(Vec<(String, Vec<u8>)>, Vec<(String, Qos)>);
 
@@ -44,8 +44,8 @@ impl Kept {
     }
 }
 
-/// A row of the robot that looks along y, with one force, one sliding velocity, and three twists
-/// that differ.
+/// A row of a robot that looks along y, with one force, one sliding velocity, and three different
+/// twists.
 fn sent() -> Kept {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
     let run = Header {
@@ -85,8 +85,8 @@ fn sent() -> Kept {
     kept
 }
 
-/// Forces and sliding velocities come along the body's axes, as they were recorded, each component
-/// under its own sign.
+/// Forces and sliding velocities are along the body's axes, as recorded, each component with its
+/// sign.
 #[test]
 fn forces_and_slip_of_a_wheel_are_along_the_bodys_axes() {
     let kept = sent();
@@ -102,7 +102,7 @@ fn forces_and_slip_of_a_wheel_are_along_the_bodys_axes() {
     assert_eq!((slip.vector.x, slip.vector.y), (0.05, 0.02));
 }
 
-/// Markers stand in the world: looking along y, ahead is y and left is -x.
+/// Markers are in the world frame: looking along y, ahead is y and left is -x.
 #[test]
 fn arrows_of_contacts_are_turned_with_the_robot() {
     let kept = sent();
@@ -118,7 +118,7 @@ fn arrows_of_contacts_are_turned_with_the_robot() {
     let (foot, [x, y, z]) = arrow("force");
     // 0.3 ahead and 0.1 to the left of (1, 2).
     assert!((foot.x - 0.9).abs() < 1e-12 && (foot.y - 2.3).abs() < 1e-12);
-    // (3, -4, 20) N in the body is (4, 3, 20) N in the world, in whatever length a newton has.
+    // (3, -4, 20) N in the body is (4, 3, 20) N in the world, at any length per newton.
     let scale = z / 20.0;
     assert!(scale > 0.0);
     assert!((x - 4.0 * scale).abs() < 1e-12 && (y - 3.0 * scale).abs() < 1e-12);
@@ -126,8 +126,8 @@ fn arrows_of_contacts_are_turned_with_the_robot() {
     assert!((x + 0.02).abs() < 1e-12 && (y - 0.05).abs() < 1e-12);
 }
 
-/// What a robot reckons is the ideal kinematics' twist; the contact kinematics knows what no driver
-/// knows.
+/// Odometry uses the twist of the ideal kinematics; a real robot does not know that of the contact
+/// kinematics.
 #[test]
 fn odometry_reports_the_twist_of_the_ideal_kinematics() {
     let odom: Odometry = sent().one("/odom");
@@ -152,8 +152,8 @@ fn markers_of(sample: WheelSample) -> (Robot, Vec<Marker>) {
     (robot, of_first.collect())
 }
 
-/// A wheel that carries its share of the weight shows it 2.5 of its radii long; its cone is as
-/// high, mu times as wide, and closed.
+/// A wheel with its share of the weight has an arrow of 2.5 of its radii; its cone has the same
+/// height, is mu times as wide, and is closed.
 #[test]
 fn a_wheels_load_and_cone_are_drawn_in_its_radii() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -180,11 +180,11 @@ fn a_wheels_load_and_cone_are_drawn_in_its_radii() {
     assert!(near(force.points[1].z, 0.01 + height_m));
     assert!(near(force.points[1].x, 0.3 * height_m));
     assert!(near(force.scale.x, 0.1 * radius_m) && near(force.scale.y, 0.2 * radius_m));
-    // Half of what friction can hold: not the colour of sliding, which is redder than blue.
+    // Half of the friction limit: not the colour of sliding, which is redder than blue.
     assert!(force.color.b > force.color.r);
 
-    // A line list: pairs of points. The rim's lines follow each other round and come back; four
-    // flanks come up from the tip.
+    // A line list: pairs of points. The rim's lines form a closed loop; four lines rise from the
+    // tip.
     let flanks = cone.points.len() - 8;
     let (rim, flanks) = cone.points.split_at(flanks);
     for (index, line) in rim.chunks(2).enumerate() {
@@ -206,7 +206,8 @@ fn a_wheels_load_and_cone_are_drawn_in_its_radii() {
     }
 }
 
-/// What slides is red; of a wheel in the air nothing is drawn, and what was is taken away.
+/// Sliding contacts are red; for a wheel in the air nothing is drawn, and earlier markers are
+/// deleted.
 #[test]
 fn contacts_that_slide_are_red_and_those_that_end_are_taken_away() {
     let pressed = WheelSample {
@@ -234,7 +235,7 @@ fn contacts_that_slide_are_red_and_those_that_end_are_taken_away() {
     );
 }
 
-/// Equal but for the six decimals that a status shows.
+/// Equal except for the six decimals that a status shows.
 fn assert_relative(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-6, "{found} {expected}");
 }
@@ -246,8 +247,8 @@ fn value(status: &DiagnosticStatus, key: &str) -> f64 {
     found.value.parse().expect("a number")
 }
 
-/// Two rows: means are of both, extremes of the larger, shares of time halves; what the run ends
-/// with is reported once.
+/// Two rows: means are over both, extremes are the larger, shares of time are halves; the final
+/// summary is reported once.
 #[test]
 fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -257,7 +258,7 @@ fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     };
     let mut topics = RunTopics::new(&robot, describe(&robot, &run.urdf), &run);
     let mut kept = Kept::default();
-    // Asked for 1 m/s ahead; servo takes 0.1 m/s, rollers 0.2 m/s to the side, slip 0.3 m/s.
+    // 1 m/s ahead commanded; servo lag takes 0.1 m/s, rollers 0.2 m/s to the side, slip 0.3 m/s.
     let ahead = |vx: f64, vy: f64| Twist::new(vx, vy, 0.0);
     let mut record = Record {
         t_s: 0.25,
@@ -297,7 +298,7 @@ fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     (sample.slip_x_m_s, sample.slip_y_m_s) = (0.0, 0.0);
     sample.torque_n_m = 0.2;
     sample = sample.steady();
-    // Up to here it fell short by as much as it does at the end.
+    // Until here the shortfall is that of the end.
     let chain = Chain::held(&record, 0.25);
     record.ledger.count(&chain, [0.0; 2]);
     let wheels = vec![sample; robot.wheels.len()];
@@ -347,8 +348,8 @@ fn diagnostics_report_means_extremes_and_shares_of_the_rows_since_the_last() {
     assert_eq!(wheel.level, DiagnosticStatus::WARN);
 }
 
-/// The frames of a row in which wheels and rollers stand at an angle, rollers being taken in every
-/// row or in none.
+/// The frames of a row with wheels and rollers at an angle, with rollers sampled in every row or in
+/// none.
 fn frames_at(angle_rad: f64, rollers_are_taken: bool) -> (RunTopics, Kept) {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
     let run = Header {
@@ -371,7 +372,7 @@ fn frames_at(angle_rad: f64, rollers_are_taken: bool) -> (RunTopics, Kept) {
     (topics, kept)
 }
 
-/// How a frame is turned in its parent.
+/// The rotation of a frame in its parent.
 fn turned(frames: &TFMessage, child: &str) -> UnitQuaternion<f64> {
     let mut all = frames.transforms.iter();
     let found = all.find(|frame| frame.child_frame_id == child);
@@ -379,8 +380,8 @@ fn turned(frames: &TFMessage, child: &str) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(q.w, q.x, q.y, q.z))
 }
 
-/// A wheel that has turned by a positive angle has rolled ahead: its top has gone along x. A roller
-/// has turned by its own angle about the axis of its frame.
+/// A wheel with a positive angle has rolled ahead: its top has moved along x. A roller has turned
+/// by its own angle about the axis of its frame.
 #[test]
 fn frames_of_wheels_and_rollers_turn_by_their_angles() {
     let (topics, kept) = frames_at(0.3, true);
@@ -406,8 +407,8 @@ fn frames_of_wheels_and_rollers_turn_by_their_angles() {
     }
 }
 
-/// Rollers are looked at in fewer rows than all else: a row without them has the other frames
-/// alone. Who publishes dead reckoning elsewhere is not given it twice.
+/// Rollers are sampled in fewer rows than all else: a row without them has only the other frames.
+/// If dead reckoning is published elsewhere, it is left out.
 #[test]
 fn a_row_without_rollers_has_the_other_frames_alone() {
     let (topics, kept) = frames_at(0.3, false);
@@ -441,8 +442,7 @@ fn a_row_without_rollers_has_the_other_frames_alone() {
     assert_eq!(without.transforms, frames.transforms[1..]);
 }
 
-/// Where rollers are not followed, their frames stand still in `/tf_static`; links that move are
-/// not there too.
+/// Without roller angles, their frames are static in `/tf_static`; moving links are not there too.
 #[test]
 fn a_frame_is_either_latched_or_sent_with_the_rows() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -475,8 +475,8 @@ fn a_frame_is_either_latched_or_sent_with_the_rows() {
     assert_eq!(once, followed);
 }
 
-/// What is said once is kept for those who come late, one message of each; what comes with every
-/// row is not.
+/// Messages sent once are latched for late subscribers, one per topic; messages of every row are
+/// not.
 #[test]
 fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once() {
     let robot = Robot::from_urdf_str(MECANUM4, "mecanum4").expect("it loads");
@@ -501,8 +501,7 @@ fn topics_are_declared_before_they_are_sent_and_latched_where_they_are_said_once
     }
 }
 
-/// A joint between bodies moves its link on `/tf` and stands among `/joint_states`, behind the
-/// wheels.
+/// A joint between bodies moves its link on `/tf` and is in `/joint_states`, after the wheels.
 #[test]
 fn a_joint_between_bodies_is_in_tf_and_joint_states() {
     let text = include_str!("../../../../../assets/robots/mecanum4_arm.urdf");
@@ -546,7 +545,7 @@ fn a_joint_between_bodies_is_in_tf_and_joint_states() {
     assert_eq!(states.name[4..], ["lift", "arm"]);
     assert_eq!(states.position[4..], [0.3, 0.5]);
     assert_eq!((states.velocity[5], states.effort[5]), (2.0, 7.0));
-    // Commands are the wheels' alone.
+    // Only wheels have commands.
     let commands: JointState = kept.one("/robot_joint_commands");
     assert_eq!(commands.name.len(), 4);
 }

@@ -1,4 +1,4 @@
-//! Whatever the bytes, decoding ends in a message or in an error that names the place.
+//! Decoding arbitrary bytes ends in a message or in an error that names the place.
 
 use crate::common;
 
@@ -35,7 +35,7 @@ fn a_message_cut_short_is_refused_at_every_length() {
     }
 }
 
-/// What is read in spite of a flipped bit is a message: written, it is read as the same.
+/// A message that is read despite a flipped bit is valid: encoded, it is read as the same.
 #[test]
 fn a_flipped_bit_gives_a_message_or_an_error() {
     let codecs = codecs();

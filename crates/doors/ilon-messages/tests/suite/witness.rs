@@ -1,4 +1,4 @@
-//! Random messages by ilon, judged by `witness.py`: its `rosbags` and `rclpy` must read the same
+//! Random messages of ilon, judged by `witness.py`: its `rosbags` and `rclpy` must read the same
 //! values, and write the same bytes.
 
 use crate::common;
@@ -48,9 +48,9 @@ fn samples(codec: &Codec, runner: &mut TestRunner) -> Vec<Sample> {
     let values = std::iter::once((codec.default)()).chain(random);
     let sample = |value: Value| {
         let little = (codec.encode)(value.clone());
-        // ilon writes little-endian alone; the other comes through serde.
+        // ilon writes only little-endian; the other order comes through serde.
         let big = (codec.encode_by_serde)(value.clone(), true);
-        // What JSON and numbers of 32 bits leave of the value.
+        // The value after rounding by JSON and 32-bit numbers.
         let value = (codec.decode)(&little).unwrap();
         Sample {
             r#type: codec.description.type_name.into(),
@@ -74,7 +74,7 @@ fn message(description: &Description, runner: &mut TestRunner) -> Value {
 fn field_value(FieldType { kind, shape }: FieldType, runner: &mut TestRunner) -> Value {
     match shape {
         Shape::One => single(kind, runner),
-        // The arrays that there are hold covariances, in rows.
+        // Arrays of these sizes are covariances, in rows.
         Shape::Array(count @ (9 | 36)) => {
             let side = count.isqrt();
             let row = |runner: &mut TestRunner| (0..side).map(|_| single(kind, runner)).collect();
@@ -92,7 +92,7 @@ fn field_value(FieldType { kind, shape }: FieldType, runner: &mut TestRunner) ->
 fn single(kind: ValueType, runner: &mut TestRunner) -> Value {
     match kind {
         ValueType::Bool => json!(draw(any::<bool>(), runner)),
-        // rosbags takes a byte as signed.
+        // rosbags treats a byte as signed.
         ValueType::Byte => json!(draw(0_u8..128, runner)),
         ValueType::U8 => json!(draw(any::<u8>(), runner)),
         ValueType::I32 => json!(draw(any::<i32>(), runner)),

@@ -1,4 +1,5 @@
-//! A robot that a person drives, and the scenario in which a log does the same again, to the bit.
+//! A robot driven by the user, recorded as a log with a scenario that repeats the drive bit for
+//! bit.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,27 +11,27 @@ use serde_json::{Value, json};
 
 use super::fault::Fault;
 
-/// The longest drive, in seconds.
+/// The longest drive, in seconds; chosen.
 const LONGEST_S: f64 = 120.0;
-/// The largest twist that is taken, whatever the wheels can do: m/s and rad/s.
+/// The largest accepted twist, whatever the wheels allow, in m/s and rad/s; chosen.
 const MOST_M_S: f64 = 20.0;
 const MOST_RAD_S: f64 = 50.0;
 
-/// What a person asked of a robot so far.
+/// The user's commands so far.
 pub(super) struct PersonsDrive {
-    /// The scenario as it was opened; what it asks of the robot does not count.
+    /// The scenario as opened, without its commanded motion.
     scenario: Scenario,
     path: PathBuf,
-    /// What is chosen for a robot of which nobody knows how fast its wheels will be asked to turn.
+    /// Steps for a robot whose commanded wheel rates are not known in advance.
     physics_dt_s: f64,
     split_dt_s: Option<f64>,
     control_dt_s: f64,
-    /// From when on which twist was asked for, in seconds; nothing of what holds on.
+    /// The commanded twists with their start times, in seconds; unchanged commands are left out.
     rows: Vec<(f64, Twist)>,
 }
 
 impl PersonsDrive {
-    /// Puts the robot of a scenario into its world, to be driven.
+    /// Places the robot of a scenario in its world, to be driven.
     pub fn begin(path: &Path, mut scenario: Scenario) -> Result<(Self, Simulation), Fault> {
         scenario.run.duration_s = LONGEST_S;
         let simulation = Simulation::steered(&scenario)?;
@@ -46,13 +47,13 @@ impl PersonsDrive {
         Ok((drive, simulation))
     }
 
-    /// Asks for a twist (m/s, m/s, rad/s in the body frame) from the next control period on.
+    /// Commands a twist (m/s, m/s, rad/s in the body frame) from the next control period on.
     pub fn steer(&mut self, simulation: &mut Simulation, asked: [f64; 3]) -> Result<(), Fault> {
         if !asked.iter().all(|part| part.is_finite()) {
             return Err(Fault::of_page("a twist that is no number is not taken"));
         }
         let [vx, vy, omega] = asked;
-        // No negative zero: text and sum tell it from zero.
+        // Avoids negative zero, which text and hash distinguish from zero.
         let within = |part: f64, most: f64| part.clamp(-most, most) + 0.0;
         let twist = Twist::new(
             within(vx, MOST_M_S),
@@ -64,12 +65,12 @@ impl PersonsDrive {
         Ok(())
     }
 
-    /// When the next control period begins, in seconds.
+    /// Start of the next control period, in seconds.
     fn next_s(&self, simulation: &Simulation) -> f64 {
-        // A step of physics may end a rounding beyond the period.
+        // A physics step may end beyond the period by rounding.
         let periods = simulation.progress().time_s / self.control_dt_s;
         let next_s = (periods - 1e-6).ceil().max(0.0) * self.control_dt_s;
-        // As a person would write it; a log's times are nanoseconds.
+        // Rounded to nanoseconds, as times in a log are.
         (next_s * 1e9).round() / 1e9
     }
 
@@ -80,7 +81,7 @@ impl PersonsDrive {
         }
     }
 
-    /// What a page shows of it in figures, as a live run does.
+    /// The figures that a page shows, as in a live run.
     pub fn figures(&self, simulation: &Simulation) -> Value {
         let values = |twist: Twist| [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
         let asked = self
@@ -94,14 +95,15 @@ impl PersonsDrive {
         })
     }
 
-    /// Ends it: gives path and text of a scenario that does the same again, and of the log that drives it.
+    /// Ends the drive: returns path and text of a scenario that repeats it, and of the log that the
+    /// scenario plays back.
     pub fn end(mut self, simulation: &Simulation) -> Result<Value, Fault> {
         let end_s = self.next_s(simulation);
         if end_s <= 0.0 {
             return Err(Fault::of_page("the robot was not driven"));
         }
         self.hold(end_s, Twist::default());
-        // A log says how long its last row holds.
+        // A log ends with the time at which its last row ends.
         if self.rows.last().is_none_or(|(last_s, _)| *last_s < end_s) {
             self.rows.push((end_s, Twist::default()));
         }
@@ -112,7 +114,7 @@ impl PersonsDrive {
                 vy_m_s,
                 omega_rad_s,
             } = twist;
-            // A `String` takes whatever is written.
+            // Writing to a `String` cannot fail.
             let _ = writeln!(log, "{t_s},{vx_m_s},{vy_m_s},{omega_rad_s}");
         }
         let name = self.scenario.name.trim_end_matches("_driven").to_owned();

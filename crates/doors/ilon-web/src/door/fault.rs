@@ -1,23 +1,23 @@
-//! A fault as the page shows it: in the command's words.
+//! Errors for the page, in the command's words.
 
 use std::fmt::Display;
 
 use miette::Diagnostic;
 use serde::Serialize;
 
-/// What is wrong, and how to repair it.
+/// An error with its explanation.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
-    /// What is wrong, in one sentence.
+    /// The message, in one sentence.
     pub message: String,
-    /// How to repair it, where that is known.
+    /// How to repair it, if known.
     pub help: Option<String>,
-    /// All of it as the command shows it, with the lines at fault.
+    /// The whole text that the command shows, with the lines at fault.
     pub shown: String,
 }
 
 impl Fault {
-    /// Of what the page asks, where the command has no word for it.
+    /// An error in a page's request, for which the command has no message.
     pub(super) fn of_page(message: impl Display) -> Self {
         let message = message.to_string();
         Self {

@@ -1,16 +1,18 @@
-//! What a page has room for. The command writes long traces to a file while they grow; here they lie in memory.
+//! Memory for traces in a page. The command writes long traces to a file while they grow; here they
+//! are held in memory.
 
 use ilon_sim::simulate::load_robot;
 use ilon_sim::{Error, Scenario};
 use ilon_trace::{Record, WheelSample};
 
-/// The most memory that a trace may take, in bytes: a quarter of the gibibyte that the page has. What is made of it needs room too.
+/// The largest trace, in bytes; chosen as a quarter of the page's gibibyte, since files made from
+/// it need memory too.
 const MOST_BYTES: f64 = 256e6;
 
-/// Refuses a scenario whose trace would be larger than what a page has room for.
+/// Refuses a scenario whose trace would exceed the memory of a page.
 pub(super) fn admit(scenario: &Scenario) -> Result<(), Error> {
     let run = &scenario.run;
-    // Its length is that of a log; once that is read, it is asked again.
+    // Its duration is that of a log; it is checked again once the log is read.
     if run.is_open() {
         return Ok(());
     }

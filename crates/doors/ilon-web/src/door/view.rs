@@ -1,4 +1,4 @@
-//! A robot and a scenario as the page shows and hands them out.
+//! A robot and a scenario in the form in which the page shows them and offers them for download.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,14 +9,15 @@ use ilon_sim::scenario::Tracked;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// A robot in short.
+/// A summary of a robot.
 pub(super) fn robot(robot: &Robot) -> Value {
     let wheel = |wheel: &ilon_robot::Wheel| json!({ "name": wheel.name, "rollers": wheel.rollers.len(), "radius_m": wheel.radius_m });
     let wheels: Vec<Value> = robot.wheels.iter().map(wheel).collect();
     json!({ "name": robot.name, "mass_kg": robot.mass_kg(), "wheels": wheels })
 }
 
-/// The description in short of a scenario's robot, where one lies beside its file, and the path by which the scenario would name it.
+/// The TOML description of a scenario's robot, if there is one beside its file, and the path by
+/// which the scenario would name it.
 pub(super) fn spec(scenario: &Scenario, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
     let named = scenario.robot.file.with_extension("toml");
     let place = normal(&scenario.resolve(&named));
@@ -30,7 +31,7 @@ pub(super) fn spec(scenario: &Scenario, files: &BTreeMap<PathBuf, Vec<u8>>) -> V
     json!({ "file": named, "values": said(&keys) })
 }
 
-/// The scenario for a folder in which all files that it names lie beside it.
+/// The scenario for a folder that also holds all files that it names.
 pub(super) fn beside_its_files(scenario: &Scenario) -> Scenario {
     let mut beside = scenario.clone();
     let name = |path: &mut PathBuf| {

@@ -1,4 +1,4 @@
-//! What the door answers is what the command computes and says.
+//! The replies are the command's results.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::support::{ask, assets, door, shipped};
 
 const LATERAL: &str = "/scenarios/mecanum4_lateral.toml";
 
-/// Runs a scenario through the door; gives what it says at the end.
+/// Runs a scenario and returns the final reply.
 fn ran(door: &mut ilon_web::door::Door, scenario: &str, settings: &[&str]) -> serde_json::Value {
     let open = json!({ "do": "open", "scenario": scenario, "settings": settings });
     let (opened, _) = ask(door, &open);
@@ -40,7 +40,7 @@ fn a_run_in_pieces_out_of_memory_is_the_run_of_the_file_to_the_bit() {
     let (_, report) = ask(&mut door, &json!({ "do": "take", "what": "report" }));
     let report = String::from_utf8(report).unwrap();
     let expected = ilon::cli::report_html(&run, "ilon run it");
-    // When it was made, and how long it took, are of no two runs the same.
+    // Without date and duration, which differ between runs.
     let lines = |page: &str| -> Vec<String> {
         let timeless = |line: &&str| {
             !line.contains("real time") && !line.contains("<th scope=\"row\">made</th>")
@@ -84,7 +84,7 @@ fn a_fault_is_told_in_the_words_of_the_command() {
     let expected = ilon::cli::explain(&error);
     assert_eq!(said["fault"]["shown"], expected.shown.as_str());
     assert!(expected.shown.contains("vz_m_s") && expected.shown.contains("help"));
-    // And the door goes on.
+    // The simulator still works.
     assert!(ran(&mut door, LATERAL, &["run.duration_s=0.1"])["hash"].is_string());
 }
 
@@ -164,7 +164,7 @@ fn a_robot_in_short_is_changed_by_keys_of_the_scenario() {
     );
 }
 
-/// Frames of the open scenario after so many control periods each.
+/// Frames of the open scenario, each after a number of control periods.
 fn frames_after(
     door: &mut ilon_web::door::Door,
     periods: &[u32],
@@ -182,7 +182,8 @@ fn frames_after(
 
 #[test]
 fn what_was_driven_a_log_does_again_to_the_bit() {
-    // Of an open loop, of a guidance that follows a path, of one that commands by contact, and of periods that are no round numbers.
+    // Open loop, path guidance, guidance that commands by contact, and periods that are no round
+    // numbers.
     for (scenario, settings) in [
         (LATERAL, vec!["run.physics_dt_s=0.002"]),
         ("/scenarios/mecanum4_circle.toml", vec![]),
@@ -235,10 +236,10 @@ fn what_was_driven_a_log_does_again_to_the_bit() {
             "{again_s} s of {driven_s} s"
         );
         let again = frames_after(&mut door, &periods, |_, _| ());
-        // At its end the log asks for nothing more, where a person might.
+        // At its end the log commands nothing more, whereas the user may.
         let last = driven.len() - 1;
         assert!(driven[..last] == again[..last], "{scenario}");
-        // And the robot did move.
+        // The robot has moved.
         assert!(driven[3] != driven[7]);
     }
 }
@@ -258,7 +259,7 @@ fn a_drive_refuses_what_is_no_drive() {
     ask(&mut door, &drive);
     let huge = json!({ "do": "steer", "twist": [null, 0.0, 0.0] });
     assert!(ask(&mut door, &huge).0["fault"].is_object());
-    // One that has not begun.
+    // No drive has begun.
     assert!(ask(&mut door, &end).0["fault"].is_object());
 }
 

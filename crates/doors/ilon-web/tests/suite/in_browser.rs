@@ -1,6 +1,8 @@
-//! The playground as people meet it, in a real browser: served and from a disk, wide and narrow, by keys alone, with good files and bad.
+//! The playground in a real browser: served and from disk, wide and narrow, by keyboard alone, with
+//! valid and invalid files.
 //!
-//! Needs Chromium, and a playground named by `ILON_WEB`; accessibility needs axe-core, named by `ILON_AXE`.
+//! Needs Chromium, and a playground named by `ILON_WEB`; accessibility needs axe-core, named by
+//! `ILON_AXE`.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +12,7 @@ use serde_json::{Value, json};
 use crate::browser::Browser;
 use crate::support::{assets, hashes, playground, scenarios, serve, shipped};
 
-/// As long as a run may take on a machine that builds beside it.
+/// Timeout for a run, with a build on the same machine; chosen.
 const PATIENCE: Duration = Duration::from_secs(180);
 
 /// Waits until an expression is true.
@@ -25,7 +27,7 @@ fn until(browser: &mut Browser, expression: &str) {
     }
 }
 
-/// Opens a playground and waits until it has run what it shows first.
+/// Opens a playground and waits until its first scenario has run.
 fn open(browser: &mut Browser, url: &str) {
     browser.call("Page.navigate", json!({ "url": "about:blank" }));
     browser.call("Page.navigate", json!({ "url": url }));
@@ -33,13 +35,13 @@ fn open(browser: &mut Browser, url: &str) {
         browser,
         "document.documentElement?.dataset.ready === 'yes' && document.documentElement.dataset.runs === '1'",
     );
-    // From a disk the page may not look into its frame.
+    // A page opened from disk has no access to its frame.
     if !url.starts_with("file:") {
         until(browser, ANSWERED);
     }
 }
 
-/// Whether the report stands in its frame.
+/// Whether the report is in its frame.
 const ANSWERED: &str =
     "Boolean(document.getElementById('report').contentDocument?.querySelector('.story p'))";
 
@@ -59,7 +61,7 @@ fn run(browser: &mut Browser) {
     until(browser, ANSWERED);
 }
 
-/// The trace hash of the scenario that is shown first, computed here.
+/// The trace hash of the first scenario, computed here.
 fn expected() -> String {
     let path = assets().join("scenarios/mecanum4_lateral.toml");
     let scenario = Scenario::load(path).unwrap();
@@ -91,7 +93,7 @@ fn assert_silent(browser: &Browser) {
     assert!(browser.console.is_empty(), "{:#?}", browser.console);
 }
 
-/// The robot as a file that a person opens.
+/// Drops a robot file on the page.
 fn drop_robot(browser: &mut Browser, name: &str, text: &str) {
     browser.eval(&format!(
         "(() => {{ const data = new DataTransfer(); data.items.add(new File([{}], {}));
@@ -194,7 +196,7 @@ fn a_robot_is_dropped_a_slider_moved_and_the_run_shared() {
         &mut browser,
         "document.getElementById('state').textContent.startsWith('Changed')",
     );
-    // The slider, by its keys.
+    // The slider by keyboard.
     browser.eval("document.getElementById('key-world-floor-friction').focus()");
     key(&mut browser, "ArrowLeft", 37);
     until(
@@ -205,7 +207,7 @@ fn a_robot_is_dropped_a_slider_moved_and_the_run_shared() {
     let set = set.as_str().unwrap().replace(" = ", "=");
     run(&mut browser);
     let found = hash(&mut browser);
-    // The same, computed here, of the file as it was dropped.
+    // The same, computed here from the dropped file.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(
         folder.path().join("mine.urdf"),
@@ -307,7 +309,7 @@ fn a_simulator_that_breaks_down_is_started_again() {
     let Some((folder, mut browser)) = playground().zip(Browser::start()) else {
         return;
     };
-    // What the engine does when memory ends or a panic comes: the call into the instance throws.
+    // An engine throws from the call into the instance when memory runs out or a panic occurs.
     let spoil = "const Old = Worker; window.Worker = class extends Old { constructor(url) { super(url); window.lastWorker = this; } };";
     browser.call(
         "Page.addScriptToEvaluateOnNewDocument",
@@ -339,7 +341,7 @@ fn every_shipped_scenario_gives_the_same_trace_hash_in_the_browser() {
     }
 }
 
-/// A key of letters, down or up.
+/// A letter key, down or up.
 fn press(browser: &mut Browser, kind: &str, letter: &str) {
     let code = format!("Key{}", letter.to_uppercase());
     browser.call(
@@ -348,7 +350,8 @@ fn press(browser: &mut Browser, kind: &str, letter: &str) {
     );
 }
 
-/// Waits until the robot moves so, as the page says: `sign` of ahead, left and turning, where it is not zero.
+/// Waits until the page shows a motion with the signs `sign` of ahead, left and turning, where they
+/// are not zero.
 fn until_it_moves(browser: &mut Browser, sign: [i32; 3]) {
     until(
         browser,
@@ -378,7 +381,7 @@ fn a_robot_is_driven_by_keys_and_sticks_and_what_it_did_is_a_scenario() {
         until_it_moves(&mut browser, sign);
         press(&mut browser, "keyUp", letter);
     }
-    // A stick, to its left.
+    // A joystick pushed to the left.
     let at = browser.eval(
         "(() => { const { x, y, width, height } = document.querySelector('.ilon-stick-move').getBoundingClientRect(); return [x + width / 2, y + height / 2, width]; })()",
     );
@@ -405,7 +408,7 @@ fn a_robot_is_driven_by_keys_and_sticks_and_what_it_did_is_a_scenario() {
     );
     until(&mut browser, ANSWERED);
     let found = hash(&mut browser);
-    // The same, computed here, of the files that are handed out.
+    // The same, computed here from the downloaded files.
     let here = tempfile::tempdir().unwrap();
     for below in ["robots", "scenarios"] {
         std::fs::create_dir(here.path().join(below)).unwrap();

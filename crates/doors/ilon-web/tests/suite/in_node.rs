@@ -1,4 +1,4 @@
-//! The simulator as WebAssembly, in Node: the same bits as here, in bounded memory.
+//! The simulator as WebAssembly, in Node: the same bits as natively, in bounded memory.
 //!
 //! Needs `node`, and a playground named by `ILON_WEB`.
 
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::support::{hashes, playground, scenarios};
 
-/// What the script says of these scenarios; `None` where there is no playground or no Node.
+/// The script's output for these scenarios; `None` without a playground or Node.
 fn in_node(arguments: &[&str]) -> Option<Value> {
     let folder = playground()?;
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/node.mjs");
@@ -41,7 +41,8 @@ fn every_shipped_scenario_gives_the_same_trace_hash_as_here() {
     }
 }
 
-/// The first half of the runs finds how much is needed; what others hold on to would show as growth. Sixty, or as many as `ILON_WEB_RUNS` says.
+/// The first half of the runs shows how much memory is needed; a leak would show as growth in the
+/// second. Sixty runs, or as many as `ILON_WEB_RUNS` states.
 #[test]
 fn many_runs_and_drives_in_a_row_take_no_more_memory_than_half_of_them() {
     let runs = std::env::var("ILON_WEB_RUNS").unwrap_or_else(|_| "60".to_owned());
@@ -57,6 +58,6 @@ fn many_runs_and_drives_in_a_row_take_no_more_memory_than_half_of_them() {
     assert_eq!(pages.len().to_string(), runs);
     let later = &pages[pages.len() / 2..];
     assert!(later.windows(2).all(|pair| pair[0] == pair[1]), "{pages:?}");
-    // A sixteenth of what the simulator may take.
+    // A sixteenth of the simulator's limit.
     assert!(later[0] <= 64 << 20, "{} bytes", later[0]);
 }

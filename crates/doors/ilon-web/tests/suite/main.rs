@@ -1,7 +1,7 @@
-//! The tests of `ilon-web` from outside, one module for each subject, in one program.
+//! The tests of `ilon-web` from outside, one module per subject, in one program.
 //!
-//! What the door answers is asked of it as it is. What needs the simulator as WebAssembly is skipped with a word where `ILON_WEB` does not
-//! name the folder of a playground; `.ci/web` makes one.
+//! Replies are tested natively. Tests that need the WebAssembly module are skipped with a message
+//! unless `ILON_WEB` names the folder of a playground; `.ci/web` makes one.
 
 #[path = "../../../ilon/tests/suite/support/browser.rs"]
 mod browser;

@@ -1,4 +1,4 @@
-//! Shipped files, a door with them inside, and the playground.
+//! Shipped files, a simulator with them loaded, and the playground.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
@@ -9,12 +9,12 @@ use std::sync::OnceLock;
 use ilon_web::door::Door;
 use serde_json::Value;
 
-/// The folder of what is shipped.
+/// The folder of shipped files.
 pub fn assets() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets")
 }
 
-/// A file that is shipped.
+/// A shipped file.
 pub fn shipped(name: &str) -> String {
     std::fs::read_to_string(assets().join(name)).expect("a shipped file")
 }
@@ -30,7 +30,7 @@ pub fn scenarios() -> Vec<String> {
     names
 }
 
-/// The trace hashes of the shipped scenarios, computed here, by their names.
+/// The trace hashes of the shipped scenarios, computed here, by name.
 pub fn hashes() -> &'static BTreeMap<String, String> {
     static HASHES: OnceLock<BTreeMap<String, String>> = OnceLock::new();
     HASHES.get_or_init(|| {
@@ -44,7 +44,7 @@ pub fn hashes() -> &'static BTreeMap<String, String> {
     })
 }
 
-/// A door with the shipped files, at the paths that the playground gives them.
+/// A simulator with the shipped files, at their paths in the playground.
 pub fn door() -> Door {
     let mut door = Door::default();
     for folder in ["robots", "scenarios"] {
@@ -60,7 +60,7 @@ pub fn door() -> Door {
     door
 }
 
-/// Asks a door: what it says, and the bytes behind it.
+/// Sends a request: the JSON reply, and the bytes after it.
 pub fn ask(door: &mut Door, request: &Value) -> (Value, Vec<u8>) {
     let reply = door.ask(request.to_string().as_bytes());
     let end = reply.iter().position(|byte| *byte == b'\n');
@@ -69,7 +69,7 @@ pub fn ask(door: &mut Door, request: &Value) -> (Value, Vec<u8>) {
     (said, bytes.get(1..).unwrap_or_default().to_vec())
 }
 
-/// The folder of a playground, where one was made.
+/// The folder of a playground, if one was made.
 pub fn playground() -> Option<PathBuf> {
     let folder = std::env::var_os("ILON_WEB").map(PathBuf::from);
     if folder.is_none() {
@@ -78,7 +78,7 @@ pub fn playground() -> Option<PathBuf> {
     folder
 }
 
-/// Hands out the files of a folder to whoever asks on this machine, as a static server does; gives where.
+/// Serves the files of a folder on this machine, as a static web server does; returns the URL.
 pub fn serve(folder: PathBuf) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let place = listener.local_addr().expect("its own address");
@@ -111,7 +111,7 @@ fn hand_out(mut stream: &TcpStream, folder: &Path) {
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
         body.len()
     );
-    // A browser that goes away is no fault of the page.
+    // A closed connection is no fault of the page.
     let _ = stream.write_all(head.as_bytes());
     let _ = stream.write_all(&body);
 }

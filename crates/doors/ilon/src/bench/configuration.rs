@@ -13,27 +13,27 @@ use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::{CpuTime, Simulation};
 
-/// Simulated time before the clock is started, in seconds: the ramp and half a second held.
+/// Simulated time before timing starts, in seconds: the ramp and half a second at the held twist.
 const WARM_UP_S: f64 = 1.0;
-/// A stretch takes at least this much CPU time, in seconds: thousands of the clock's own grains.
+/// Least CPU time of a timed stretch, in seconds; chosen as thousands of ticks of the CPU clock.
 const STRETCH_CPU_S: f64 = 0.02;
-/// CPU time for which the drives of a configuration are timed in a round, together and at least, in seconds: short stretches
-/// are made more of, because one of many meets a quiet moment.
+/// Least CPU time of all drives of a configuration in one round, in seconds. Short stretches are
+/// repeated until it is reached, so that at least one of them runs undisturbed; chosen.
 const ROUND_CPU_S: f64 = 0.3;
-/// The longest stretch, in simulated seconds.
+/// The longest stretch, in simulated seconds; chosen.
 const LONGEST_STRETCH_S: f64 = 100.0;
 
-/// What of a configuration is measured first: how accurate it is.
+/// The accuracy of a configuration, measured before its speed.
 pub(super) struct Accuracy {
     kind: ContactMode,
     rate_hz: f64,
-    /// Each drive's headings.
+    /// The result at each heading, with its drive's name.
     outcomes: Vec<(&'static str, Heading)>,
 }
 
 impl Accuracy {
-    /// Drives a robot through all drives at all headings. What is right does not depend on who else computes: all
-    /// threads take part.
+    /// Simulates all drives at all headings, on all threads: other load on the machine does not
+    /// change accuracy.
     pub fn measure(
         robot: &Robot,
         (kind, rate_hz): (ContactMode, f64),
@@ -60,7 +60,7 @@ impl Accuracy {
     }
 }
 
-/// What was measured of a configuration.
+/// Combines the accuracy and the speed of a configuration.
 pub(super) fn configuration(accuracy: Accuracy, timing: Timing) -> Configuration {
     let Accuracy {
         kind,
@@ -130,33 +130,33 @@ fn heading(summary: &Summary, asked: [f64; 3], heading_deg: f64) -> Heading {
     }
 }
 
-/// Of the components that were asked for, the ratio farthest from 1.
+/// Returns the ratio farthest from 1, over the commanded components.
 fn worst(ratios: [Option<f64>; 3], asked: [f64; 3]) -> f64 {
     ratios
         .into_iter()
         .zip(asked)
         .filter(|(_, asked)| *asked != 0.0)
-        // A component that was driven and has no ratio did not move, or flew off.
+        // A commanded component without a ratio did not move, or its velocity diverged.
         .map(|(ratio, _)| ratio.filter(|ratio| ratio.is_finite()).unwrap_or(0.0))
         .max_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
         .unwrap_or(1.0)
 }
 
-/// How long a drive takes.
+/// The speed of a drive.
 struct Speed {
-    /// CPU seconds that a simulated second costs in the best stretch.
+    /// CPU seconds per simulated second in the best stretch.
     cpu_s_per_sim_s: f64,
-    /// How much longer the middle one of the stretches took, in per cent.
+    /// How much longer the median stretch took than the best, in per cent.
     spread_pct: f64,
 }
 
-/// The drives of a configuration at their held twists, timed again and again.
+/// The drives of a configuration at their held twists, timed in rounds.
 pub(super) struct Timing {
     drives: Vec<HeldRun>,
 }
 
 impl Timing {
-    /// All drives of a robot, warmed up.
+    /// Starts all drives of a robot and warms them up.
     pub fn warmed_up(
         robot: &Robot,
         (kind, rate_hz): (ContactMode, f64),
@@ -179,21 +179,22 @@ impl Timing {
         })
     }
 
-    /// Times a stretch of each drive, and more of them where they are short.
+    /// Times at least one stretch of each drive, and more until the round's CPU time is reached.
     pub fn round(&mut self) {
         let cpu = CpuTime::now();
         loop {
             for drive in &mut self.drives {
                 drive.time_a_stretch();
             }
-            // Where the system does not tell, there is nothing to time.
+            // Without a CPU clock there is nothing to time.
             if cpu.elapsed_s().is_none_or(|cpu_s| cpu_s >= ROUND_CPU_S) {
                 return;
             }
         }
     }
 
-    /// CPU seconds that a simulated second of each drive costs in its best stretch; `None` where the system tells no CPU time.
+    /// CPU seconds per simulated second of each drive in its best stretch; `None` without a CPU
+    /// clock.
     pub fn cpu_s_per_sim_s(self) -> Option<Vec<f64>> {
         let speeds = self.drives.into_iter().map(HeldRun::speed);
         speeds
@@ -202,7 +203,7 @@ impl Timing {
     }
 }
 
-/// A drive as it is timed: without rest, and with a row of the trace a second.
+/// A drive's scenario for timing: without rest, and with one row of the trace per second.
 pub(super) fn held(mut scenario: Scenario) -> Scenario {
     scenario.run.duration_s = WARM_UP_S + LONGEST_STRETCH_S;
     scenario.run.record_every = (1.0 / scenario.run.control_dt_s).round().max(1.0) as u32;
@@ -212,7 +213,7 @@ pub(super) fn held(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// Advances a run by some time, in seconds, at a rate in steps a second.
+/// Advances a run by a time, in seconds, at a rate in steps per second.
 pub(super) fn advance(simulation: &mut Simulation, time_s: f64, rate_hz: f64) {
     for _ in 0..(time_s * rate_hz).round().max(1.0) as u64 {
         simulation.step();
@@ -233,7 +234,7 @@ impl HeldRun {
         let cpu = CpuTime::now();
         advance(&mut simulation, 0.5 * WARM_UP_S, rate_hz);
         let second_cpu_s = cpu.elapsed_s().unwrap_or(0.0) / (0.5 * WARM_UP_S);
-        // Whole seconds; one where the system does not tell CPU time.
+        // Whole simulated seconds; one without a CPU clock.
         let stretch_s = if second_cpu_s > 0.0 {
             (STRETCH_CPU_S / second_cpu_s)
                 .ceil()

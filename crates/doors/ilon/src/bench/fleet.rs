@@ -11,11 +11,12 @@ use super::scenario::scenario;
 use crate::Error;
 use crate::simulate::{CpuTime, Plant, WheelCommand, resolve};
 
-/// A control period, in seconds: by so much a robot is advanced at a time, as by a program that must know of them all.
+/// Control period, in seconds: each robot advances by it in turn, as in a program that reads all of
+/// them once per period.
 const PERIOD_S: f64 = 0.05;
-/// Simulated time before the clock is started, in seconds.
+/// Simulated time before timing starts, in seconds.
 const WARM_UP_S: f64 = 1.0;
-/// Simulated seconds of a timed stretch, of all robots together.
+/// Length of a timed stretch, in simulated seconds summed over the robots; chosen.
 const ROBOT_SECONDS: f64 = 60.0;
 
 /// Measures each number of robots on each number of threads.
@@ -51,16 +52,17 @@ pub(super) fn measure(
     Ok(all)
 }
 
-/// Seconds that a simulated second of a robot costs.
+/// Time per simulated second of one robot, in seconds.
 struct Cost {
     wall_s: f64,
     cpu_s: Option<f64>,
 }
 
-/// What one thread did in each stretch.
+/// Start, end and CPU seconds of one thread in one stretch.
 type Span = (Instant, Instant, Option<f64>);
 
-/// The best stretch, by wall clock. Every thread sets up its share of the robots, and they begin each stretch together.
+/// Returns the best stretch by wall clock. Every thread sets up its share of the robots, and all
+/// threads begin each stretch together.
 fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Result<Cost, Error> {
     let fleet = Fleet::of(robot)?;
     let barrier = Barrier::new(threads);
@@ -101,7 +103,7 @@ fn best_of(stretches: usize, robot: &Robot, robots: usize, threads: usize) -> Re
     best.ok_or_else(|| Error::invalid("no stretch was timed", "time at least one"))
 }
 
-/// Robots that drive sideways, copies of one.
+/// Copies of one robot that drive sideways.
 struct Fleet {
     one: Plant,
     rates_rad_s: Vec<f64>,
@@ -118,7 +120,8 @@ impl Fleet {
         Ok(Self { one, rates_rad_s })
     }
 
-    /// A robot of it, warmed up; each stands another way, so that no two do the same.
+    /// Returns a warmed-up robot of the fleet. Each has another heading, so that no two runs are
+    /// equal.
     fn robot(&self, index: usize) -> Result<Plant, Error> {
         let mut plant = self.one.clone();
         let heading_rad = ((7 * index % 360) as f64).to_radians();
@@ -136,7 +139,7 @@ impl Fleet {
         Ok(())
     }
 
-    /// Advances all robots of a thread in turn, each by a control period at a time.
+    /// Advances all robots of a thread in turn, one control period at a time.
     fn work(
         &self,
         plants: Result<Vec<Plant>, Error>,
@@ -151,7 +154,7 @@ impl Fleet {
         };
         let mut done = Vec::with_capacity(stretches);
         for _ in 0..stretches {
-            // The others wait here, also for a thread that has nothing to do.
+            // The other threads wait here, also for a thread without robots.
             barrier.wait();
             let (begin, cpu) = (Instant::now(), CpuTime::now());
             for _ in 0..periods {

@@ -1,11 +1,11 @@
-//! Where, when and with what something was measured.
+//! The machine, date and versions of a measurement.
 
 use std::time::SystemTime;
 
 use chrono::{DateTime, SecondsFormat, Utc};
 use ilon_report::bench::Machine;
 
-/// This machine, now.
+/// This machine, at this moment.
 pub(super) fn this_machine() -> Machine {
     let now: DateTime<Utc> = SystemTime::now().into();
     let versions = [("ilon", env!("CARGO_PKG_VERSION")), ENGINE];
@@ -23,10 +23,10 @@ pub(super) fn this_machine() -> Machine {
     }
 }
 
-/// The physics engine, as far as `Cargo.toml` fixes it.
+/// The physics engine, in the version that `Cargo.toml` requires.
 const ENGINE: (&str, &str) = ("rapier3d-f64", "0.36");
 
-/// The processor's name, where the system keeps it in a file.
+/// The processor's name, where the system provides it in a file.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

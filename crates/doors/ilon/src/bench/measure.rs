@@ -1,4 +1,4 @@
-//! The measurement, part by part.
+//! Runs all parts of the measurement.
 
 use std::collections::BTreeMap;
 
@@ -12,14 +12,16 @@ use super::{fleet, transients};
 use crate::Error;
 use crate::world::WorldError;
 
-/// The error up to which a configuration may be the headline, in per cent.
+/// Largest error of a configuration that may be the headline, in per cent; chosen.
 const HEADLINE_ERROR_PCT: f64 = 0.1;
 
-/// Measures everything and tells of each part before it starts. Contacts that rapier solves are left out, with a remark, for a robot
-/// that they do not know all of, where there is something else to measure.
+/// Runs the whole measurement; `tell` receives the name of each part before it starts. Contacts
+/// solved by rapier are left out, with a remark, if they do not support a property of the robot and
+/// other configurations remain.
 ///
 /// # Errors
-/// Where a robot cannot drive: no rollers, wheels that leave a direction without control, a step it cannot take.
+/// If the robot cannot drive: no rollers, a direction of motion that the wheels do not control, or
+/// a step that its scenario refuses.
 pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, Error> {
     let heading_deg = options.headings_deg.first().copied().unwrap_or(0.0);
     let bandwidth_rad_s = options.bandwidth_rad_s;
@@ -60,16 +62,17 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
         }
     }
     let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
-    // Contacts that rapier solves know no tread.
+    // Contacts solved by rapier have no treads.
     if !by_rapier_alone {
         for (name, robot) in &options.robots {
-            // Rollers with the shapes of their file have none either.
+            // Rollers with the shapes of their file have no treads either.
             if let Ok(timing) = TreadTiming::warmed_up(robot, bandwidth_rad_s, heading_deg) {
                 treads.insert(name.clone(), timing);
             }
         }
     }
-    // All configurations in turn, so that what else the machine does for a while does not meet all stretches of one.
+    // All configurations in turn, so that a temporary load on the machine does not affect every
+    // stretch of one.
     for round in 1..=options.rounds {
         tell(&format!("timing, round {round} of {}", options.rounds));
         for (_, _, timing) in &mut measured {

@@ -1,17 +1,21 @@
-//! How right and how fast the simulation is on this machine: five open-loop drives, at several steps and headings.
+//! The accuracy and speed of the simulation on this machine, from five open-loop drives at several
+//! steps and headings.
 //!
-//! What is measured is the whole loop as `ilon run` runs it: sensors, wheel loops, motors, world and recording.
+//! The measured loop is that of `ilon run`: sensors, wheel loops, motors, world and recording.
 //!
-//! - **Error** of a drive: the worst deviation of its mean twist from the contact kinematics, over the components that
-//!   were asked for, in per cent; the worst over the headings. 1 s of rest, 0.5 s of ramp, 4 s held, of which the last 3 s
-//!   count.
-//! - **Speed**: simulated time over the CPU time of the one thread that simulates, while the twist is held, after a second
-//!   of warm-up; the best of several stretches of at least a simulated second each, with a row of the trace a second.
-//! - **Treads**: the time of a step on rollers that give over that on rigid ones, timed like speed and in turn.
-//! - **Sliding**: drives in which wheels slide, under contacts that ilon solves and under such that rapier does: course, heat,
-//!   energy balance, against ilon's own at a quarter of the step.
-//! - **Many robots**: simulated time of all together over wall clock, all of them alive in one process and stepped from outside, each
-//!   by a control period of 50 ms at a time: sensors, wheel loops, motors and world, without a record.
+//! - **Error** of a drive: the largest deviation of its mean twist from the contact kinematics, in
+//!   per cent, over the commanded components and over the headings. A drive has 1 s of rest, a ramp
+//!   of 0.5 s and 4 s at the held twist, of which the last 3 s count.
+//! - **Speed**: simulated time over the CPU time of the simulating thread, at the held twist, after
+//!   1 s of warm-up. The best of several stretches of at least one simulated second each counts,
+//!   with one row of the trace per second.
+//! - **Treads**: the time of a step on compliant rollers over that on rigid ones, timed like speed
+//!   and in turn.
+//! - **Sliding**: drives in which wheels slide, with contacts solved by ilon and by rapier: path,
+//!   heat and energy balance, against ilon's own contacts at a quarter of the step.
+//! - **Many robots**: simulated time of all robots over wall clock. All live in one process and are
+//!   stepped from outside, each by a control period of 50 ms at a time: sensors, wheel loops,
+//!   motors and world, without recording.
 
 mod configuration;
 mod fleet;

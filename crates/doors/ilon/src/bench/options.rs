@@ -1,61 +1,61 @@
-//! What is measured.
+//! What to measure.
 
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 
 use crate::Error;
 
-/// The robots that are built in, and their files.
+/// The built-in robots and their files.
 pub const ROBOTS: [(&str, &str); 2] = [
     ("mecanum4", include_str!("mecanum4.urdf")),
     ("volksbot", include_str!("volksbot.urdf")),
 ];
 
-/// Physics steps a second with the shapes of all rollers in the world.
+/// Physics steps per second with the shapes of all rollers in the world.
 const ALL_RATES_HZ: [f64; 7] = [1000.0, 500.0, 240.0, 120.0, 60.0, 30.0, 20.0];
-/// Physics steps a second in the contact window.
+/// Physics steps per second with the contact window, which holds only rollers near the ground.
 const NEAR_RATES_HZ: [f64; 10] = [
     1000.0, 500.0, 240.0, 120.0, 60.0, 40.0, 30.0, 20.0, 15.0, 10.0,
 ];
-/// Physics steps a second with contacts that rapier solves.
+/// Physics steps per second with contacts solved by rapier.
 const RAPIER_RATES_HZ: [f64; 3] = [1000.0, 500.0, 240.0];
-/// Which rollers are looked at, and who solves their contacts.
+/// Which rollers are in contact detection, and which solver solves their contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactMode {
-    /// All of them; ilon.
+    /// All rollers; solved by ilon.
     All,
-    /// Those near the ground; ilon.
+    /// Rollers near the ground; solved by ilon.
     Near,
-    /// All of them; rapier itself.
+    /// All rollers; solved by rapier.
     Rapier,
 }
 
 /// What to measure.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The robots, each by a name that no other has.
+    /// The robots, each with a unique name.
     pub robots: Vec<(String, Robot)>,
-    /// Which rollers are looked at, or who solves their contacts, and at how many steps a second (> 0), in the order of
-    /// measurement.
+    /// Contact modes with physics steps per second (> 0), in the order of measurement.
     pub configurations: Vec<(ContactMode, f64)>,
-    /// Bandwidth of the wheel loops on the ground, in rad/s; a scenario's own where none is given.
+    /// Bandwidth of the wheel loops on the ground, in rad/s; `None` for a scenario's default.
     pub bandwidth_rad_s: Option<f64>,
-    /// Headings at which the accuracy is measured, in degrees, at least one; speed is measured at the first.
+    /// Headings at which accuracy is measured, in degrees, at least one. Speed is measured at the
+    /// first.
     pub headings_deg: Vec<f64>,
-    /// In how many rounds, at least 1, all configurations are timed: a stretch of each drive or more a round, of which the
-    /// best counts.
+    /// Number of timing rounds, at least 1. Each round times at least one stretch of each drive;
+    /// the best stretch counts.
     pub rounds: usize,
-    /// How many robots simulate at once in one process; none to leave that out.
+    /// Numbers of robots that one process simulates at once; empty to leave this part out.
     pub fleets: Vec<usize>,
-    /// On how many threads they do so.
+    /// Numbers of threads for these robots.
     pub threads: Vec<usize>,
 }
 
 impl Options {
-    /// All that there is to measure, with both built-in robots: some three minutes.
+    /// The whole measurement with both built-in robots; takes about three minutes.
     ///
     /// # Errors
-    /// None of the built-in robots has a fault; an error is one of this program.
+    /// The built-in robots have no faults; an error is a defect of this program.
     pub fn full() -> Result<Self, Error> {
         let all = ALL_RATES_HZ.map(|rate_hz| (ContactMode::All, rate_hz));
         let near = NEAR_RATES_HZ.map(|rate_hz| (ContactMode::Near, rate_hz));
@@ -72,10 +72,10 @@ impl Options {
         })
     }
 
-    /// A first look, in a tenth of the time.
+    /// A short measurement, in a tenth of the time.
     ///
     /// # Errors
-    /// Like [`Self::full`].
+    /// As [`Self::full`].
     pub fn quick() -> Result<Self, Error> {
         let near = [240.0, 60.0, 20.0].map(|rate_hz| (ContactMode::Near, rate_hz));
         Ok(Self {
@@ -90,10 +90,10 @@ impl Options {
         })
     }
 
-    /// A built-in robot by its name.
+    /// Returns a built-in robot by its name.
     ///
     /// # Errors
-    /// Where there is none of that name.
+    /// If no built-in robot has that name.
     pub fn built_in(name: &str) -> Result<Robot, Error> {
         let known = ROBOTS.iter().find(|(known, _)| *known == name);
         let (name, urdf) = known.ok_or_else(|| {
@@ -107,10 +107,10 @@ impl Options {
 }
 
 impl ContactMode {
-    /// All kinds.
+    /// All contact modes.
     pub const ALL: [Self; 3] = [Self::All, Self::Near, Self::Rapier];
 
-    /// The kind in a word, as a scenario writes it.
+    /// The mode's keyword in a scenario.
     pub fn word(self) -> &'static str {
         match self {
             Self::All => "all",

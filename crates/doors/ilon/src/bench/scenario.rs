@@ -4,8 +4,9 @@ use super::options::ContactMode;
 use crate::Error;
 use crate::scenario::{Contacts, RollerBodies, Scenario, Step, Twist};
 
-/// The scenario of a drive, at a heading in degrees, with a step in seconds: a second of rest, half a second of ramp, then
-/// held to the end. Control is due some hundred times a second, as often as the steps allow.
+/// The scenario of a drive at a heading in degrees, with a step in seconds: 1 s of rest, a ramp of
+/// 0.5 s, then the held twist to the end. The control rate is about 100 Hz, as closely as the step
+/// allows.
 pub(super) fn scenario(
     [vx_m_s, vy_m_s, omega_rad_s]: [f64; 3],
     heading_deg: f64,

@@ -1,4 +1,4 @@
-//! Drives in which wheels slide, under contacts that ilon solves and under such that rapier does, side by side.
+//! Drives in which wheels slide, with contacts solved by ilon and by rapier, side by side.
 
 use ilon_report::bench::{Slide, Transient};
 use ilon_robot::Robot;
@@ -8,27 +8,29 @@ use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::Simulation;
 
-/// The step of both, in seconds: the longest that rapier's contacts take.
+/// The step of both solvers, in seconds: the longest that rapier's contacts allow.
 const STEP_S: f64 = 1e-3;
-/// The step of what both are held against, in seconds: ilon's own, which the second engine agrees with (docs/measured.md).
+/// The step of the reference run, in seconds: ilon's contacts, which the second engine confirms
+/// (docs/measured.md).
 const FINE_STEP_S: f64 = 2.5e-4;
 const FRICTION: f64 = 0.3;
-/// How long the push lasts, in seconds.
+/// Duration of the push, in seconds; chosen.
 const PUSH_S: f64 = 0.4;
-/// The push over what friction holds on a level floor.
+/// The push's force over the friction limit on a level floor; chosen.
 const PUSH_OVER_GRIP: f64 = 1.5;
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// A run, with its course.
+/// A run with its path.
 struct Course {
     places_m: Vec<[f64; 2]>,
     slide: Slide,
 }
 
-/// Lets a robot slide on friction 0.3: as it starts ahead and sideways with 10 m/s^2, and as it is pushed.
+/// Simulates a robot that slides at friction 0.3: starts ahead and sideways at 10 m/s^2, and a
+/// push.
 ///
 /// # Errors
-/// Where the robot cannot drive, or one of the solvers does not know something that it has.
+/// If the robot cannot drive, or one of the solvers does not support a property of it.
 pub(super) fn transients(robot: &Robot) -> Result<Vec<Transient>, Error> {
     let grip_n_s = FRICTION * GRAVITY_M_S2 * robot.mass_kg() * PUSH_S;
     let push_n_s = PUSH_OVER_GRIP * grip_n_s;
@@ -103,7 +105,7 @@ impl Course {
         })
     }
 
-    /// What it came to, beside another course of the same robot.
+    /// Compares the run with another one of the same robot.
     fn beside(self, other: &Self) -> Slide {
         let places = self.places_m.iter().zip(&other.places_m);
         let apart = places.map(|(a, b)| libm::hypot(a[0] - b[0], a[1] - b[1]));
@@ -129,17 +131,18 @@ mod tests {
             for (solver, slide) in transient.rows() {
                 let share = slide.unexplained_share.abs();
                 assert!(share < 0.01, "{}, {solver}: {share}", transient.name);
-                // Faster than any creep: 0.5 m/s are reached in 0.17 s at mu g, and the wheels' targets in 0.05 s.
+                // Faster than any creep: at mu g the robot takes 0.17 s to 0.5 m/s, while the
+                // wheels' targets take 0.05 s.
                 assert!(slide.slip_speed_max_m_s > 0.1, "{}", transient.name);
                 assert!(slide.heat_j > 0.0, "{}", transient.name);
             }
-            // Both solvers speak of one robot: apart by less than a tenth of its way.
+            // Both solvers simulate one robot: the ends differ by less than a tenth of the path.
             let [x, y] = transient.fine.end_m;
             let way_m = libm::hypot(x, y);
             let apart_m = transient.rapier.apart_m.max(transient.ilon.apart_m);
             assert!(apart_m < 0.1 * way_m, "{}: {apart_m}", transient.name);
         }
-        // Each goes its own way: 0.5 m/s for a second, less what sliding delays it by.
+        // Each drive goes in its direction: 0.5 m/s for a second, less the delay by sliding.
         let [ahead, sideways, _] = &transients[..] else {
             panic!("three of them")
         };

@@ -1,4 +1,5 @@
-//! What treads cost: the time of a step on rollers that give over that on rigid ones, both timed in turn in one run.
+//! The cost of treads: time of a step on compliant rollers over that on rigid ones, timed in turn
+//! in one run.
 
 use ilon_report::bench::{DRIVES, TreadCost};
 use ilon_robot::{Robot, Tread};
@@ -7,13 +8,13 @@ use super::configuration::Timing;
 use super::options::ContactMode;
 use crate::Error;
 
-/// A tread of rubber, in N/m, for a robot that has none.
+/// Stiffness of a rubber tread, in N/m, for a robot without treads; chosen.
 const STIFFNESS_N_M: f64 = 1e5;
-/// Steps a second: those of treads see the spring, and both robots take them.
+/// Steps per second of both robots: treads need steps that resolve their spring.
 const RATE_HZ: f64 = 1000.0;
 const KIND: ContactMode = ContactMode::Near;
 
-/// A robot with treads and without, warmed up.
+/// A robot with and without treads, warmed up.
 pub(super) struct TreadTiming {
     stiffness_n_m: f64,
     rigid: Timing,
@@ -21,7 +22,7 @@ pub(super) struct TreadTiming {
 }
 
 impl TreadTiming {
-    /// A robot without its treads, and with them; one that has none gets treads of rubber.
+    /// Sets up a robot without its treads and with them; a robot without treads gets rubber ones.
     pub fn warmed_up(
         robot: &Robot,
         bandwidth_rad_s: Option<f64>,
@@ -52,7 +53,7 @@ impl TreadTiming {
         self.gives.round();
     }
 
-    /// What was measured; `None` where the system tells no CPU time.
+    /// The result; `None` without a CPU clock.
     pub fn cost(self) -> Option<TreadCost> {
         let (rigid, gives) = (self.rigid.cpu_s_per_sim_s()?, self.gives.cpu_s_per_sim_s()?);
         let drives = DRIVES.iter().zip(gives.iter().zip(&rigid));

@@ -1,10 +1,10 @@
-//! The command that runs a run of a study again.
+//! The command line that repeats one run of a study.
 
 use ilon_sweep::{Row, Study};
 
 use super::flags::shell;
 
-/// The command that runs a run again.
+/// Returns the command line that repeats one run of a study.
 pub fn command(study: &Study, rows: &[Row], run: u64) -> String {
     let Some(row) = rows
         .binary_search_by_key(&run, |row| row.run)

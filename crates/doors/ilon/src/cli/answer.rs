@@ -1,4 +1,4 @@
-//! What a study or an identification found, as a person reads it on a terminal.
+//! Results of studies and identifications as text for a terminal.
 
 use ilon_identify::Identified;
 use ilon_identify::outcome::Gains;
@@ -12,7 +12,7 @@ use ilon_sweep::{Findings, Study};
 
 use super::table::Table;
 
-/// What was found, in words and tables.
+/// The findings of a study as sentences and tables.
 pub(super) fn of_study(study: &Study, findings: &Findings) -> String {
     let failed = match findings.failed {
         0 => String::new(),
@@ -29,7 +29,7 @@ pub(super) fn of_study(study: &Study, findings: &Findings) -> String {
     format!("{text}\n{table}")
 }
 
-/// The expectations of a study as verdicts, as `ilon check` shows those of a scenario.
+/// The expectations of a study as verdicts, in the form in which `ilon check` shows a scenario's.
 pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
     let verdict = |one: &Expectation| Verdict {
         quantity: format!(
@@ -45,7 +45,8 @@ pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
     findings.expectations.iter().map(verdict).collect()
 }
 
-/// What was found: sentences, the values, and all other figures where they are asked for.
+/// The results of an identification: sentences, the fitted values and, with `in_full`, all other
+/// figures.
 pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
     let mut text = format!("{}\n", found.study);
     for answer in identify::answers(found) {
@@ -61,7 +62,7 @@ pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
     format!("{text}\n{table}")
 }
 
-/// What runs that were measured by tape tell, and what further ones would.
+/// What runs measured by tape determine, and what further runs would.
 pub(super) fn of_tape(found: &TapeFit) -> String {
     let mut text = format!("{}\n", found.study);
     for line in identify::set(&found.controller, &Gains::default()) {
@@ -112,7 +113,7 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
     format!("{text}\n{table}")
 }
 
-/// A course, and what it determines.
+/// A course and the parameters that it determines.
 pub(super) fn course(plan: &Plan) -> String {
     let mut table = Table::new();
     table.heading("drive: m/s ahead, m/s to the left, rad/s, seconds");

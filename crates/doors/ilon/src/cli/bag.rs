@@ -1,4 +1,4 @@
-//! `--mcap`: the bag beside a run's other results.
+//! `--mcap`: the MCAP bag of a run.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use super::reserve;
 use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
 
-/// The bag of a run, in the folder of its results.
+/// The bag of a run, in the results folder.
 #[derive(Debug)]
 pub(super) struct Bag {
     folder: PathBuf,
@@ -19,10 +19,11 @@ pub(super) struct Bag {
 }
 
 impl Bag {
-    /// Makes sure, before anything is simulated, that a bag can be written, where one is wanted, and that nothing is lost by it.
+    /// Checks before simulation that a requested bag can be written and replaces nothing but an
+    /// earlier bag.
     pub fn prepare(out: &OutputFolder, wanted: bool, inputs: &[PathBuf]) -> Result<Self, Failure> {
         let folder = out.path().join("bag");
-        // An earlier bag goes with the other results, whether or not this run makes one.
+        // An earlier bag is replaced with the other results, even if this run writes none.
         if wanted || bag::is_own(&folder) {
             for file in ["bag_0.mcap", "bag_0.mcap.ilon-partial", "metadata.yaml"] {
                 reserve::not_an_input(&folder.join(file), "--out", inputs)?;
@@ -43,7 +44,7 @@ impl Bag {
         Ok(Self { folder, wanted })
     }
 
-    /// Makes room: the bag of an earlier run goes. Gives what rows are written into, where a bag is wanted.
+    /// Removes the bag of an earlier run. Returns the sink for rows, if a bag is requested.
     pub fn begin(&self, simulation: &Simulation) -> Result<Option<BagSink>, Failure> {
         bag::remove_own(&self.folder).map_err(failure)?;
         let robot = simulation.plant().robot();

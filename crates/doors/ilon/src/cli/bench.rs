@@ -1,4 +1,4 @@
-//! `ilon bench`: how accurate and how fast the simulation is on this machine.
+//! `ilon bench`: accuracy and speed of the simulation on this machine.
 
 use std::path::{Path, PathBuf};
 
@@ -18,10 +18,10 @@ use crate::cli::failure::Failure;
 use crate::pages;
 use ilon_report::bench::{CONFIGURATION_COLUMNS, SLIDE_COLUMNS};
 
-/// The files that `--out` writes; the one that stands for both is written last.
+/// The files that `--out` writes; the JSON, which marks the set as complete, is written last.
 const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
 
-/// The most robots at once, and the most threads.
+/// Largest number of robots at once, and of threads; chosen.
 const MOST: usize = 10_000;
 
 const WHAT_IS_MEASURED: &str = "\
@@ -152,7 +152,7 @@ fn options(arguments: &Arguments) -> Result<Options, Failure> {
     }
     if let Some(kind) = arguments.rollers {
         options.configurations.retain(|(of, _)| *of == kind);
-        // What a first look leaves out is measured where it is asked for.
+        // An option can add what the short measurement leaves out.
         if options.configurations.is_empty() {
             options.configurations.push((kind, 240.0));
         }
@@ -187,7 +187,7 @@ fn options(arguments: &Arguments) -> Result<Options, Failure> {
     Ok(options)
 }
 
-/// A built-in robot, or one from a file.
+/// Returns a built-in robot, or loads one from a file.
 fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
     if ROBOTS.iter().any(|(known, _)| *known == name) {
         return Ok((name.to_owned(), Options::built_in(name)?));
@@ -200,7 +200,7 @@ fn robot(name: &str, sources: &Sources) -> Result<(String, Robot), Failure> {
         ));
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    // `base.urdf.xacro` is called `base`.
+    // `base.urdf.xacro` is named `base`.
     let stem = stem.split('.').next().unwrap_or_default().to_owned();
     Ok((stem, Robot::load_with(path, &sources.options())?.robot))
 }
@@ -248,7 +248,8 @@ fn at_least_one(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("give a whole number from 1 to {MOST}"))
 }
 
-/// Writes both files, each whole or not at all. An older JSON goes first: where there is one, the page beside it is its own.
+/// Writes both files, each whole or not at all. An older JSON is removed first, so that an existing
+/// JSON always belongs to the page beside it.
 fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
     let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
     remove(&json_path)?;
@@ -256,7 +257,7 @@ fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
     Ok(write_text(&json_path, json)?)
 }
 
-/// The tables as a person reads them on a terminal.
+/// The tables as text for a terminal.
 fn text(bench: &Bench) -> String {
     let headings: Vec<String> = bench.headings_deg.iter().map(f64::to_string).collect();
     let mut text = String::new();
@@ -338,7 +339,7 @@ fn fleet_table(bench: &Bench) -> Table {
     table
 }
 
-/// Numbers with their decimals as words; dashes for those that there are not.
+/// Numbers with their decimals as text; a dash for a missing number.
 fn dashes(figures: &[(Option<f64>, usize)]) -> Vec<String> {
     let shown = |(value, decimals): &(Option<f64>, usize)| {
         value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))

@@ -1,4 +1,4 @@
-//! `ilon check`: runs scenarios side by side and holds each against its own `[expect]`.
+//! `ilon check`: runs scenarios in parallel and compares each with its own `[expect]`.
 
 mod junit;
 mod outcome;
@@ -92,7 +92,8 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
-/// A wider bound tests nothing, and is a percentage that was taken for a fraction.
+/// Largest margin; chosen. A wider bound tests nothing, and is a percentage that was taken for a
+/// fraction.
 const MOST_MARGIN: f64 = 10.0;
 
 fn margin(text: &str) -> Result<f64, String> {
@@ -136,7 +137,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             if arguments.fail_fast && checked.has_failed() {
                 stop.store(true, Ordering::Relaxed);
             }
-            // One write a scenario, so that lines of different threads do not mix; a gone reader is no fault here.
+            // One write per scenario, so that lines of different threads do not mix; a closed
+            // reader is no error here.
             if !arguments.json {
                 let lines = checked.lines(&settings);
                 let _ = if checked.has_failed() {
@@ -194,7 +196,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// Adds text to the end of a file, which may be there.
+/// Appends text to a file, which is created if missing.
 fn add_to(path: &Path, text: &str) -> Result<(), Failure> {
     let failed = |source| Failure::write(path, &source);
     let mut options = std::fs::OpenOptions::new();
@@ -206,7 +208,7 @@ fn add_to(path: &Path, text: &str) -> Result<(), Failure> {
     file.write_all(text.as_bytes()).map_err(failed)
 }
 
-/// Options that say nothing of a study are named for each that is checked.
+/// Names the options without effect on a study, for each study that is checked.
 fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], files: &FileAccess) {
     let options = [
         ("--keep", arguments.keep.is_some()),
@@ -232,8 +234,8 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
     }
 }
 
-/// Makes sure, before anything is simulated, that all that shall be written can be, over nothing that is read, and that no
-/// two scenarios share their files.
+/// Reserves all outputs before simulation: each is writable, replaces no input, and belongs to one
+/// scenario only.
 fn claims(arguments: &Arguments, found: &[CheckedFile]) -> Result<Vec<ReservedOutput>, Failure> {
     let Arguments {
         junit,
@@ -323,7 +325,7 @@ fn check(
     if stop.load(Ordering::Relaxed) {
         return ended(Ended::Skipped, Duration::ZERO);
     }
-    // A fault of ilon's own in one scenario shall not cost the verdicts on the others.
+    // A panic in one scenario must not cost the verdicts on the others.
     let checked = AssertUnwindSafe(|| run_and_judge(&found.path, &found.name, arguments, files));
     let result = match catch_unwind(checked) {
         Ok(Ok(judged)) => Ended::Judged(judged),
@@ -396,7 +398,7 @@ fn run_and_judge(
     Ok(judged)
 }
 
-/// Runs a study, of which nothing is kept, and holds it against its own expectations.
+/// Runs a study, of which nothing is kept, and checks its expectations.
 fn run_and_judge_study(
     path: &Path,
     arguments: &Arguments,
@@ -423,7 +425,7 @@ fn run_and_judge_study(
 /// The page of differences from a baseline, in the scenario's folder.
 const DRAWN: &str = "difference.html";
 
-/// Holds a run against its baseline, and draws where it leaves it.
+/// Compares a run with its baseline, and draws the differences.
 fn against(
     run: &Run<Recorded>,
     baseline: &Recorded,
@@ -437,7 +439,7 @@ fn against(
     };
     let kept = below.join(name);
     if found.is_empty() {
-        // What an earlier run has drawn is no difference of this one.
+        // A drawing of an earlier run does not belong to this one.
         remove(&kept.join(DRAWN))?;
         return Ok((found, None));
     }
@@ -449,7 +451,7 @@ fn against(
     Ok((found, Some(drawn)))
 }
 
-/// The baseline of a scenario in a folder, which must be there before the scenario is run.
+/// The baseline of a scenario in a folder; it must exist before the scenario is run.
 fn baseline_in(folder: &Path, name: &Path) -> Result<Recorded, Failure> {
     let file = baseline_file(folder, name);
     if !file.exists() {

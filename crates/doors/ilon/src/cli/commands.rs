@@ -1,4 +1,4 @@
-//! All commands, and how one is chosen.
+//! All commands and their dispatch.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -74,7 +74,7 @@ enum Command {
     Man(manual::ManArguments),
 }
 
-/// Runs the command of this process's arguments.
+/// Runs the command in this process's arguments.
 pub fn main() -> ExitCode {
     ExitCode::from(run_arguments(std::env::args_os()))
 }
@@ -106,7 +106,7 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
     }
 }
 
-/// The fault of a file that stands where the command belongs: `ilon robot.urdf`.
+/// The error for a file in the place of the command: `ilon robot.urdf`.
 fn file_for_command(error: &clap::Error) -> Option<Failure> {
     let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else {
         return None;
@@ -123,7 +123,8 @@ fn file_for_command(error: &clap::Error) -> Option<Failure> {
     })
 }
 
-/// Runs the command of some arguments, the first of which is the command's own name; gives its exit code.
+/// Runs the command in the arguments and returns its exit code. The first argument is the program's
+/// name.
 pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
@@ -133,7 +134,8 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
                 return 2;
             }
             let printed = error.print();
-            // Help is a result and has to arrive; of a fault the code says enough where nobody listens.
+            // Help is a result and must be written; an error that cannot be written still has its
+            // exit code.
             if !error.use_stderr()
                 && let Err(failure) = console::written(printed)
             {

@@ -1,4 +1,4 @@
-//! `ilon compare`: several runs beside each other, as a table and as one page.
+//! `ilon compare`: several runs side by side, as a table and as one page.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::compare::{CompareError, ComparedRun, Comparison};
 use crate::simulate::Simulation;
 use crate::{Scenario, report};
 
-/// What can be compared.
+/// Kinds of input that can be compared.
 const WHAT_TO_NAME: &str =
     "name a folder that `ilon run --out` wrote, a trace file, or a scenario file to run";
 
@@ -40,7 +40,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Reads or simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = &arguments.out;
     if let Some(folder) = out.parent().filter(|f| !f.as_os_str().is_empty()) {
@@ -76,7 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Why runs cannot be compared, with what to name instead.
+/// The error for runs that cannot be compared, with what to pass instead.
 fn refused(error: CompareError) -> Failure {
     match error {
         CompareError::Read { path, source } => Failure::read(&path, source),
@@ -88,7 +87,7 @@ fn refused(error: CompareError) -> Failure {
     }
 }
 
-/// Refuses a run, its folder or trace, of which a file lies outside of what may be read, also by a link.
+/// Refuses a run (folder or trace) with a file outside the permitted folders, also through a link.
 pub(super) fn within(run: &Path, files: &FileAccess) -> Result<(), Failure> {
     let names = ["", "trace.parquet", "summary.json", "scenario.toml"];
     let mut there = names.iter().map(|name| match *name {
@@ -111,7 +110,7 @@ pub(super) fn within(run: &Path, files: &FileAccess) -> Result<(), Failure> {
     }
 }
 
-/// A run from its folder or trace; a scenario is run.
+/// Loads a run from its folder or trace; a scenario is simulated.
 fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
     let is_scenario = path.extension().is_some_and(|end| end == "toml") && path.is_file();
     if !is_scenario {
@@ -130,7 +129,7 @@ fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
     Ok(ComparedRun::new(run.scenario.name, run.trace, run.summary))
 }
 
-/// What differs, and the figures, a column a run.
+/// The differences and the figures, one column per run.
 fn table(comparison: &Comparison) -> Table {
     let mut table = Table::new();
     let names: Vec<String> = comparison.runs.iter().map(|run| run.name.clone()).collect();

@@ -1,7 +1,7 @@
-//! The one door to standard output and standard error.
+//! All writing to standard output and standard error.
 //!
-//! What goes to standard error is for whoever watches: if nobody does, or the disk behind it is full, the command goes on
-//! and its results count. What goes to standard output is a result itself.
+//! Standard error carries messages for the user: if it is closed or its disk is full, the command
+//! continues and its results count. Standard output carries results.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,31 +9,32 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::escape;
 use crate::cli::failure::Failure;
 
-/// Whether [`lines`] and [`note`] print nothing: the two streams are the whole process's, and so is what goes to them.
+/// Whether [`lines`] and [`note`] print nothing. Global, as the two streams are.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// From here on [`lines`] and [`note`] print nothing, or do so again.
+/// Sets whether [`lines`] and [`note`] print nothing.
 pub(super) fn be_quiet(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
 }
 
-/// Whether nothing is printed but faults, what did not hold, and data.
+/// Whether only errors, failed expectations and data are printed.
 pub(super) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Data to standard output, as it is. A reader that has gone away, such as `head`, ends the writing without a fault.
+/// Writes data unchanged to standard output. A reader that closes the pipe, such as `head`, ends
+/// the writing without an error.
 ///
 /// # Errors
-/// Where it cannot be written, such as to a full disk.
+/// If writing fails, such as on a full disk.
 pub(super) fn data(text: &str) -> Result<(), Failure> {
     written(io::stdout().lock().write_all(text.as_bytes()))
 }
 
-/// What came of writing to standard output, all of it handed over.
+/// Converts the result of writing to standard output, and flushes.
 ///
 /// # Errors
-/// Like [`data`].
+/// As [`data`].
 pub(super) fn written(result: io::Result<()>) -> Result<(), Failure> {
     match result.and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::usage(
@@ -47,32 +48,32 @@ pub(super) fn written(result: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// Lines for a person to standard output; none when quiet.
+/// Writes lines for the user to standard output; nothing if quiet.
 ///
 /// # Errors
-/// Like [`data`].
+/// As [`data`].
 pub(super) fn lines(text: &str) -> Result<(), Failure> {
     if is_quiet() { Ok(()) } else { failed(text) }
 }
 
-/// Lines for a person to standard output, when quiet too: what did not hold.
+/// Writes lines about failed expectations to standard output, also if quiet.
 ///
 /// # Errors
-/// Like [`data`].
+/// As [`data`].
 pub(super) fn failed(text: &str) -> Result<(), Failure> {
     data(&escape::lines(text))
 }
 
-/// A line for whoever watches, to standard error; none when quiet.
+/// Writes a line for the user to standard error; nothing if quiet.
 pub(super) fn note(text: &str) {
     if !is_quiet() {
         watching(&format!("{}\n", escape::lines(text)));
     }
 }
 
-/// Text that is escaped already, to standard error.
+/// Writes text that is already escaped to standard error.
 pub(super) fn watching(text: &str) {
-    // In one piece, so that lines of several threads do not mix.
+    // In one write, so that lines of several threads do not mix.
     let mut stderr = io::stderr().lock();
     let _ = stderr
         .write_all(text.as_bytes())

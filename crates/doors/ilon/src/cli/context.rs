@@ -1,4 +1,4 @@
-//! What a page says beside its trace: who made it, when, from what, and what was expected.
+//! What a report shows besides the trace: provenance, time, inputs and expectations.
 
 use std::collections::BTreeMap;
 use std::time::SystemTime;
@@ -12,8 +12,8 @@ use crate::judge::Verdict;
 use crate::report::{self, Context, Expectation, Provenance};
 use crate::simulate::{self, Run};
 
-/// What a report of this run is told; `command` is what made it. The robot is read again from its file; where that is gone since, the report draws what the
-/// trace carries.
+/// The context of a run's report; `command` is the command line that made the run. Without a robot,
+/// as when its file no longer exists, the report draws what the trace contains.
 pub(super) fn of<'a, R: Rows>(
     run: &Run<R>,
     robot: Option<&'a Robot>,
@@ -47,10 +47,10 @@ pub(super) fn command_line() -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// What was called, and the time.
+/// The command line and the time.
 fn now(command: &str) -> Provenance {
     let now = || DateTime::<Utc>::from(SystemTime::now());
-    // WebAssembly without a system has no clock, and asking for it would be a panic.
+    // WebAssembly without a system interface has no clock, and reading it panics.
     let has_clock = !cfg!(all(target_family = "wasm", target_os = "unknown"));
     Provenance {
         changed: changed_by(command),
@@ -60,7 +60,7 @@ fn now(command: &str) -> Provenance {
     }
 }
 
-/// The keys that a command line sets.
+/// The scenario keys that a command line sets.
 fn changed_by(command: &str) -> Vec<String> {
     let mut words = command.split_whitespace().peekable();
     let mut changed = Vec::new();

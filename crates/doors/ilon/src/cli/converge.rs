@@ -1,4 +1,4 @@
-//! How far the figures of a run move at half its step, as a person reads it on a terminal.
+//! How far the figures of a run move at half its step, as text for a terminal.
 
 use ilon_trace::Convergence;
 use ilon_trace::convergence::Moved;
@@ -13,7 +13,8 @@ pub(super) struct Converge {
     pub converge: bool,
 }
 
-/// What is said in a sentence, and the figures that moved by more than is stated; `None` of a run that was not repeated.
+/// A sentence and the figures that moved by more than their stated accuracy; `None` for a run that
+/// was not repeated.
 pub(super) fn table(convergence: &Convergence) -> Option<Table> {
     if convergence.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! `ilon demo`: example robots and scenarios written beside the person, from the program alone.
+//! `ilon demo`: writes example robots and scenarios, which are embedded in the program.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::{console, flags};
 use crate::bench::ROBOTS;
 use crate::cli::failure::Failure;
 
-/// The scenarios, each with what it shows.
+/// The scenarios, each with a description.
 const SCENARIOS: [(&str, &str, &str); 4] = [
     (
         "mecanum4_lateral",
@@ -40,7 +40,8 @@ pub(super) struct Arguments {
     folder: PathBuf,
 }
 
-/// Writes robots and scenarios, and says what to run. Files that are there already and differ are left alone.
+/// Writes robots and scenarios and prints which commands to try. Existing files that differ are not
+/// overwritten.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let robots = ROBOTS.map(|(name, text)| (format!("robots/{name}.urdf"), text));
@@ -50,7 +51,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .chain(scenarios)
         .map(|(name, text)| (folder.join(name), text))
         .collect();
-    // Looked at before the first is written, so that nothing is written by halves.
+    // All are checked before the first is written, so that nothing is written partially.
     for (path, text) in &files {
         refuse_loss(path, text)?;
     }
@@ -75,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Refuses to replace a file that is there and says something else.
+/// Refuses to replace an existing file with another content.
 fn refuse_loss(path: &Path, text: &str) -> Result<(), Failure> {
     match std::fs::read(path) {
         Ok(there) if there != text.as_bytes() => Err(Failure::usage(

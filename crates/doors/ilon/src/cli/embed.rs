@@ -1,4 +1,5 @@
-//! What programs of other languages need of the command: to write what it writes, and to say what it says.
+//! Functions for bindings in other languages: they write files and format errors as the command
+//! does.
 
 use std::path::Path;
 
@@ -14,18 +15,19 @@ use crate::Run;
 use crate::judge::judge;
 use crate::simulate::load_robot;
 
-/// A fault as the command explains it.
+/// An error with its explanation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explained {
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// How to repair it, where that is known.
+    /// How to repair it, if known.
     pub help: Option<String>,
-    /// All of it as the command shows it: what, the lines at fault, what else is wrong, and how to repair it; without colours.
+    /// The whole text that the command shows, without colours: message, lines at fault, related
+    /// errors and help.
     pub shown: String,
 }
 
-/// Explains a fault as the command does.
+/// Explains an error as the command does.
 pub fn explain(error: &dyn Diagnostic) -> Explained {
     Explained {
         message: error.to_string(),
@@ -34,52 +36,56 @@ pub fn explain(error: &dyn Diagnostic) -> Explained {
     }
 }
 
-/// Writes the results of a run into a folder, as `ilon run --out` does: files appear whole, the summary last. `command` is what a
-/// person would type for it, which stands in the report.
+/// Writes the results of a run into a folder as `ilon run --out` does: each file whole, the summary
+/// last. `command` is the equivalent command line for the report.
 ///
 /// # Errors
-/// Where the folder cannot be written to, is in use, or holds files of these names that no run has written.
+/// If the folder cannot be written to, is in use, or holds files of these names that no run has
+/// written.
 pub fn write_results(folder: &Path, run: &Run, command: &str) -> Result<(), Explained> {
     write(folder, run, command).map_err(|failure| explain(&failure))
 }
 
-/// The report of a run as `ilon run` writes it, with its robot, its expectations and what made it.
+/// The report of a run as `ilon run` writes it, with its robot, expectations and provenance.
 pub fn report_html(run: &Run, command: &str) -> String {
-    // A file that has gone since costs its picture alone.
+    // If the robot's file no longer exists, only its picture is missing.
     let robot = load_robot(&run.scenario).ok();
     let context = context::of(run, robot.as_ref(), &judge(run), command);
     report::html_with(&run.trace, &run.summary, &context)
 }
 
-/// Makes sure that the results of a study, written into a folder, replace nothing that it is made from, as `ilon sweep` does.
+/// Checks that the results of a study, written into a folder, would replace none of its inputs, as
+/// `ilon sweep` does.
 ///
 /// # Errors
-/// Where they would.
+/// If they would.
 pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
     results::refuse_study_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
 }
 
-/// Writes what a study found into the folder of its results, as `ilon sweep` does, if its store has one.
+/// Writes the findings of a study into its results folder, as `ilon sweep` does, if its store has
+/// one.
 ///
 /// # Errors
-/// Where it cannot be written.
+/// If it cannot be written.
 pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Explained> {
     results::write_study(study, store, findings).map_err(|failure| explain(&failure))
 }
 
-/// Makes sure that what is identified, written into a folder, replaces nothing that it is made from, as `ilon identify` does.
+/// Checks that the results of an identification, written into a folder, would replace none of its
+/// inputs, as `ilon identify` does.
 ///
 /// # Errors
-/// Where it would.
+/// If they would.
 pub fn may_hold_identified(folder: &Path, study: &ilon_identify::Study) -> Result<(), Explained> {
     results::refuse_identify_inputs(folder, study, "another path")
         .map_err(|failure| explain(&failure))
 }
 
-/// Writes what was identified into a folder, as `ilon identify` does.
+/// Writes the results of an identification into a folder, as `ilon identify` does.
 ///
 /// # Errors
-/// Where it is in use or cannot be written to.
+/// If the folder is in use or cannot be written to.
 pub fn write_identified(
     folder: &Path,
     study: &ilon_identify::Study,
@@ -94,7 +100,7 @@ pub fn study_page(study: &Study, rows: &[Row], findings: &Findings) -> String {
     ilon_report::pages::sweep::html(study, rows, findings, &again)
 }
 
-/// What a study found, as `ilon sweep` prints it.
+/// The findings of a study, as `ilon sweep` prints them.
 pub fn study_words(study: &Study, findings: &Findings) -> String {
     answer::of_study(study, findings)
 }

@@ -1,19 +1,20 @@
-//! Text of strangers on a terminal and in a log: names from files, and the names of files.
+//! Escapes text from files, such as names and paths, for a terminal and for logs.
 //!
-//! A control character in a name can clear a terminal, forge a line, or command the machine that reads the log (GitHub takes
-//! `::error::` at the beginning of a line, and `##[error]` anywhere in it, for its own). All of them are shown, none acts.
+//! A control character in a name can clear a terminal, forge a line, or command the machine that
+//! reads the log: GitHub executes `::error::` at the start of a line and `##[error]` anywhere in
+//! it. All of these are shown, none takes effect.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// How commands to machines that read logs begin, wherever in a line.
+/// Prefixes of commands to log-reading machines, at any place in a line.
 const COMMANDS: [&str; 2] = ["##[", "##vso["];
 
-/// The most of a name or message that is shown, in characters.
+/// Longest name or message shown, in characters; chosen.
 const LONGEST: usize = 2000;
 
-/// A name or a message for a place in a line: control characters, line breaks among them, are written out, and what is very
-/// long is cut.
+/// Escapes a name or message for use within a line: control characters and line breaks are escaped,
+/// and very long text is cut.
 pub(super) fn one_line(text: &str) -> Cow<'_, str> {
     let cut = match text.char_indices().nth(LONGEST) {
         None => Cow::Borrowed(text),
@@ -29,12 +30,14 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// A long line as several, broken between words; not within backticks, for what stands there may be copied, and not where the next line would begin as
-/// a command to a machine does. What is to be copied stands in a line of its own.
+/// Breaks a long line between words. No break falls within backticks, as quoted text may be copied,
+/// or where the next line would begin like a command to a log-reading machine. Text to copy gets a
+/// line of its own.
 pub(super) fn folded(line: &str) -> String {
-    /// How that begins.
+    /// Phrases before text to copy.
     const COPIED: [&str; 2] = ["this works", "fill in "];
-    /// The longest line that stays whole, and how long those are that it is broken into, in characters: with what stands before it no more than 240.
+    /// The longest line left whole, and the length of the parts of a longer one, in characters.
+    /// With a prefix a line stays within 240.
     const WHOLE: usize = 220;
     const PART: usize = 180;
     if line.chars().count() <= WHOLE {
@@ -65,12 +68,12 @@ pub(super) fn folded(line: &str) -> String {
     folded + copied
 }
 
-/// A path for a place in a line.
+/// Escapes a path for use within a line.
 pub(super) fn path_in_line(path: &Path) -> String {
     one_line(&path.display().to_string()).into_owned()
 }
 
-/// Whole lines for a person: line breaks stay, nothing else acts.
+/// Escapes whole lines for the user: line breaks stay.
 pub(super) fn lines(text: &str) -> Cow<'_, str> {
     let is_harmless = |line: &str| {
         !line.chars().any(acts)
@@ -86,7 +89,7 @@ pub(super) fn lines(text: &str) -> Cow<'_, str> {
 
 fn harmless_line(line: &str) -> String {
     let line = written_out(line);
-    // A backslash is no part of a command, and shows that something was done.
+    // The backslash makes it no command, and shows that it was escaped.
     if line.trim_start().starts_with("::") {
         line.replacen("::", "\\::", 1)
     } else {
@@ -94,17 +97,18 @@ fn harmless_line(line: &str) -> String {
     }
 }
 
-/// Whether a character does something else than being seen.
+/// Whether a character has an effect beyond being displayed.
 fn acts(c: char) -> bool {
     c.is_control() || turns_text(c) || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
-/// Whether a character changes the direction of those after it, so that they read as something else.
+/// Whether a character changes the direction of the text after it, so that it reads as something
+/// else.
 fn turns_text(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A text with what acts in it as it would be written in a program.
+/// The text with such characters as escape sequences.
 fn written_out(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -120,7 +124,8 @@ fn written_out(text: &str) -> String {
     shown
 }
 
-/// Text of the same length in bytes of which nothing acts, and every place is what it was. Lines and tabs stay.
+/// Replaces these characters by harmless ones of the same length in bytes, so that byte positions
+/// stay valid. Line ends and tabs stay.
 pub(super) fn standing_in(text: &str) -> String {
     let mut after = text.chars().skip(1);
     let stand_in = |c: char| {
@@ -194,7 +199,7 @@ mod tests {
             lines("::error::x\n  ::set-env::"),
             "\\::error::x\n  \\::set-env::"
         );
-        // In the middle of a line it is none, and a path of modules stays as it is.
+        // Within a line it is no command, and a module path stays unchanged.
         assert_eq!(lines("a::b"), "a::b");
         assert_eq!(lines("x ##[error]a ##vso[b]"), "x #\\#[error]a #\\#vso[b]");
         assert_eq!(lines("a\u{1b}[31m\rb\n"), "a\\u{1b}[31m\\rb\n");

@@ -1,4 +1,4 @@
-//! `ilon explain`: what makes a difference to a run, or what would look like what a robot does.
+//! `ilon explain`: the causes of a run's deviation, or possible causes of a robot's observed drift.
 
 mod arguments;
 mod of_robot;

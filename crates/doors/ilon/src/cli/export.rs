@@ -1,4 +1,4 @@
-//! `ilon export`: a robot for other people's simulators.
+//! `ilon export`: a robot for other simulators.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::cli::failure::Failure;
 use crate::inspect::conditions;
 use crate::planar;
 
-/// Writes what was asked for.
+/// Writes the requested files.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match (&arguments.fmu, &arguments.planar) {
         (Some(scenario), _) => fmu(scenario, arguments),
@@ -54,7 +54,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Writes the FMU, once it is known that what is in it can be run.
+/// Writes the FMU, after a check that its content can be run.
 fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let library = match &arguments.library {
         Some(library) => library.clone(),
@@ -73,8 +73,8 @@ fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The shared library: where `ILON_C_LIBRARY` says, as the Python package does; beside the command, as cargo puts it; or in `lib` beside its folder, as the
-/// installer of a release does.
+/// The shared library: at `ILON_C_LIBRARY`, as the Python package sets it; beside the command,
+/// where cargo builds it; or in `lib` beside its folder, where the installer of a release puts it.
 fn of_this_command() -> Result<PathBuf, Failure> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let name = format!("{DLL_PREFIX}ilon_c{DLL_SUFFIX}");

@@ -52,7 +52,7 @@ pub(super) struct Arguments {
     pub(super) sandbox: Sandbox,
 }
 
-/// A path's name with another ending.
+/// A path's file name with another extension.
 pub(super) fn named_after(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(ending);

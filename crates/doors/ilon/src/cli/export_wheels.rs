@@ -1,4 +1,4 @@
-//! `ilon export ROBOT --mjcf`, and for other simulators: the wheels as made.
+//! `ilon export ROBOT --mjcf`, and for other simulators: wheels with their real rollers.
 
 use std::path::Path;
 use std::process::Command;
@@ -17,7 +17,7 @@ use crate::inspect::conditions;
 use crate::scenario::Scenario;
 use crate::simulate::{Simulation, load_robot};
 
-/// Settings for Isaac Sim and other tools of USD.
+/// Settings for Isaac Sim and other USD tools.
 const USD_NOTES: &str = "\
 The wheels of this robot in USD (Isaac Sim, Isaac Lab)
 
@@ -34,7 +34,7 @@ Isaac Sim was not run with these notes. What the shapes themselves do is known b
 
 ";
 
-/// Writes the files, and measures where asked.
+/// Writes the files, and measures if requested.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     let settings = &arguments.settings.settings;
@@ -142,7 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What a terminal shows of one format.
+/// One format as text for a terminal.
 fn table(name: &str, export: &Export, scenario: &Value) -> String {
     let fitted = &export.fitted;
     let mut text = format!(
@@ -178,7 +178,7 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
     text
 }
 
-/// What a script of Python prints as JSON: of the Python under `ILON_PYTHON`, or `python3`.
+/// The JSON output of a Python script, with the Python of `ILON_PYTHON`, or `python3`.
 fn python(script: &Path, argument: &Path) -> Result<Value, Failure> {
     let python = std::env::var("ILON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let refused = |reason: String| {

@@ -1,30 +1,30 @@
-//! Why a command ends without having done what it was called for.
+//! Why a command fails.
 
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
 use thiserror::Error;
 
-/// Why a command cannot do what it was called for: a fault of the input, of the arguments, or of the place to write to.
+/// Why a command fails: an error in the input, in the arguments, or in writing.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub(super) enum Failure {
-    /// What the simulation library says of a scenario, a robot or a trace.
+    /// An error of the simulation library about a scenario, a robot or a trace.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Simulation(ilon_sim::Error),
 
-    /// What a command is told to do cannot be done, whatever the files hold.
+    /// The arguments ask for something that cannot be done, whatever the files contain.
     #[error("{message}")]
     Usage {
         /// What is wrong, with the option or path.
         message: String,
-        /// What to say instead.
+        /// What to pass instead.
         #[help]
         help: String,
     },
 
-    /// ilon itself broke down; where several scenarios run, the others go on.
+    /// A panic in ilon. If several scenarios run, the others continue.
     #[error("ilon broke down over this scenario; what it said stands on standard error")]
     #[diagnostic(help("this is a fault of ilon itself: please report it, with the scenario"))]
     BrokeDown,
@@ -35,7 +35,7 @@ pub(super) enum Failure {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// Why, in the system's words.
+        /// The reason given by the system.
         reason: String,
     },
 }
@@ -59,7 +59,7 @@ impl Failure {
         }
     }
 
-    /// A file or folder that cannot be read.
+    /// A file or folder cannot be read.
     pub(super) fn read(path: &Path, source: std::io::Error) -> Self {
         ilon_sim::Error::read(path, &ilon_files::ReadError::Io(source)).into()
     }
@@ -71,7 +71,7 @@ impl<E: Into<ilon_sim::Error> + KnownToSimulation> From<E> for Failure {
     }
 }
 
-/// Errors that [`ilon_sim::Error`] has words for.
+/// Errors that [`ilon_sim::Error`] wraps.
 pub(super) trait KnownToSimulation {}
 impl KnownToSimulation for ilon_sim::Error {}
 impl KnownToSimulation for ilon_formats::RobotError {}

@@ -1,4 +1,4 @@
-//! How faults are shown: what is wrong, the lines at fault, and how to repair it.
+//! Display of errors: the message, the lines at fault, and how to repair them.
 
 use std::fmt::{self, Write};
 
@@ -10,20 +10,21 @@ use miette::{
 use super::{console, escape};
 use crate::cli::failure::Failure;
 
-/// How much of a line is shown on each side of the place at fault, in bytes. A file may be one line of megabytes.
+/// How much of a line is shown on each side of the place at fault, in bytes. A file may be a single
+/// line of megabytes.
 const AROUND: usize = 120;
-/// How much of what is at fault is shown, in bytes.
+/// How much of the text at fault is shown, in bytes.
 const AT_FAULT: usize = 120;
 /// Lines shown before and after the one at fault.
 const CONTEXT_LINES: usize = 1;
 
-/// Most faults that are shown of one file.
+/// Largest number of errors shown for one file; chosen.
 const MOST_RELATED: usize = 20;
 
-/// Shows a fault to whoever watches.
+/// Prints an error to standard error.
 pub(super) fn show(error: Failure) {
     install_printer();
-    // What the library calls a setting was given by an option.
+    // What the library calls a setting comes from an option here.
     let shown = PlainFault::of(&error, "--set");
     let mut text = String::new();
     if write!(text, "{:?}", Report::new(shown)).is_err() {
@@ -32,7 +33,7 @@ pub(super) fn show(error: Failure) {
     console::watching(&format!("{text}\n"));
 }
 
-/// A fault as it is shown, without colours; `settings` is what whoever called knows settings by.
+/// An error as text without colours; `settings` is the caller's name for settings.
 pub(super) fn plain(error: &dyn Diagnostic, settings: &str) -> String {
     let mut text = String::new();
     let printed = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
@@ -47,7 +48,8 @@ pub(super) fn plain(error: &dyn Diagnostic, settings: &str) -> String {
     }
 }
 
-/// In colour only on a terminal, and never wrapped, so that a log or a script finds each message whole.
+/// In colour only on a terminal, and never wrapped, so that a log or a script finds each message
+/// whole.
 fn install_printer() {
     let print = miette::set_hook(Box::new(|_| {
         Box::new(
@@ -59,17 +61,17 @@ fn install_printer() {
                 .build(),
         )
     }));
-    // A hook set before this one stays, which is what a program that embeds this function wants.
+    // A hook that a program set earlier stays, as a program that embeds this function expects.
     drop(print);
 }
 
-/// A fault of which all text is short and does nothing but be seen.
+/// An error whose texts are short and escaped.
 #[derive(Debug)]
 struct PlainFault {
     message: String,
     help: Option<String>,
     excerpt: Option<Excerpt>,
-    /// What else is wrong.
+    /// Related errors.
     related: Vec<PlainFault>,
 }
 
@@ -87,7 +89,7 @@ impl PlainFault {
         }
     }
 
-    /// What else is wrong: the first faults and the last, whose help says what would do about all of them.
+    /// The related errors: the first ones and the last, whose help covers all of them.
     fn related_to(error: &dyn Diagnostic, settings: &str) -> Vec<Self> {
         let of = |error| Self::of(error, settings);
         let all: Vec<&dyn Diagnostic> = error.related().into_iter().flatten().collect();
@@ -140,14 +142,15 @@ impl Diagnostic for PlainFault {
     }
 }
 
-/// The lines around a place in a file, as far as they are shown. Places are counted from the start of the excerpt.
+/// The lines around a place in a file, as far as they are shown. Positions count from the start of
+/// the excerpt.
 #[derive(Debug)]
 struct Excerpt {
     file: String,
     text: String,
     at_fault: SourceSpan,
     label: Option<String>,
-    /// Line and column of its start in the file, from 0.
+    /// Line and column of the excerpt's start in the file, from 0.
     line: usize,
     column: usize,
 }
@@ -161,7 +164,7 @@ impl Excerpt {
         let start = label.offset().checked_sub(contents.span().offset())?;
         let start = floor(text, start);
         let end = ceil(text, start.saturating_add(label.len().min(AT_FAULT)));
-        // Whole lines where they are short, else what is around the place.
+        // Whole lines if they are short, otherwise only the surroundings of the place.
         let is_long = text.lines().any(|line| line.len() > 2 * AROUND + AT_FAULT);
         let shown = if is_long {
             floor(text, start.saturating_sub(AROUND))..ceil(text, end.saturating_add(AROUND))
@@ -196,7 +199,7 @@ impl SourceCode for Excerpt {
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let contents = self.text.as_str().read_span(span, before, after)?;
-        // The excerpt may begin within a line; the first line of it has the columns before it.
+        // The excerpt may begin within a line; only its first line is shifted by the start column.
         let column = match contents.line() {
             0 => self.column + contents.column(),
             _ => contents.column(),
@@ -212,7 +215,7 @@ impl SourceCode for Excerpt {
     }
 }
 
-/// The last place at or before `at` where a character begins.
+/// The last character boundary at or before `at`.
 fn floor(text: &str, at: usize) -> usize {
     let at = at.min(text.len());
     (0..=at)
@@ -221,7 +224,7 @@ fn floor(text: &str, at: usize) -> usize {
         .unwrap_or(0)
 }
 
-/// The first place at or after `at` where a character begins.
+/// The first character boundary at or after `at`.
 fn ceil(text: &str, at: usize) -> usize {
     let at = at.min(text.len());
     (at..=text.len())
@@ -309,7 +312,8 @@ mod tests {
 
     #[test]
     fn whatever_text_and_place_they_are_shown() {
-        // Every place, empty ones and those beyond the end too, of texts with all kinds of line ends and characters.
+        // All positions, also empty ones and those beyond the end, in texts with all kinds of line
+        // ends and characters.
         let pieces = [
             "", "a", "\n", "\r", "\r\n", "ä", "轮", "\t", "\u{1b}", "\u{301}", "\u{200d}",
         ];

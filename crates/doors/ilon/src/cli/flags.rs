@@ -1,9 +1,9 @@
-//! How options of reading a robot are asked for on the command line.
+//! Load options as command-line flags, for the suggestions in error messages.
 
 use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
 use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
 
-/// For whoever called a command that reads a robot's file.
+/// The flags of a command that reads a robot's file.
 pub(super) struct Flags {
     /// The command up to the options, such as `ilon inspect robot.urdf`.
     pub command: String,
@@ -44,7 +44,7 @@ impl Wording for Flags {
     }
 }
 
-/// The flags that ask for options.
+/// The flags that set these options.
 fn flags(options: &LoadOptions) -> Vec<String> {
     let mut flags = Vec::new();
     for package in &options.packages {
@@ -108,7 +108,7 @@ fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
     flags
 }
 
-/// A word as a shell takes it.
+/// Quotes a word for a shell.
 pub(crate) fn shell(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./=,:+-@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -16,12 +16,12 @@ use crate::inspect::Inspection;
 use crate::pages::gallery::{self, Exhibit};
 use crate::sim::remedy::Refusal;
 
-/// Deepest folder that is looked into.
+/// Depth to which folders are searched; chosen.
 const MOST_DEEP: usize = 16;
-/// Most files of robots that are shown.
+/// Largest number of robot files shown; chosen.
 const MOST_FILES: usize = 1000;
 
-/// Writes the page, and prints what became of each file.
+/// Writes the page and prints the result for each file.
 pub(super) fn run(
     place: &Path,
     options: &LoadOptions,
@@ -53,7 +53,7 @@ pub(super) fn run(
     console::lines(&format!("{text}\nside by side in {}\n", path_in_line(html)))
 }
 
-/// What becomes of a file.
+/// Loads and inspects one file.
 fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> Exhibit {
     let shown = file.strip_prefix(place).unwrap_or(file);
     let shown = shown.display().to_string();
@@ -84,7 +84,7 @@ fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> E
             }
         }
     };
-    // What cannot be controlled is a robot all the same, and its page says so.
+    // A robot that cannot be controlled is shown too; its page says so.
     match Inspection::of_loaded(&loaded) {
         Ok(inspection) => {
             let uncontrolled = Kinematics::new(&loaded.robot).err();
@@ -102,7 +102,8 @@ fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> E
     }
 }
 
-/// The robots' files in a folder and below, in order. Links to folders are not followed, which could lead in circles.
+/// The robot files in a folder and below, in order. Links to folders are not followed, as they can
+/// form circles.
 fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Failure> {
     let mut found = BTreeSet::new();
     let mut waiting = vec![(folder.to_owned(), 0)];
@@ -142,9 +143,10 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Fai
     Ok(found.into_iter().collect())
 }
 
-/// Whether a file is one of a robot by its name, or by its first words where its name says no more than that it is XML.
+/// Whether a file is a robot by its name, or by its first elements if its name says only that it is
+/// XML.
 fn is_robot(path: &Path, options: &LoadOptions) -> bool {
-    /// As much of an XML file as is looked at.
+    /// Largest XML file read, in bytes; chosen.
     const MOST_BYTES: u64 = 16 << 20;
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str().unwrap_or_default() {

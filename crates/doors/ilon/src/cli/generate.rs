@@ -11,7 +11,7 @@ use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::simulate::Simulation;
 
-/// The least that a robot is simulated with.
+/// The smallest scenario of a robot.
 const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
 /// Arguments of `ilon generate`.
@@ -24,11 +24,11 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Writes the URDF, if it is one that can be read.
+/// Writes the URDF if it can be read and simulated.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let spec = Spec::load(&arguments.spec)?;
     let urdf = ilon_formats::generate(&spec)?;
-    // What is written can be run.
+    // Only a robot that runs is written.
     let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
     if !robot.wheels.iter().all(ilon_robot::Wheel::is_round) {

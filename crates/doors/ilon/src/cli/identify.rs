@@ -1,4 +1,4 @@
-//! `ilon identify`: what a robot really is, fitted to logs of its drives.
+//! `ilon identify`: fits a robot's parameters to logs of its drives.
 
 use ilon_formats::LoadRobot;
 use std::path::PathBuf;
@@ -48,7 +48,6 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
-/// Reads, fits, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(path) = &arguments.study else {
         return plan(arguments);
@@ -61,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = arguments.out.or_of(&study.name());
     results::refuse_identify_inputs(&out, &study, "--out")?;
     let _claim = reserve::folder(&out, "--out")?;
-    // How many drives a search simulates is not known before it ends.
+    // The number of drives that a search simulates is not known in advance.
     let bar = Bar::without_end(&study.name());
     let found = identify(&study, &|progress| {
         bar.show(0.0, 0.0, || words(&progress));
@@ -69,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.done();
     let found = found?;
     if arguments.printing.json {
-        // Words hold them beside the answer.
+        // In text output they stand beside the answer.
         for odd in &found.doubts {
             let (doubt, file) = (&odd.doubt, &odd.file);
             let text = format!("note: {file}: {} ({})", doubt.message, doubt.help);
@@ -91,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Fits runs that were measured by tape.
+/// Fits parameters to runs measured by tape.
 fn by_tape(arguments: &Arguments, tape: &Tape) -> Result<Outcome, Failure> {
     let out = arguments.out.or_of(&tape.name());
     let file = out.join("identified.json");

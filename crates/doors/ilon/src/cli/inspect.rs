@@ -1,4 +1,4 @@
-//! `ilon inspect`: a robot as it is understood.
+//! `ilon inspect`: prints a robot as ilon interprets it.
 
 use std::path::PathBuf;
 
@@ -58,7 +58,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// Prints the robot; one that cannot be controlled is printed too, and then reported as bad input.
+/// Prints the robot. One that cannot be controlled is printed too, and then reported as bad input.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = &arguments.robot;
     let mut options = arguments.reading.options();
@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The robots of a folder side by side, if nothing was asked for that is of one robot.
+/// Inspects the robots of a folder side by side; refused with options that apply to a single robot.
 fn folder(arguments: &Arguments, options: &LoadOptions) -> Result<Outcome, Failure> {
     let of_one = [
         &arguments.svg,
@@ -139,7 +139,7 @@ fn folder(arguments: &Arguments, options: &LoadOptions) -> Result<Outcome, Failu
     Ok(Outcome::Done)
 }
 
-/// Writes the files that were asked for.
+/// Writes the requested files.
 fn write(
     arguments: &Arguments,
     files: &FileAccess,
@@ -195,7 +195,7 @@ fn as_modelled(robot: &Inspection) -> Table {
     table
 }
 
-/// What the rollers of wheels are made of.
+/// The materials of the wheels' rollers.
 fn materials(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
@@ -208,7 +208,7 @@ fn materials(robot: &Inspection) -> Table {
     table
 }
 
-/// What rollers that give, drag or have play touch the ground with and are held by.
+/// Contact and axle properties of rollers with compliance, drag or play.
 fn surfaces(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
@@ -251,7 +251,7 @@ fn surfaces(robot: &Inspection) -> Table {
     table
 }
 
-/// How rollers are made where they do not make a circle of the wheel's outline.
+/// The roller shapes of wheels whose outline is not a circle.
 fn made(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
@@ -276,12 +276,12 @@ fn made(robot: &Inspection) -> Table {
     table
 }
 
-/// A number; a dash where there is none.
+/// A number; a dash for `None`.
 fn or_dash(value: Option<f64>, decimals: usize) -> String {
     value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
-/// The joints between bodies that move.
+/// The joints between moving bodies.
 fn joints(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
@@ -311,7 +311,7 @@ fn joints(robot: &Inspection) -> Table {
     table
 }
 
-/// What each wheel bears at rest.
+/// The load of each wheel at rest.
 fn loads(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("loads at rest on level ground, in N");
@@ -321,7 +321,7 @@ fn loads(robot: &Inspection) -> Table {
     table
 }
 
-/// The wheels by their names.
+/// The wheels with their names.
 fn by_name(robot: &Inspection) -> impl Iterator<Item = (&str, &WheelInspection)> {
     robot
         .wheels
@@ -365,7 +365,7 @@ fn text(robot: &Inspection) -> String {
     text
 }
 
-/// The robot, and where its wheels are.
+/// The robot and the places of its wheels.
 fn wheels(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(&robot.name);
@@ -453,9 +453,9 @@ fn kinematics(robot: &Inspection) -> Table {
     table
 }
 
-/// Remarks `subject: text`, those of one text as one, in the order in which each text comes first.
+/// Groups remarks of the form `subject: text` by their text, in order of first appearance.
 pub(super) fn gathered(remarks: &[String]) -> Vec<String> {
-    /// Most elements that a remark names.
+    /// Largest number of subjects named in a remark; chosen.
     const MOST_SUBJECTS: usize = 8;
     let mut gathered: Vec<(Vec<&str>, &str)> = Vec::new();
     for remark in remarks {

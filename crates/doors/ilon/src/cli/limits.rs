@@ -1,4 +1,4 @@
-//! `ilon inspect --limits`: how hard the robot may be driven.
+//! `ilon inspect --limits`: the speeds and accelerations that the robot can reach.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ pub(super) struct Asked {
     conditions: Conditions,
 }
 
-/// What has no meaning without limits.
+/// Options without meaning unless limits are requested.
 const NEED_LIMITS: [&str; 5] = [
     "pathplanner",
     "choreo",
@@ -48,11 +48,11 @@ struct Conditions {
     identified: Option<PathBuf>,
 }
 
-/// The longest file of what was identified that is read, in bytes.
+/// Largest file of identification results, in bytes; chosen.
 const MAX_BYTES: u64 = 64 << 20;
 
 impl Conditions {
-    /// What was identified; nothing where no file is named.
+    /// The identification results; `Null` if no file is named.
     fn identified(&self, files: &FileAccess) -> Result<Value, Error> {
         let Some(path) = &self.identified else {
             return Ok(Value::Null);
@@ -70,9 +70,9 @@ impl Conditions {
             })
     }
 
-    /// Keys of a scenario that were fitted, and those that were set over them.
+    /// The fitted keys of a scenario, then the settings that override them.
     fn settings(&self, files: &FileAccess) -> Result<Vec<Setting>, Error> {
-        /// Tables of a scenario that say under what a robot drives.
+        /// Tables of a scenario that describe the driving conditions.
         const TABLES: [&str; 3] = ["world.", "rollers.", "motors."];
         let found = self.identified(files)?;
         let fitted = found["parameters"].as_object().into_iter().flatten();
@@ -89,10 +89,11 @@ impl Conditions {
 }
 
 impl Asked {
-    /// The inspection with the limits, where they are asked for: under a scenario that the settings make of one in which the robot stands.
+    /// Adds the limits to an inspection, if they are requested. The conditions are a scenario of a
+    /// standing robot, changed by the settings.
     ///
     /// # Errors
-    /// A key that no scenario has, and conditions that make no sense.
+    /// If a key is unknown or a condition is invalid.
     pub fn add_to(
         &self,
         inspection: Inspection,
@@ -117,16 +118,16 @@ impl Asked {
         conditions(&self.conditions.settings(files)?, robot, files)
     }
 
-    /// How far the robot goes sideways over how far it goes ahead, where that was identified.
+    /// The identified ratio of sideways to forward distance, if there is one.
     ///
     /// # Errors
-    /// A file that says nothing of it.
+    /// If the file does not contain it.
     pub fn sideways_over_ahead(&self, files: &FileAccess) -> Result<Option<f64>, Error> {
         let found = self.conditions.identified(files)?;
         Ok(found["gains"]["sideways_over_ahead"]["value"].as_f64())
     }
 
-    /// The conditions as a scenario in which some robot stands.
+    /// The conditions as a scenario with a standing robot.
     ///
     /// # Errors
     /// As [`Self::add_to`].
@@ -134,7 +135,8 @@ impl Asked {
         standing(&self.conditions.settings.settings, files)
     }
 
-    /// Whether there are settings that nothing asks for: without limits, those of the robot's joints alone say something of it.
+    /// Whether there are settings without effect: without limits, only those of the robot's joints
+    /// matter.
     pub fn are_idle(&self) -> bool {
         let settings = &self.conditions.settings.settings;
         let is_of_joint = |setting: &Setting| setting.key().starts_with("robot.joints.");
@@ -142,10 +144,10 @@ impl Asked {
     }
 }
 
-/// Whether there are accelerations for planners, which drive nothing with zeros.
+/// Checks that there are accelerations for planners; a planner given zeros would not move.
 ///
 /// # Errors
-/// Where some direction has none.
+/// If some direction has none.
 pub(super) fn must_give(limits: &Limits, flag: &str) -> Result<(), Failure> {
     if !limits.acceleration_box.contains(&0.0) {
         return Ok(());
@@ -162,7 +164,7 @@ pub(super) fn must_give(limits: &Limits, flag: &str) -> Result<(), Failure> {
     ))
 }
 
-/// The limits in words.
+/// The limits as text.
 pub(super) fn text(name: &str, limits: &Limits) -> String {
     let slope = match limits.slope_deg == 0.0 {
         true => "on level ground".to_owned(),

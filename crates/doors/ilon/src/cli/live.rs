@@ -1,4 +1,5 @@
-//! `ilon live`: a robot that is driven while it is simulated, from a page in the browser, from ROS 2, from Foxglove.
+//! `ilon live`: drives a robot while it is simulated, from a page in the browser, from ROS 2, from
+//! Foxglove or from ArduPilot.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -72,7 +73,7 @@ enum Drives {
     Controllers,
 }
 
-/// Says what there is to say to whoever watches the command.
+/// Prints status messages for the user.
 struct Terminal;
 
 impl Observer for Terminal {
@@ -144,8 +145,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Whether to go on: until so many seconds have gone by, or somebody interrupts or terminates the command. What it has opened is closed then; a second
-/// interruption ends it at once.
+/// Whether to continue: until the given seconds have passed, or the command is interrupted or
+/// terminated. Connections are then closed; a second interruption ends the command at once.
 fn until_the_end(seconds: Option<f64>) -> Result<impl Fn() -> bool, Failure> {
     let end = seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -162,7 +163,7 @@ fn until_the_end(seconds: Option<f64>) -> Result<impl Fn() -> bool, Failure> {
     Ok(move || !interrupted.load(Ordering::Relaxed) && end.is_none_or(|end| Instant::now() < end))
 }
 
-/// Answers ArduPilot until the end, or until it is interrupted.
+/// Serves ArduPilot until the end, or until it is interrupted.
 fn ardupilot(
     port: u16,
     scenario: &Scenario,
@@ -194,7 +195,7 @@ fn ardupilot(
     Ok(Outcome::Done)
 }
 
-/// Writes the parameters of a vehicle beside the caller; gives the file's path.
+/// Writes the parameters of a vehicle into the working directory; returns the file's path.
 fn write_parameters(
     name: &str,
     vehicle: &ilon_live::ardupilot::Vehicle,
@@ -218,7 +219,7 @@ fn write_parameters(
     Ok(path)
 }
 
-/// A door that this build does not have.
+/// The error for an interface that this build does not include.
 #[cfg(not(all(feature = "ros2", feature = "foxglove")))]
 fn left_out(name: &str, feature: &str) -> Failure {
     Failure::usage(
@@ -229,7 +230,7 @@ fn left_out(name: &str, feature: &str) -> Failure {
     )
 }
 
-/// The node of ROS 2, where one is wanted.
+/// Starts the ROS 2 node, if requested.
 #[cfg(feature = "ros2")]
 fn ros2(
     arguments: &Arguments,
@@ -265,7 +266,7 @@ fn ros2(
     Ok(Some(node))
 }
 
-/// The server for Foxglove, where one is wanted.
+/// Starts the Foxglove server, if requested.
 #[cfg(feature = "foxglove")]
 fn foxglove(
     arguments: &Arguments,

@@ -1,4 +1,4 @@
-//! `ilon completions` and `ilon man`: what a shell and a manual reader want of the command line.
+//! `ilon completions` and `ilon man`: completions for shells and manual pages.
 
 use clap::Command;
 use clap_complete::Shell;
@@ -22,7 +22,7 @@ pub(super) struct ManArguments {
     command: Option<String>,
 }
 
-/// Prints the script that completes a shell's lines.
+/// Prints the completion script of a shell.
 pub(super) fn completions(
     arguments: &CompletionsArguments,
     mut ilon: Command,
@@ -33,9 +33,9 @@ pub(super) fn completions(
     Ok(Outcome::Done)
 }
 
-/// Prints a page of the manual, in the language of `man`.
+/// Prints a manual page in roff.
 pub(super) fn man(arguments: &ManArguments, mut ilon: Command) -> Result<Outcome, Failure> {
-    // Gives each command its whole name.
+    // Gives each command its full name.
     ilon.build();
     let page = match &arguments.command {
         None => ilon,

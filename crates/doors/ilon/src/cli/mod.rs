@@ -1,4 +1,4 @@
-//! The `ilon` command: what it takes, what it prints, and with which code it ends.
+//! The `ilon` command: its arguments, its output and its exit codes.
 
 mod again;
 mod answer;

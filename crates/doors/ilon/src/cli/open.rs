@@ -1,13 +1,13 @@
-//! `--open`: a page in the person's browser.
+//! `--open`: opens a page in the browser.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::console;
 
-/// Opens a page; where nothing opens it, says where it lies.
+/// Opens a page; if that fails, prints its path.
 pub(super) fn page(path: &Path) {
-    // By its whole path: the opener may work elsewhere.
+    // By its absolute path: the opener may run in another directory.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let (program, first): (&str, &[&str]) = if cfg!(target_os = "macos") {
         ("open", &[])

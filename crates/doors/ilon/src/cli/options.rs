@@ -1,4 +1,5 @@
-//! Options with one meaning in all commands: what is printed, where results go, and whether their page is opened.
+//! Options with the same meaning in all commands: what is printed, where results go, and whether
+//! their page is opened.
 
 use std::path::{Path, PathBuf};
 
@@ -18,10 +19,10 @@ pub(super) struct Printing {
 }
 
 impl Printing {
-    /// The answer on standard output, as it was asked for: as JSON, or in words unless the command is quiet.
+    /// Prints the answer to standard output: as JSON if requested, otherwise as text unless quiet.
     ///
     /// # Errors
-    /// Where it cannot be written.
+    /// If it cannot be written.
     pub fn answer(self, json: &str, words: impl FnOnce() -> String) -> Result<(), Failure> {
         if self.json {
             console::data(json)
@@ -48,7 +49,7 @@ pub(super) struct Out {
 }
 
 impl Out {
-    /// The folder that was asked for, or that of a name.
+    /// The requested folder, or the default folder of a name.
     pub fn or_of(&self, name: &str) -> PathBuf {
         let named = || Path::new("out").join(name);
         self.out.clone().unwrap_or_else(named)
@@ -64,7 +65,7 @@ pub(super) struct Open {
 }
 
 impl Open {
-    /// Opens it if that was asked for.
+    /// Opens the page if requested.
     pub fn page(self, path: &Path) {
         if self.open {
             open::page(path);
@@ -107,7 +108,7 @@ pub(super) struct Sandbox {
 }
 
 impl Sandbox {
-    /// The flags of it, each after a space.
+    /// The flags as text, each after a space.
     pub fn words(&self) -> String {
         let word = |folder: &PathBuf| flags::shell(&folder.display().to_string());
         let flag = |folder| format!(" --sandbox {}", word(folder));

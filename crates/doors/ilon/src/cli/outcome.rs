@@ -1,12 +1,12 @@
-//! How a command ended.
+//! How a command ends.
 
-/// How a command that found no fault ended.
+/// How a command without errors ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// Done.
+    /// Success.
     Done,
-    /// An expectation did not hold.
+    /// An expectation failed.
     Unexpected,
-    /// Part of the input was bad, which has been shown.
+    /// Part of the input was bad, which has been reported.
     BadInput,
 }

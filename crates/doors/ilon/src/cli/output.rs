@@ -1,7 +1,8 @@
-//! The folder of results. Files appear whole or not at all, and the summary last: where there is one, all is there.
+//! The results folder. Each file appears whole or not at all, and the summary last: if it exists,
+//! the results are complete.
 //!
-//! While a run is under way its trace grows beside them in parts, so that one which is stopped, however, leaves a trace
-//! up to its last second and nothing that looks complete.
+//! During a run its trace grows in the folder in parts. A run that is stopped at any time leaves a
+//! trace that lacks at most the last part, and nothing that looks complete.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,52 +20,53 @@ use crate::scenario::Tracked;
 use crate::simulate::{Run, Simulation, load_robot};
 use crate::{Scenario, report};
 
-/// The files of a finished run, the one that stands for all of them first.
+/// The files of a finished run; the first marks them as complete.
 const RESULTS: [&str; 4] = ["summary.json", "report.html", TRACE, SCENARIO];
 
-/// The trace, once it is whole.
+/// The complete trace.
 const TRACE: &str = "trace.parquet";
 
-/// The scenario as it was run.
+/// The scenario of the run.
 const SCENARIO: &str = "scenario.toml";
 
-/// How the scenario of a run begins, by which it is known from one that a person wrote.
+/// First line of a run's scenario, which distinguishes it from a scenario written by the user.
 const RESOLVED: &str = "#: The scenario as ilon ran it, every default spelled out.\n";
 
-/// Where the trace stands while it grows.
+/// The growing trace.
 const GROWING: &str = "trace.partial";
 
-/// A part of a growing trace covers at least this much of simulated time, in seconds.
+/// Least simulated time in a part of a growing trace, in seconds; chosen.
 const PART_S: f64 = 1.0;
 
-/// Time between parts: writing one takes a few milliseconds, which runs far faster than real time would feel.
+/// Least wall-clock time between parts; chosen. Writing a part takes a few milliseconds, which
+/// would slow down runs far faster than real time.
 const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 
-/// The longest summary that is looked at, in bytes.
+/// Largest summary that is read, in bytes; chosen.
 const SUMMARY_BYTES: u64 = 64 << 20;
 
-/// Whether the page of a run is written.
+/// Whether a run's report is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Report {
     Written,
     Left,
 }
 
-/// A folder that results can be written to, for this run alone.
+/// A results folder reserved for this run.
 #[derive(Debug)]
 pub(super) struct OutputFolder {
     path: PathBuf,
-    /// What made the results, as a person would type it.
+    /// The command line that made the results.
     command: String,
     _claim: ReservedOutput,
 }
 
-/// When what a run records is written as a part.
+/// Decides when the recording is written as a part.
 #[derive(Debug)]
 pub(super) struct KeepingUp {
-    /// Simulated time up to which it is written, in seconds.
+    /// Simulated time already written, in seconds.
     until_s: f64,
-    /// When it was last written.
+    /// Wall-clock time of the last write.
     written: Instant,
 }
 
@@ -76,7 +78,7 @@ impl KeepingUp {
         }
     }
 
-    /// Writes what has been recorded since, once that is a second's worth.
+    /// Writes what has been recorded since the last part, once it covers the least time.
     pub fn keep_up(&mut self, time_s: f64, recording: &mut Recording) -> Result<(), Failure> {
         if time_s >= self.until_s + PART_S && self.written.elapsed() >= BETWEEN_PARTS {
             recording.keep()?;
@@ -87,7 +89,7 @@ impl KeepingUp {
     }
 }
 
-/// The files that a scenario names, itself first.
+/// The files that a scenario uses, itself first.
 pub(super) fn inputs(path: &Path, scenario: &Scenario) -> Vec<PathBuf> {
     let mut inputs = vec![path.to_owned(), scenario.resolve(&scenario.robot.file)];
     if let Some(file) = scenario.reference.as_ref().and_then(Tracked::file) {
@@ -110,8 +112,8 @@ pub(super) fn holds_results(folder: &Path) -> bool {
 }
 
 impl OutputFolder {
-    /// Makes sure, before anything is simulated, that results can be written to a folder that an option names, that
-    /// nobody else writes there, and that nothing is lost by it.
+    /// Checks before simulation that results can be written to the folder named by an option,
+    /// reserves it, and refuses a folder in which data would be lost.
     pub fn prepare(path: PathBuf, option: &str, inputs: &[PathBuf]) -> Result<Self, Failure> {
         Self::refuse_losses(&path, option, inputs)?;
         let claim = reserve::folder(&path, option)?;
@@ -122,18 +124,18 @@ impl OutputFolder {
         })
     }
 
-    /// For results that something else than the command made.
+    /// Names what made results that were not made by this command line.
     pub fn made_by(mut self, command: &str) -> Self {
         self.command = command.to_owned();
         self
     }
 
-    /// Refuses a folder in which results would replace what is read, or what no run has written.
+    /// Refuses a folder in which results would replace an input, or a file that no run has written.
     pub fn refuse_losses(path: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Failure> {
         for name in RESULTS {
             let result = path.join(name);
             reserve::not_an_input(&result, option, inputs)?;
-            // A folder is no result, and is not removed.
+            // A folder is never a result and is not removed.
             if result.is_file() && !is_result(&result, name) {
                 return Err(Failure::usage(
                     format!(
@@ -147,7 +149,8 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// Removes the results of an earlier run from a folder that was looked at before, and the folder if nothing else is in it.
+    /// Removes the results of an earlier run from a folder that was checked before, and the folder
+    /// if it is then empty.
     pub fn clear(path: &Path) -> Result<(), Failure> {
         for name in RESULTS {
             remove(&path.join(name))?;
@@ -160,10 +163,11 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
-    /// its own. Gives what it is recorded into.
+    /// Removes the results of an earlier run, so that they are not taken for those of the run that
+    /// begins, and starts the recording.
     pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Failure> {
-        // The parts are looked at first: what is not theirs is refused before anything is removed.
+        // The parts are checked first, so that a foreign file is refused before anything is
+        // removed.
         let recording = Recording::into_file(
             simulation.trace().header.clone(),
             self.path.join(TRACE),
@@ -176,9 +180,10 @@ impl OutputFolder {
         Ok(recording)
     }
 
-    /// Writes report and summary of a run whose trace and scenario stand in the folder, the summary last.
+    /// Writes the report and then the summary of a run whose trace and scenario are already in the
+    /// folder.
     ///
-    /// Gives the answer of the report in plain sentences.
+    /// Returns the report's answer in sentences.
     pub fn write(
         &self,
         run: &Run<Recorded>,
@@ -186,7 +191,8 @@ impl OutputFolder {
         report: Report,
     ) -> Result<Vec<String>, Failure> {
         let summary = self.summary_json(run)?;
-        // It was read when the run began; a file that has gone since costs its picture alone.
+        // It was read when the run began; if the file no longer exists, only the picture is
+        // missing.
         let robot = load_robot(&run.scenario).ok();
         let context = context::of(run, robot.as_ref(), verdicts, &self.command);
         let answer = match report {
@@ -202,7 +208,7 @@ impl OutputFolder {
 
     /// Writes all results of a run that was recorded elsewhere.
     pub fn write_all(&self, run: &Run<Recorded>, verdicts: &[Verdict]) -> Result<(), Failure> {
-        // An older summary would make the new files look complete before they are.
+        // An older summary would mark the new files as complete too early.
         remove(&self.path.join("summary.json"))?;
         self.write_scenario(&run.scenario)?;
         run.trace.write_parquet(&self.path.join(TRACE))?;
@@ -225,7 +231,7 @@ impl OutputFolder {
     }
 }
 
-/// Removes a file, if there is one.
+/// Removes a file if it exists.
 pub(super) fn remove(path: &Path) -> Result<(), Failure> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -235,7 +241,8 @@ pub(super) fn remove(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a figure that is no number: in JSON it would look like one that does not apply.
+/// Refuses a figure that is not finite: in JSON it would be null, which means that a figure does
+/// not apply.
 fn check_finite(summary: &Summary) -> Result<(), Failure> {
     let figures = toml::Value::try_from(summary);
     let figures = figures.map_err(|error| Failure::encode("the summary", &error))?;
@@ -250,7 +257,7 @@ fn check_finite(summary: &Summary) -> Result<(), Failure> {
     }
 }
 
-/// The first number of a value that is not finite, by its dotted name.
+/// The first non-finite number in a value, with its dotted name.
 fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
     let within = |name: &str, value| {
         let (inner, number) = not_finite(value)?;

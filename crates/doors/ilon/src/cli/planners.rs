@@ -1,4 +1,5 @@
-//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner` and `--pedro`: a robot for the planners of robot contests.
+//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner` and `--pedro`: a robot for the
+//! planners of robot contests.
 
 use std::path::{Path, PathBuf};
 
@@ -42,7 +43,7 @@ impl Exports {
         ]
     }
 
-    /// Keeps the places of the files free for them.
+    /// Reserves the files.
     pub fn claim(&self, robot: &Path) -> Result<Vec<reserve::ReservedOutput>, Failure> {
         let asked = self.files().into_iter();
         let named = asked.filter_map(|(path, flag)| Some((path.as_ref()?, flag)));
@@ -51,7 +52,7 @@ impl Exports {
             .collect()
     }
 
-    /// Writes what is asked for.
+    /// Writes the requested files.
     pub fn write(
         &self,
         loaded: &Loaded,

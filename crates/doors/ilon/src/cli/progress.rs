@@ -1,4 +1,4 @@
-//! Progress on standard error: a bar on a terminal, plain lines elsewhere, and how long it still takes.
+//! Progress on standard error: a bar on a terminal, plain lines elsewhere, and the time left.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
@@ -10,13 +10,13 @@ use super::console;
 use super::escape::one_line;
 use crate::simulate::Progress;
 
-/// Time between plain lines.
+/// Time between plain lines; chosen.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
 /// Ticks of a bar.
 const TICKS: u64 = 1000;
 
-/// Shows how far something is; may be called from several threads.
+/// Shows progress; may be called from several threads.
 pub(super) struct Bar {
     name: String,
     output: Output,
@@ -38,12 +38,12 @@ struct State {
 }
 
 impl Bar {
-    /// One by that name, which shows nothing where the command is quiet.
+    /// A bar with that name; it shows nothing if the command is quiet.
     pub fn new(name: &str) -> Self {
         Self::drawn_as("{prefix} [{bar:32}] {msg}", name)
     }
 
-    /// One of something of which nobody knows how much there is.
+    /// A bar for work of unknown length.
     pub fn without_end(name: &str) -> Self {
         let bar = Self::drawn_as("{spinner} {prefix}: {msg}", name);
         if let Output::Terminal(bar) = &bar.output {
@@ -74,7 +74,8 @@ impl Bar {
         }
     }
 
-    /// So much of all is done, which `words` say with what it is; of something without end `all` is 0.
+    /// Shows that `done` of `all` is done, described by `words`; `all` is 0 for work of unknown
+    /// length.
     pub fn show(&self, done: f64, all: f64, words: impl FnOnce() -> String) {
         if matches!(self.output, Output::Nowhere) {
             return;
@@ -98,14 +99,14 @@ impl Bar {
         }
     }
 
-    /// So much of a run is simulated.
+    /// Shows the simulated share of a run.
     pub fn simulated(&self, progress: Progress) {
         let (now_s, end_s) = (progress.time_s, progress.duration_s);
         let words = || format!("{now_s:.1} of {end_s:.1} s simulated");
         self.show(now_s, end_s, words);
     }
 
-    /// A line beside the bar.
+    /// Prints a line beside the bar.
     pub fn note(&self, text: &str) {
         let note = || console::note(&one_line(text));
         match &self.output {
@@ -115,7 +116,7 @@ impl Bar {
         }
     }
 
-    /// Takes it away.
+    /// Removes the bar.
     pub fn done(&self) {
         if let Output::Terminal(bar) = &self.output {
             bar.finish_and_clear();
@@ -123,7 +124,7 @@ impl Bar {
     }
 }
 
-/// A time in words: `40 s`, `12 min`.
+/// A time as text: `40 s`, `12 min`.
 fn span(time_s: f64) -> String {
     match time_s {
         _ if time_s < 120.0 => format!("{time_s:.0} s"),
@@ -132,29 +133,31 @@ fn span(time_s: f64) -> String {
     }
 }
 
-/// How long it still takes, by the mean pace so far.
+/// Estimates the time left from the mean pace.
 ///
-/// It does not rise with every slow piece: where the pace falls, the time stands still until it has caught up, unless it turns out to be
-/// several times as long, which is said. So that a few quick pieces at the beginning do not decide it, nothing is said before a twentieth is done.
+/// The shown time does not rise with every slow piece: if the pace falls, it stands still until the
+/// estimate has caught up. It rises only if the estimate is several times as long. Nothing is shown
+/// before a twentieth is done, so that a few quick pieces at the start do not decide it.
 #[derive(Debug, Default)]
 struct TimeLeft {
-    /// When it was first asked, and how much was done then, which took no time.
+    /// Time in seconds and amount done at the first call; what was done before it does not count
+    /// for the pace.
     first: Option<(f64, f64)>,
     said_s: Option<f64>,
 }
 
-/// The share before which no time is said.
+/// The share before which no time is shown; chosen.
 const FIRST_SHARE: f64 = 0.05;
-/// A time so many times the one that was said was said wrongly.
+/// An estimate this many times the shown time replaces it; chosen.
 const LONGER: f64 = 3.0;
 
 impl TimeLeft {
-    /// The time left, in seconds, after `now_s` seconds with so much of all done; `None` where it is not known.
+    /// The time left, in seconds, at `now_s` seconds with `done` of `all` done; `None` if unknown.
     fn update(&mut self, now_s: f64, done: f64, all: f64) -> Option<f64> {
         let (since_s, before) = *self.first.get_or_insert((now_s, done));
         let made = done - before;
         let share = made / (all - before);
-        // Also no share at all, 0 of 0.
+        // Also for 0 of 0, which is NaN.
         if !share.is_finite() || share < FIRST_SHARE {
             return None;
         }
@@ -172,8 +175,8 @@ impl TimeLeft {
 mod tests {
     use super::*;
 
-    /// Pieces that take longer, or of which fewer come than were thought: each time said is at most the one before. At 80 pieces that take
-    /// 1 to 2 s, the mean pace falls to two thirds.
+    /// Pieces take longer, or the total shrinks: each shown time is at most the one before. At 80
+    /// pieces that take 1 to 2 s, the mean pace falls to two thirds.
     #[test]
     fn the_time_left_falls_and_ends_at_none() {
         for (slows, shrinks) in [
@@ -201,7 +204,8 @@ mod tests {
         }
     }
 
-    /// The first half takes half a second, and the next forty pieces take forty: what was said is then 4 s too little of 4.5.
+    /// The first half takes half a second, and the next forty pieces take forty seconds: the shown
+    /// 0.5 s is then 4 s below the estimate of 4.5 s.
     #[test]
     fn a_time_that_was_far_too_short_is_corrected() {
         let mut left = TimeLeft::default();
@@ -212,7 +216,7 @@ mod tests {
         assert_eq!(said_s, Some(40.5 * 10.0 / 90.0));
     }
 
-    /// At an even pace it is right from the first time that it is said, whatever was done before.
+    /// At an even pace the first shown time is right, whatever was done before.
     #[test]
     fn at_an_even_pace_the_time_left_is_that_of_what_is_left() {
         let mut left = TimeLeft::default();

@@ -1,4 +1,4 @@
-//! `ilon report`: the page of a run made again from its folder.
+//! `ilon report`: rebuilds the page of a run from its folder.
 
 use std::path::PathBuf;
 
@@ -29,7 +29,6 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
-/// Reads, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let file = folder.join("trace.parquet");

@@ -1,5 +1,5 @@
-//! Outputs that a command has for itself, made sure of before it begins: no input of it stands there, nobody else writes
-//! there, and it can be written to.
+//! Reserves outputs of a command before it begins: an output is no input of the command, no other
+//! command writes to it, and it is writable.
 
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,13 @@ use ilon_trace::file::{OutputLock, is_stream};
 use super::console;
 use crate::cli::failure::Failure;
 
-/// An output, for this command alone until this is dropped.
+/// An output that is reserved until this value is dropped.
 #[derive(Debug)]
 pub(super) struct ReservedOutput {
     _lock: Option<OutputLock>,
 }
 
-/// A file that shall be written, named by an option.
+/// Reserves a file named by an option.
 pub(super) fn file(
     path: &Path,
     option: &str,
@@ -37,7 +37,7 @@ pub(super) fn file(
     locked(OutputLock::of_file(path), path, option)
 }
 
-/// A folder that shall be written into, named by an option; it is made where it is not there.
+/// Reserves a folder named by an option; it is created if missing.
 pub(super) fn folder(path: &Path, option: &str) -> Result<ReservedOutput, Failure> {
     std::fs::create_dir_all(path).map_err(|source| cannot_write(path, &source, option))?;
     locked(OutputLock::of_folder(path), path, option)
@@ -78,7 +78,7 @@ fn cannot_write(path: &Path, source: &std::io::Error, option: &str) -> Failure {
     )
 }
 
-/// Refuses an output that is an input too, by whatever name or link: it would be replaced.
+/// Refuses an output that is also an input, under any name or link: it would be replaced.
 pub(super) fn not_an_input(output: &Path, option: &str, inputs: &[PathBuf]) -> Result<(), Failure> {
     match inputs.iter().find(|input| is_same_file(output, input)) {
         None => Ok(()),
@@ -93,7 +93,7 @@ pub(super) fn not_an_input(output: &Path, option: &str, inputs: &[PathBuf]) -> R
     }
 }
 
-/// Whether two paths lead to one file: by the same way, or by links.
+/// Whether two paths, also through links, lead to the same file.
 pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
     let resolved = |path: &Path| path.canonicalize().ok();
     if resolved(a).is_some_and(|a| resolved(b) == Some(a)) {

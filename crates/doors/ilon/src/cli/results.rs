@@ -1,4 +1,4 @@
-//! The files that a study and an identification write, and the inputs that they may not replace.
+//! The files that a study and an identification write, and the inputs that they must not replace.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::json::pretty;
 use super::{again, reserve};
 
-/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+/// Refuses a folder, named by an option, in which results would replace an input of the study.
 pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
     let scenarios = (0..study.scenario_names().count()).map(|index| study.scenario_path(index));
     let inputs: Vec<PathBuf> = std::iter::once(study.path())
@@ -40,7 +40,7 @@ pub(super) fn write_study(
     Ok(())
 }
 
-/// Refuses a folder, which an option names, in which results would replace what the study is made from.
+/// Refuses a folder, named by an option, in which results would replace an input of the study.
 pub(super) fn refuse_identify_inputs(
     out: &Path,
     study: &ilon_identify::Study,
@@ -54,7 +54,7 @@ pub(super) fn refuse_identify_inputs(
     Ok(())
 }
 
-/// Writes all results into a folder that is claimed for it.
+/// Reserves a folder and writes all results into it.
 pub(super) fn claim_and_write_identified(
     study: &ilon_identify::Study,
     found: &Identified,
@@ -64,7 +64,7 @@ pub(super) fn claim_and_write_identified(
     write_identified(study, found, out).map(drop)
 }
 
-/// Writes all files of the results, `identified.json` last; gives its text.
+/// Writes all result files, `identified.json` last; returns its text.
 pub(super) fn write_identified(
     study: &ilon_identify::Study,
     found: &Identified,

@@ -1,4 +1,4 @@
-//! How a robot's file is to be read, on the command line.
+//! Command-line options for reading a robot's file.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use crate::Scenario;
 use crate::scenario::Setting;
 use crate::sim::remedy;
 
-/// No scenario, and no robot in short, is longer.
+/// Largest scenario or robot description that is read, in bytes; chosen.
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Options of reading a robot's file.
@@ -105,7 +105,7 @@ struct Wheels {
 }
 
 impl Sources {
-    /// The options that were asked for.
+    /// The requested load options.
     pub(super) fn options(&self) -> LoadOptions {
         let mut options = LoadOptions::default();
         options.packages.clone_from(&self.packages);
@@ -118,7 +118,7 @@ impl Sources {
 }
 
 impl Reading {
-    /// The options that were asked for.
+    /// The requested load options.
     pub(super) fn options(&self) -> LoadOptions {
         let mut options = self.sources.options();
         if self.as_modelled {
@@ -133,14 +133,14 @@ impl Reading {
 }
 
 impl Wheels {
-    /// The tyres that were asked for, if any were.
+    /// The requested tyres, if any.
     fn tyres(&self) -> Option<TyreOptions> {
         let mut options = TyreOptions::on(self.wheels.clone());
         options.width_m = self.tyre_width_m;
         self.tyres.then_some(options)
     }
 
-    /// The rollers that were asked for, if any were.
+    /// The requested rollers, if any.
     fn options(&self) -> Option<WheelOptions> {
         let gamma = match (self.gamma_x_deg, self.gamma_deg.as_slice()) {
             (Some(gamma_deg), _) => Handedness::XDeg(gamma_deg),
@@ -154,7 +154,8 @@ impl Wheels {
     }
 }
 
-/// The robot of a file. `command` is that which reads it, for the refusal of one that needs options.
+/// Loads a robot from a file. `command` names the calling command, for the error of a file that
+/// needs options.
 pub(super) fn load(
     path: &Path,
     options: &LoadOptions,
@@ -183,7 +184,7 @@ pub(super) fn not_scenario(
     }
 }
 
-/// Whether a file is a robot: by its name, or of one in TOML by what it holds.
+/// Whether a file is a robot: by its name, or for TOML by its content.
 pub(super) fn is_robot(path: &Path, files: &FileAccess) -> bool {
     let ending = path
         .extension()
@@ -202,7 +203,7 @@ pub(super) fn is_robot(path: &Path, files: &FileAccess) -> bool {
     }
 }
 
-/// A scenario of a robot's file alone, with further lines of TOML and settings.
+/// A scenario made from a robot's file alone, with further lines of TOML and settings.
 pub(super) fn robot_alone(
     path: &Path,
     lines: &str,
@@ -214,7 +215,7 @@ pub(super) fn robot_alone(
     Ok(Scenario::from_toml_with(&text, &name, "", settings, files)?)
 }
 
-/// The line of a scenario that names a robot's file, wherever the scenario lies.
+/// The line of a scenario that names a robot's file, valid wherever the scenario lies.
 pub(super) fn robot_line(path: &Path) -> Result<String, Failure> {
     let file = std::path::absolute(path).map_err(|source| Failure::write(path, &source))?;
     let file = toml::Value::from(file.display().to_string());
@@ -226,14 +227,14 @@ pub(super) fn is_scenario(path: &Path, files: &FileAccess) -> bool {
     robot_of_scenario(path, files).is_some()
 }
 
-/// The robot that a file names, where it is a scenario.
+/// The robot named in a file, if the file is a scenario.
 fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
     path.extension().filter(|ending| *ending == "toml")?;
     let text = files.read_text(path, MOST_BYTES).ok()?;
     let table: toml::Table = text.parse().ok()?;
     let robot = table.get("robot")?.get("file")?.as_str()?;
     let beside = path.parent()?.join(robot);
-    // Without the way down into the scenario's folder and up again.
+    // Shortens a path that enters the scenario's folder and leaves it again.
     let here = std::env::current_dir().ok();
     let whole = beside.canonicalize().ok();
     let short = whole.as_ref().zip(here.as_ref());
@@ -251,7 +252,7 @@ fn package(text: &str) -> Result<Package, String> {
     }
 }
 
-/// `NAME=VALUE`, or `NAME:=VALUE` as the xacro of ROS takes it.
+/// Parses `NAME=VALUE`, or `NAME:=VALUE` as in ROS xacro.
 fn argument(text: &str) -> Result<(String, String), String> {
     let split = text.split_once(":=").or_else(|| text.split_once('='));
     match split {

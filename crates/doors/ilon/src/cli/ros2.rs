@@ -1,4 +1,4 @@
-//! `ilon inspect --ros2-controllers` and `--ros2-control`: a robot for the people of ros2_control.
+//! `ilon inspect --ros2-controllers` and `--ros2-control`: files for ros2_control.
 
 use std::path::Path;
 
@@ -10,7 +10,8 @@ use crate::cli::limits::must_give;
 use crate::ros2_control::{DriveParameters, yaml};
 use crate::simulate::Limits;
 
-/// Writes what is wanted. A robot that no controller can drive is refused before anything is written.
+/// Writes the requested files. A robot that no controller can drive is refused before anything is
+/// written.
 pub(super) fn write(
     loaded: &Loaded,
     limits: Option<&Limits>,

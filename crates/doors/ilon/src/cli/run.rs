@@ -1,4 +1,4 @@
-//! `ilon run`: simulate scenarios, or a robot alone, and write their results.
+//! `ilon run`: simulates scenarios, or a robot alone, and writes the results.
 
 mod one;
 mod standard;
@@ -14,7 +14,6 @@ use super::robot::is_robot;
 pub(super) use one::Arguments;
 use one::{Told, load, one, out_folder, print_json};
 
-/// Simulates, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     if let [path] = arguments.scenarios.as_slice()
@@ -22,7 +21,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     {
         return standard::run(path, arguments, &files);
     }
-    // All are read before the first is run: a slip in the last costs no time.
+    // All are read before the first runs: an error in the last costs no simulation time.
     let mut scenarios = Vec::new();
     let mut taken = BTreeSet::new();
     for path in &arguments.scenarios {

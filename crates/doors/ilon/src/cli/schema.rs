@@ -1,4 +1,4 @@
-//! `ilon schema`: the JSON Schema of a file that a person writes.
+//! `ilon schema`: the JSON Schema of an input file.
 
 use clap::ValueEnum;
 use ilon_formats::Spec;

@@ -1,4 +1,4 @@
-//! `ilon sweep`: many runs of a scenario under keys that vary, and what they say.
+//! `ilon sweep`: many runs of a scenario with varied keys, and their findings.
 
 use std::path::{Path, PathBuf};
 
@@ -85,11 +85,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     show(arguments, &study, &store, &findings, &out)
 }
 
-/// Gathers rows that were made elsewhere.
+/// Merges rows that were made elsewhere.
 fn merge(arguments: &Arguments) -> Result<Outcome, Failure> {
     let out = match (&arguments.out.out, arguments.merge.as_slice()) {
         (Some(out), _) => out.clone(),
-        // One folder is merged in its place.
+        // One folder is merged in place.
         (None, [one]) => one.clone(),
         (None, _) => {
             return Err(Failure::usage(
@@ -140,7 +140,7 @@ fn show(
     Ok(outcome(findings))
 }
 
-/// A study of which no run came to its end has no results.
+/// A study without a completed run has no results.
 fn outcome(findings: &Findings) -> Outcome {
     if findings.runs > 0 && findings.failed == findings.runs {
         console::note("note: NO RUN CAME TO ITS END: nothing is known of the study");
@@ -149,7 +149,7 @@ fn outcome(findings: &Findings) -> Outcome {
     Outcome::Done
 }
 
-/// How far a study is, in words.
+/// The progress of a study as text.
 fn words_of(progress: Progress) -> String {
     let Progress {
         done,

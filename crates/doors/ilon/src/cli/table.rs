@@ -22,7 +22,7 @@ enum Line {
     },
 }
 
-/// A column: its name, and what stands in it for one thing.
+/// A column: its heading, and its text for one item.
 pub(super) type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
 
 impl Table {
@@ -34,7 +34,7 @@ impl Table {
         self.lines.push(Line::Heading(one_line(text).into_owned()));
     }
 
-    /// A table of words with its heads.
+    /// Adds a table of text with its headings.
     pub fn of(&mut self, table: &ilon_report::page::Table) {
         let heads = table.head.iter().skip(1).map(String::as_str);
         let heads: Vec<&str> = heads.filter(|head| !head.is_empty()).collect();
@@ -46,7 +46,7 @@ impl Table {
         }
     }
 
-    /// The names of columns, and a row of what stands in each of them for each of some things by their names.
+    /// Adds the headings of columns, and one row per named item.
     pub fn columns<'n, T>(
         &mut self,
         columns: &[Column<'_, T>],
@@ -60,12 +60,12 @@ impl Table {
         }
     }
 
-    /// A row of one number; a dash where it does not apply.
+    /// Adds a row of one number; a dash if it does not apply.
     pub fn row(&mut self, name: &str, value: Option<f64>, decimals: usize, unit: &str) {
         self.row_of(name, &[value], decimals, unit);
     }
 
-    /// A row for each quantity of a run, in the unit that it is shown in; a dash where it does not apply.
+    /// Adds a row for each quantity of a run, in its display unit; a dash if it does not apply.
     pub fn quantities<'q>(
         &mut self,
         quantities: impl IntoIterator<Item = &'q Quantity>,
@@ -82,7 +82,7 @@ impl Table {
         }
     }
 
-    /// A row of several numbers; dashes where they do not apply.
+    /// Adds a row of several numbers; dashes for those that do not apply.
     pub fn row_of(&mut self, name: &str, values: &[Option<f64>], decimals: usize, unit: &str) {
         let values = values
             .iter()
@@ -98,7 +98,7 @@ impl Table {
         });
     }
 
-    /// A row of words, of which some may be numbers.
+    /// Adds a row of text, some of which may be numbers.
     pub fn words(&mut self, name: &str, words: &[String]) {
         let shown = |word: &String| unsigned_zero(one_line(word).into_owned());
         self.lines.push(Line::Row {
@@ -109,7 +109,7 @@ impl Table {
     }
 }
 
-/// A number as text, without the sign of a zero.
+/// Removes the sign of a zero.
 fn unsigned_zero(text: String) -> String {
     let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     match text.strip_prefix('-') {

@@ -1,7 +1,8 @@
-//! A robot with its wheels as made in other simulators, and how true it is there.
+//! A robot with its real rollers in other simulators, and the error of its motion there.
 //!
-//! The shapes that stand for rollers have contact kinematics of their own: what a robot on them does without slip is known before any
-//! simulator runs. [`Export::drive`] describes three drives for a simulator, whose measured ratios stand beside these and ilon's own.
+//! The shapes that represent rollers have their own contact kinematics: a robot's motion on them
+//! without slip is known before any simulator runs. [`Export::drive`] describes three drives for a
+//! simulator, whose measured ratios are shown beside these and ilon's own.
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::{FittedRobot, Format, Ground, RollerShape, fit};
@@ -17,21 +18,21 @@ use crate::simulate::{Driver, Plant, Run, Simulation, resolve_for};
 /// The program that drives a robot in MuJoCo.
 pub const DRIVE_PY: &str = include_str!("drive.py");
 
-/// The time for which a robot rests, then speeds up, and then settles before a drive is measured, in seconds.
+/// Durations of rest, acceleration and settling before a drive is measured, in seconds; chosen.
 const REST_S: f64 = 0.5;
 const RAMP_S: f64 = 0.5;
 const SETTLE_S: f64 = 1.0;
-/// A drive is measured for this long at least, in seconds, and over whole turns of its fastest wheel.
+/// Least duration of the measurement, in seconds, over whole turns of the fastest wheel; chosen.
 const LEAST_WINDOW_S: f64 = 3.0;
 
-/// A robot for one format, and what it does there.
+/// A robot in one format, with its motion there.
 #[derive(Clone, Debug)]
 pub struct Export {
-    /// The robot on shapes that the format has.
+    /// The robot with shapes of the format.
     pub fitted: FittedRobot,
     /// Floor and gravity.
     pub ground: Ground,
-    /// What it does ahead, sideways and on the spot.
+    /// Its motions ahead, sideways and on the spot.
     pub drives: Vec<Drive>,
     format: Format,
     /// Whether the scenario's floor is more than a level plane.
@@ -39,23 +40,24 @@ pub struct Export {
     kinematics: Kinematics,
 }
 
-/// One drive: a twist along one axis of the body frame. Ratios are speeds over those of ideal kinematics.
+/// One drive: a twist along one axis of the body frame. Ratios are speeds over those of ideal
+/// kinematics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Drive {
     /// `ahead`, `left` or `turn`.
     pub name: &'static str,
-    /// By contact kinematics of the rollers as made.
+    /// By contact kinematics of the real rollers.
     pub as_made: f64,
     /// By contact kinematics of the fitted shapes.
     pub expected: f64,
-    /// As ilon simulates it.
+    /// In ilon's simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ilon: Option<f64>,
-    /// As the other simulator does.
+    /// In the other simulator.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<f64>,
-    /// How far the base rises and falls there, in mm.
+    /// Vertical travel of the base there, in mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub travel_mm: Option<f64>,
     #[serde(skip)]
@@ -82,10 +84,11 @@ fn along(twist: Twist, axis: usize) -> f64 {
 }
 
 impl Export {
-    /// A robot, which has the motors and rollers of a scenario, on the shapes of a format.
+    /// A robot with the motors and rollers of a scenario, on the shapes of a format.
     ///
     /// # Errors
-    /// A robot that is not omnidirectional, rollers that the format has no shape for, and what cannot be simulated.
+    /// A robot that is not omnidirectional, rollers without a shape in the format, and an invalid
+    /// simulation.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
         let kinematics = Kinematics::new(robot)?;
@@ -141,10 +144,10 @@ impl Export {
         })
     }
 
-    /// Simulates the drives in ilon, on a robot before the scenario's keys that are set.
+    /// Simulates the drives in ilon; `robot` is the one before the scenario's keys are applied.
     ///
     /// # Errors
-    /// What cannot be simulated.
+    /// If the simulation is invalid.
     pub fn simulate(
         &mut self,
         robot: &Robot,
@@ -167,7 +170,7 @@ impl Export {
         Ok(())
     }
 
-    /// What a simulator needs to drive the model in a file: for [`DRIVE_PY`].
+    /// The input of [`DRIVE_PY`] to drive the model in a file.
     pub fn drive(&self, model: &str) -> Value {
         let matrix = self.kinematics.rate_matrix();
         let rows: Vec<[f64; 3]> = matrix
@@ -184,7 +187,7 @@ impl Export {
         })
     }
 
-    /// Takes what a simulator measured.
+    /// Stores what a simulator measured.
     pub fn take(&mut self, measured: &Value) {
         let said = measured["drives"].as_array().into_iter().flatten();
         for (drive, said) in self.drives.iter_mut().zip(said) {
@@ -193,7 +196,8 @@ impl Export {
         }
     }
 
-    /// A run of ilon as a simulator plays it: its real wheel rates, where it started and ended, and how far the fitted shapes lead elsewhere.
+    /// A run of ilon for playback in a simulator: its real wheel rates, its start and end poses, and
+    /// how far the fitted shapes change the end.
     ///
     /// # Errors
     /// Where the robot has no contact kinematics.
@@ -246,7 +250,7 @@ impl Export {
         }))
     }
 
-    /// What a file says of itself at its head.
+    /// The comment at the head of a file.
     pub fn about(&self) -> String {
         let fitted = &self.fitted;
         let robot = &fitted.robot;
@@ -364,7 +368,8 @@ impl Drive {
     }
 }
 
-/// The mean speed along a drive's axis over that of ideal kinematics, over whole turns of its fastest wheel.
+/// The mean speed along a drive's axis over that of ideal kinematics, over whole turns of its
+/// fastest wheel.
 fn mean_ratio(contact: &mut ContactKinematics, drive: &Drive) -> f64 {
     const LOOKS: usize = 3600;
     let look = |k: usize| {

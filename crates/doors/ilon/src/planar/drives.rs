@@ -1,4 +1,4 @@
-//! What ilon's robot does under commands of the body's twist.
+//! Drives of the simulated robot under commanded body twists.
 
 use std::f64::consts::TAU;
 
@@ -10,27 +10,28 @@ use crate::Error;
 use crate::scenario::Scenario;
 use crate::simulate::{Driver, Plant, WheelCommand, resolve_for};
 
-/// Wheels are driven up to this rate over sqrt(g / radius), beyond which a robot is fast for its size, or to nine tenths of their limit.
+/// Largest commanded wheel rate, in sqrt(g / radius); a robot at this rate is fast for its size. At
+/// most nine tenths of the wheels' own limit. Both chosen.
 const FASTEST: f64 = 1.5;
 const SHARE_OF_LIMIT: f64 = 0.9;
 
-/// A robot to be driven, at rest, again and again.
+/// A robot at rest, for repeated drives.
 pub(super) struct Track {
     fresh: Plant,
     kinematics: Kinematics,
     limits: SpeedLimits,
-    /// The rate up to which wheels are driven, in rad/s.
+    /// The largest commanded wheel rate, in rad/s.
     pub wheel_rate_rad_s: f64,
-    /// Between two samples: the physics step, in seconds.
+    /// Time between two samples, in seconds: the physics step.
     pub dt_s: f64,
     /// The robot's unit of time, sqrt(radius / g), in seconds.
     pub unit_s: f64,
 }
 
-/// Commands and what came of them, one of each a step.
+/// Commanded and reached twists, one pair per step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlanarDrive {
-    /// The twists that were asked, in m/s, m/s and rad/s.
+    /// The commanded body twists, in m/s, m/s and rad/s.
     pub asked: Vec<Vector3<f64>>,
     /// The body's twists at the end of each step.
     pub came: Vec<Vector3<f64>>,
@@ -45,7 +46,7 @@ pub(super) fn vector(of: Twist) -> Vector3<f64> {
 }
 
 impl Track {
-    /// A robot under the floor, motors and wheel loops of a scenario.
+    /// A robot with the floor, motors and wheel loops of a scenario.
     pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let resolved = resolve_for(scenario, robot, Driver::Own)?;
         let fresh = Plant::new(&resolved, robot)?;
@@ -69,12 +70,13 @@ impl Track {
         direction / self.limits.share(twist(direction))
     }
 
-    /// The robot, at rest.
+    /// The robot at rest.
     pub fn plant(&self) -> Plant {
         self.fresh.clone()
     }
 
-    /// Goes on for a physics step with the wheel rates of a twist, and says with which twist the body then moves.
+    /// Advances by one physics step with the wheel rates of a twist, and returns the body's twist
+    /// after it.
     pub fn step(&self, plant: &mut Plant, asked: Vector3<f64>) -> Result<Vector3<f64>, Error> {
         let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
         self.kinematics.wheel_rates(twist(asked), &mut rates_rad_s);
@@ -82,7 +84,7 @@ impl Track {
         Ok(vector(plant.truth().twist_in_body))
     }
 
-    /// How many steps a time in the robot's units has.
+    /// The number of steps in a time given in the robot's units.
     pub fn steps(&self, units: f64) -> usize {
         (units * self.unit_s / self.dt_s).ceil() as usize
     }
@@ -97,10 +99,11 @@ impl Track {
         })
     }
 
-    /// What a person or a planner might ask, by chance: twists in all directions up to a share of the fastest, each held for a while. The
-    /// same number gives the same drive.
+    /// A pseudo-random drive: twists in all directions up to a share of the fastest, each held for
+    /// a while. The same number gives the same drive.
     pub fn by_chance(&self, number: usize, units: f64) -> Vec<Vector3<f64>> {
-        /// The generalised golden ratio of four dimensions, the root of x^5 = x + 1: its powers fill the cube evenly (Roberts 2018).
+        /// The generalised golden ratio of four dimensions, the root of x^5 = x + 1: its powers
+        /// fill the cube evenly (Roberts 2018).
         const RATIO: f64 = 1.167_303_978_261_418_7;
         const MOST: f64 = 0.6;
         const HELD: [f64; 2] = [4.0, 16.0];
@@ -124,7 +127,7 @@ impl Track {
         asked
     }
 
-    /// The fastest along each axis.
+    /// The top speed along each axis.
     pub fn tops(&self) -> Vector3<f64> {
         let along = |axis: usize| self.fastest(Vector3::ith(axis, 1.0))[axis];
         Vector3::new(along(0), along(1), along(2))

@@ -1,4 +1,4 @@
-//! A planar base as the files that others read.
+//! Output files of a planar base.
 
 use std::fmt::Write;
 
@@ -8,11 +8,11 @@ use super::Planar;
 use super::drives::PlanarDrive;
 use crate::Error;
 
-/// The files of a planar base, by name: `planar.json` with all of it, `planar.py` for numpy,
-/// and `held_out.csv` with the drives by which it was judged.
+/// The files of a planar base, by name: `planar.json` with all values, `planar.py` for numpy, and
+/// `held_out.csv` with the drives that the fit was judged by.
 ///
 /// # Errors
-/// [`Error::Invalid`] where a number is none, of a robot that went nowhere.
+/// [`Error::Invalid`] if a value is not finite, as for a robot that did not move.
 pub fn files(
     planar: &Planar,
     judges: &[PlanarDrive],
@@ -36,7 +36,7 @@ pub fn files(
     ])
 }
 
-/// Whether all numbers are some: one that is none is null.
+/// Whether all numbers are finite: JSON has null for others.
 fn is_whole(value: &Value) -> bool {
     match value {
         Value::Null => false,
@@ -46,7 +46,7 @@ fn is_whole(value: &Value) -> bool {
     }
 }
 
-/// Drives as a table: number, time, the twist that was asked, the twist that came.
+/// Drives as a table: drive number, time, commanded twist, reached twist.
 fn csv(drives: &[PlanarDrive], dt_s: f64) -> String {
     let mut text =
         "drive,t_s,asked_vx_m_s,asked_vy_m_s,asked_omega_rad_s,vx_m_s,vy_m_s,omega_rad_s\n"
@@ -69,7 +69,7 @@ mod tests {
 
     use super::is_whole;
 
-    /// A name may be anything; a number that is none is found however deep it lies.
+    /// Nulls are found at any depth; text is ignored.
     #[test]
     fn numbers_that_are_none_are_found_and_names_are_not_looked_at() {
         assert!(is_whole(

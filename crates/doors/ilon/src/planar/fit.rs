@@ -1,4 +1,4 @@
-//! The law's numbers, each of a sweep of its own.
+//! Fits the parameters of the law, each to drives of its own kind.
 
 use std::f64::consts::TAU;
 
@@ -11,21 +11,23 @@ use super::{DirectionShortfall, Grip, HeldOut, Lag, Planar, Shortfall};
 use crate::Error;
 use crate::scenario::Scenario;
 
-/// Directions in which a steady drive is looked at.
+/// Number of directions of steady drives; chosen.
 const DIRECTIONS: usize = 12;
-/// Drives of chance: the first are fitted to, the others judge.
+/// Number of pseudo-random drives that are fitted to; the others judge the fit. Chosen.
 const FITTED: usize = 6;
 const HELD_OUT: usize = 6;
-/// How long each is, in the robot's units of time, of which a wheel of 50 mm has 14 a second.
+/// Length of each of them, in the robot's units of time; a wheel of 50 mm has 14 units per second.
+/// Chosen.
 const CHANCE_UNITS: f64 = 70.0;
-/// Over which time what the model misses is taken as drift, in the robot's units.
+/// Time over which the model's error is taken as drift, in the robot's units; chosen.
 const DRIFT_UNITS: f64 = 14.0;
 
-/// Fits a planar base to a robot under the floor, motors and wheel loops of a scenario, and says which drives it was judged by and how long their
-/// steps are, in seconds. The robot is as [`load_robot`](crate::simulate::load_robot) gives it.
+/// Fits a planar base to a robot with the floor, motors and wheel loops of a scenario. Returns also
+/// the drives that it was judged by, and their step in seconds. The robot is as
+/// [`load_robot`](crate::simulate::load_robot) returns it.
 ///
 /// # Errors
-/// Where the scenario or the robot makes no sense, and for a robot that does not go where it is asked.
+/// If the scenario or the robot is invalid, or if the robot does not follow its commands.
 pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDrive>, f64), Error> {
     let track = Track::new(scenario, robot)?;
     let starts = starts(&track)?;
@@ -68,7 +70,8 @@ pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDriv
     Ok((planar, judges, dt_s))
 }
 
-/// Directions of the space of twists, in shares of the fastest along each axis: all around, turning, and both at once.
+/// Directions in twist space, in shares of the top speed along each axis: translations all around,
+/// turns, and combinations of both.
 fn ways() -> Vec<Vector3<f64>> {
     let around = (0..DIRECTIONS).map(|k| TAU * k as f64 / DIRECTIONS as f64);
     let level = around.map(|angle| Vector3::new(libm::cos(angle), libm::sin(angle), 0.0));
@@ -83,9 +86,9 @@ fn ways() -> Vec<Vector3<f64>> {
     level.chain(turns).chain(both).collect()
 }
 
-/// Mean accelerations of starts that ask for the fastest, until half of it has come.
+/// Mean accelerations of starts at the fastest command, until half of it is reached.
 fn starts(track: &Track) -> Result<Vec<Vector3<f64>>, Error> {
-    /// On glaze of a friction of 0.01 a robot is as fast as its wheels ask after 150.
+    /// Longest start. At friction 0.01 a robot needs 150 units to reach its commanded speed.
     const LONGEST_UNITS: f64 = 400.0;
     let tops = track.tops();
     let start = |way: Vector3<f64>| {
@@ -108,15 +111,16 @@ fn starts(track: &Track) -> Result<Vec<Vector3<f64>>, Error> {
     ways().into_iter().map(start).collect()
 }
 
-/// What grip and motors give, from starts.
+/// Fits the acceleration limits to starts.
 fn grip(track: &Track, starts: &[Vector3<f64>]) -> Result<Grip, Error> {
     let tops = track.tops();
-    // The sum of X_i |a_i|^p = 1 is linear in X = most^-p. Over the tops all axes are of one size.
+    // The sum of X_i |a_i|^p = 1 is linear in X = most^-p. Divided by the top speeds, all axes have
+    // the same scale.
     let of_exponent = |p: f64| {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for start in starts {
             let row = start.component_div(&tops).map(|a| libm::pow(a.abs(), p));
-            // So that small accelerations weigh as much as large ones.
+            // Gives small accelerations the same weight as large ones.
             let weight = 1.0 / row.sum();
             normal += weight * weight * row * row.transpose();
             right += weight * weight * row;
@@ -150,9 +154,10 @@ fn grip(track: &Track, starts: &[Vector3<f64>]) -> Result<Grip, Error> {
     })
 }
 
-/// How much of what is asked comes, from steady drives.
+/// Fits the reached share of a commanded twist to steady drives.
 fn shortfall(track: &Track, most: Vector3<f64>) -> Result<Shortfall, Error> {
-    /// A while after a robot is as fast as it will be, and the time over which it is looked at: some turns of the wheels.
+    /// Settling time after the start, and the time over which the mean is taken: several turns of
+    /// the wheels.
     const SETTLED_UNITS: f64 = 8.0;
     const MEASURED_UNITS: f64 = 30.0;
     const SHARE: f64 = 0.6;
@@ -202,12 +207,12 @@ fn shortfall(track: &Track, most: Vector3<f64>) -> Result<Shortfall, Error> {
     })
 }
 
-/// The gains of the law, from starts that ask for less than there is.
+/// Fits the gains of the law to starts within the acceleration limits.
 fn lag(track: &Track, shortfall: &Matrix3<f64>, most: Vector3<f64>) -> Result<Lag, Error> {
     const TRIAL: f64 = 0.01;
     const SHARE_OF_GRIP: f64 = 0.3;
     const UNITS: f64 = 4.0;
-    // At least 40 samples, of which the gains are two.
+    // At least 40 samples, for two gains.
     let steps = track.steps(UNITS).max(40);
     let mut lag = Lag {
         proportional_per_s: [0.0; 3],
@@ -250,16 +255,17 @@ fn lag(track: &Track, shortfall: &Matrix3<f64>, most: Vector3<f64>) -> Result<La
     Ok(lag)
 }
 
-/// The longest step for a gain: a quarter of the time that it takes.
+/// The longest integration step for a gain: a quarter of its time constant.
 fn step_s(track: &Track, proportional_per_s: f64) -> f64 {
     track.dt_s.min(0.25 / proportional_per_s)
 }
 
-/// The gain in 1/s, and the integral one over its square, of which something is least: by looking everywhere, and then ever closer.
+/// Minimises over the proportional gain, in 1/s, and the integral gain over its square, on a grid
+/// that is refined in rounds.
 fn least(of: impl Fn(f64, f64) -> f64, unit_s: f64) -> ([f64; 2], f64) {
-    /// From far slower to far quicker than any wheel loop, in the robot's units.
+    /// From far slower to far faster than any wheel loop, in the robot's units.
     const GAINS: [f64; 2] = [0.2, 100.0];
-    /// Critically damped is a quarter.
+    /// Critical damping is at a quarter.
     const MOST_OVER_SQUARE: f64 = 1.0;
     const POINTS: usize = 12;
     const ROUNDS: usize = 5;
@@ -287,7 +293,7 @@ fn least(of: impl Fn(f64, f64) -> f64, unit_s: f64) -> ([f64; 2], f64) {
     best
 }
 
-/// What the law misses: covariance of the pose that grows in a second of drives of chance.
+/// The covariance of the pose error that grows per second of pseudo-random drives.
 fn drift(track: &Track, drives: &[PlanarDrive], law: &Law) -> [[f64; 3]; 3] {
     let dt_s = track.dt_s;
     let window = track.steps(DRIFT_UNITS);
@@ -301,6 +307,6 @@ fn drift(track: &Track, drives: &[PlanarDrive], law: &Law) -> [[f64; 3]; 3] {
         }
         time_s += drive.came.len() as f64 * dt_s;
     }
-    // It is symmetric.
+    // Symmetric, so that row and column order agree.
     (sum / time_s).into()
 }

@@ -1,23 +1,25 @@
-//! A robot as planners and learners need it: a base that moves in the plane, fitted to sweeps of ilon itself.
+//! A robot as a planar base for planners and learners, fitted to simulated drives.
 //!
-//! The body's twist v follows the asked twist u through the law of the wheel loops, within what grip and motors give:
+//! The body's twist v follows the commanded twist u through the law of the wheel loops, within the
+//! limits of grip and motors:
 //!
 //! ```text
-//! e = S u - v                                        S: how much of what is asked comes, shortfall by direction
+//! e = S u - v                                        S: the reached twist over the commanded one
 //! a = k_p e + k_i z + c(v),  z' = e                  the wheel loops' lag; c(v) = (-omega v_y, omega v_x, 0)
-//! a is shortened until |a_x/A|^p + |a_y/B|^p + |a_turn/C|^p <= 1, and z stands meanwhile
+//! a is shortened until |a_x/A|^p + |a_y/B|^p + |a_turn/C|^p <= 1, and z is constant meanwhile
 //! v' = a - c(v)
 //! ```
 //!
-//! Each part comes of a sweep of its own: S of steady drives in all directions, A, B, C and p of steps that ask for more than there is, k_p
-//! and k_i of steps that do not, and what the model then misses on drives of chance is the drift. Other drives, which no fit has seen, say how
-//! far it is off.
+//! Each part is fitted to its own drives: S to steady drives in all directions; A, B, C and p to
+//! starts beyond the acceleration limits; k_p and k_i to starts within them. What the model then
+//! misses on pseudo-random drives is the drift. Further drives, which no fit has used, give the
+//! model's error.
 //!
 //! | module | answers |
 //! |---|---|
-//! | `drives` | what ilon's robot does under commands of the body's twist |
+//! | `drives` | drives of the simulated robot under commanded body twists |
 //! | `model` | the law above |
-//! | [`fit()`] | the law's numbers |
+//! | [`fit()`] | the law's parameters |
 //! | [`files()`] | JSON, and a model for numpy |
 
 mod drives;
@@ -31,73 +33,76 @@ pub use drives::PlanarDrive;
 pub use files::files;
 pub use fit::fit;
 
-/// A planar base, and how well it is one. Vectors are ahead, to the left, and turning counter-clockwise, about the origin of the body frame.
+/// A planar base with its errors. Vectors are (ahead, left, counter-clockwise turn) about the
+/// origin of the body frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Planar {
     /// The robot's name.
     pub robot: String,
-    /// Coulomb's coefficient of friction of the floor on which it was driven.
+    /// Coulomb friction coefficient of the floor in the drives.
     pub friction: f64,
-    /// The rate up to which wheels were driven, in rad/s: the fit holds as far.
+    /// The largest commanded wheel rate, in rad/s: the fit holds up to it.
     pub wheel_rate_rad_s: f64,
-    /// The speeds that this allows along each axis, in m/s and rad/s.
+    /// The resulting top speeds along each axis, in m/s and rad/s.
     pub top: [f64; 3],
-    /// The longest step in which the law may be integrated, in seconds.
+    /// The longest step for integrating the law, in seconds.
     pub step_s: f64,
-    /// How much of what is asked comes.
+    /// The reached share of a commanded twist.
     pub shortfall: Shortfall,
-    /// What grip and motors give.
+    /// The acceleration limits of grip and motors.
     pub grip: Grip,
     /// How the wheel loops follow.
     pub lag: Lag,
-    /// What the model misses on drives of chance: covariance of the pose in the body frame (m, m, rad) that grows in a second of driving.
+    /// Covariance of the pose error in the body frame (m, m, rad) that grows per second of
+    /// pseudo-random drives.
     pub drift_covariance_per_s: [[f64; 3]; 3],
-    /// How far off it is on drives that the fit has not seen.
+    /// The error on drives that no fit has used.
     pub held_out: HeldOut,
 }
 
-/// How much of what is asked comes, when nothing changes any more.
+/// The reached share of a commanded twist in the steady state.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Shortfall {
-    /// S: the twist that comes is S times the twist that is asked.
+    /// S: the reached twist is S times the commanded twist.
     pub matrix: [[f64; 3]; 3],
-    /// By direction, from where the robot looks, counter-clockwise: what was measured.
+    /// The measured values by direction in the body frame, counter-clockwise from ahead.
     pub by_direction: Vec<DirectionShortfall>,
     /// The largest difference between S and a measured twist, over the top speeds.
     pub fit_error: f64,
 }
 
-/// What is missing in one direction.
+/// The missing speed in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DirectionShortfall {
-    /// The direction, in degrees.
+    /// The direction in the body frame, in degrees.
     pub direction_deg: f64,
-    /// The share of the asked speed that is missing along it.
+    /// The missing share of the commanded speed along the direction.
     pub missing: f64,
-    /// By how much the robot drifts off to the left of it, over the asked speed.
+    /// The drift to the left of the direction, over the commanded speed.
     pub aside: f64,
 }
 
-/// What grip and motors give to a start from rest.
+/// The acceleration limits from rest, by grip and motors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Grip {
     /// A, B and C: the largest accelerations along the axes, in m/s^2 and rad/s^2.
     pub most: [f64; 3],
-    /// p: 1 where the axes share one budget, 2 of an ellipse, more where they hardly know of each other.
+    /// p: 1 if the axes share one budget, 2 for an ellipse, larger if they are nearly independent.
     pub exponent: f64,
-    /// The root mean square of what is measured over what this gives, less 1.
+    /// Root mean square of the measured over the modelled acceleration, less 1.
     pub fit_error: f64,
-    /// The axes of the ellipse that fits best, for planners that know no other shape, in m/s^2 and rad/s^2.
+    /// The axes of the best ellipse, for planners without other shapes, in m/s^2 and rad/s^2.
     pub ellipse: [f64; 3],
-    /// The same error of the ellipse.
+    /// The same error for the ellipse.
     pub ellipse_fit_error: f64,
 }
 
-/// How the body follows what is asked, while there is grip: the law's gains along each axis.
+/// How the body follows its command within the acceleration limits: the law's gains along each
+/// axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Lag {
@@ -105,32 +110,32 @@ pub struct Lag {
     pub proportional_per_s: [f64; 3],
     /// k_i, in 1/s^2.
     pub integral_per_s2: [f64; 3],
-    /// The root mean square of what the law misses on the steps that it was fitted to, over their size.
+    /// Root mean square of the law's error on the fitted starts, over their size.
     pub fit_error: [f64; 3],
 }
 
-/// The errors on drives that no fit has seen.
+/// The errors on drives that no fit has used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct HeldOut {
-    /// How many drives there are, and how long each is in seconds.
+    /// The number of drives.
     pub drives: usize,
-    /// See above.
+    /// The length of each drive, in seconds.
     pub duration_s: f64,
-    /// Of the law, as in the model for numpy.
+    /// Errors of the law, as in the model for numpy.
     pub model: DriveError,
-    /// Of ideal kinematics: the robot does what is asked, at once.
+    /// Errors of ideal kinematics, in which the robot reaches its command at once.
     pub ideal: DriveError,
 }
 
-/// How far a model is off from ilon, over some drives.
+/// The error of a model against ilon, over several drives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DriveError {
-    /// Root mean square of the twist's error, in m/s, m/s and rad/s.
+    /// Root mean square of the twist error, in m/s, m/s and rad/s.
     pub twist_rms: [f64; 3],
-    /// Distance of the positions at the end over the length of the path: the mean over the drives.
+    /// Distance between the end positions over the length of the path; the mean over the drives.
     pub position_over_path: f64,
-    /// Error of the heading at the end, in rad: root mean square over the drives.
+    /// Error of the heading at the end, in rad; root mean square over the drives.
     pub heading_rms_rad: f64,
 }

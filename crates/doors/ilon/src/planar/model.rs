@@ -1,16 +1,16 @@
-//! The law of a planar base, and how far it is off.
+//! The law of a planar base, and its error.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::DriveError;
 use super::drives::PlanarDrive;
 
-/// What turns a velocity in a frame that turns: omega x v.
+/// The acceleration of a constant velocity in a rotating frame: omega x v.
 fn carried(v: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(-v.z * v.y, v.z * v.x, 0.0)
 }
 
-/// The law of the wheel loops within what there is.
+/// The law of the wheel loops within the acceleration limits.
 pub(super) struct Law {
     pub shortfall: Matrix3<f64>,
     pub proportional_per_s: Vector3<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Law {
     pub step_s: f64,
 }
 
-/// How much of what there is an acceleration takes.
+/// The share of the acceleration limits that an acceleration uses.
 pub(super) fn taken(a: Vector3<f64>, most: Vector3<f64>, exponent: f64) -> f64 {
     let shares = a.component_div(&most);
     let sum: f64 = shares
@@ -31,7 +31,7 @@ pub(super) fn taken(a: Vector3<f64>, most: Vector3<f64>, exponent: f64) -> f64 {
 }
 
 impl Law {
-    /// The twists that come of what is asked, from rest.
+    /// The twists that follow the commands from rest.
     pub fn follow(&self, asked: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
         let parts = (dt_s / self.step_s).ceil().max(1.0);
         let h_s = dt_s / parts;
@@ -56,7 +56,7 @@ impl Law {
     }
 }
 
-/// Where a body is that moves with these twists from the origin: x, y and heading after each.
+/// Integrates twists from the origin: x, y and heading after each.
 pub(super) fn poses(twists: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
     let mut pose: Vector3<f64> = Vector3::zeros();
     let step = |twist: &Vector3<f64>| {
@@ -72,7 +72,7 @@ pub(super) fn poses(twists: &[Vector3<f64>], dt_s: f64) -> Vec<Vector3<f64>> {
     twists.iter().map(step).collect()
 }
 
-/// How far a model is off over some drives.
+/// The error of a model over several drives.
 pub(super) fn error(
     drives: &[PlanarDrive],
     dt_s: f64,

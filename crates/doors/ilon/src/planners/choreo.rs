@@ -1,12 +1,13 @@
-//! A project of Choreo.
+//! A project file for Choreo.
 
 use serde_json::{Value, json};
 
 use super::Swerve;
 
-/// The robot as a project of Choreo (`.chor`, schema 2), without trajectories. Motors are written at the wheel, with a gear ratio of 1.
+/// The robot as a project of Choreo (`.chor`, schema 2), without trajectories. Motors are written
+/// at the wheel, with a gear ratio of 1.
 ///
-/// Choreo takes two places of wheels and mirrors them: the mean of left and right.
+/// Choreo takes two wheel positions and mirrors them; they are the mean of left and right.
 pub fn choreo(swerve: &Swerve) -> String {
     let [front_m, back_m, left_m, right_m] = swerve.reach_m;
     let [fl, fr, bl, br] = swerve.modules_m;
@@ -44,7 +45,7 @@ pub fn choreo(swerve: &Swerve) -> String {
     format!("{project:#}\n")
 }
 
-/// A number as Choreo has it: as it was typed, and its value in SI.
+/// A number in Choreo's form: an expression with unit, and the value in SI units.
 fn said(value: f64, unit: &str) -> Value {
     let exp = format!("{value} {unit}");
     json!({ "exp": exp.trim_end(), "val": value })

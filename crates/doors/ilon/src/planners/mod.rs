@@ -1,9 +1,11 @@
-//! A robot as the planners of robot contests take it.
+//! Input files for the planners of robot contests.
 //!
-//! PathPlanner and Choreo know a swerve drive: four modules that each push with up to friction x mass x 9.8 / 4, in any direction. A robot on
-//! mecanum or omni wheels can do less in some directions, and its loads shift. So the friction that they are given is not the floor's, but the
-//! largest with which every acceleration that their model allows is one that this robot has from rest ([`Swerve`]). Road Runner knows mecanum
-//! wheels, and takes the voltage that a motion needs ([`Feedforward`]); Pedro Pathing knows them too, and takes what its tuners measure.
+//! PathPlanner and Choreo model a swerve drive: four modules that each push with up to friction x
+//! mass x 9.8 / 4, in any direction. A robot on mecanum or omni wheels reaches less in some
+//! directions, and its wheel loads shift. So the friction in the files is not the floor's: it is
+//! the largest at which this robot can reach from rest every acceleration that the planner's model
+//! allows ([`Swerve`]). Road Runner models mecanum wheels and takes the voltage that a motion needs
+//! ([`Feedforward`]). Pedro Pathing models them too and takes what its tuners measure.
 
 mod choreo;
 mod pathplanner;

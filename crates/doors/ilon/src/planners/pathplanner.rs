@@ -1,22 +1,23 @@
-//! `settings.json` of PathPlanner.
+//! `settings.json` for PathPlanner.
 
 use serde_json::{Value, json};
 
 use super::Swerve;
 
-/// The motor that stands for the robot's own, for PathPlanner takes none but those that it knows: WPILib's NEO at 12 V.
+/// The motor in place of the robot's own: WPILib's NEO at 12 V, as PathPlanner accepts only motors
+/// that it knows.
 const MOTOR: &str = "NEO";
 const STALL_N_M: f64 = 2.6;
 const STALL_A: f64 = 105.0;
 const FREE_A: f64 = 1.8;
 const FREE_RAD_S: f64 = 5676.0 / 60.0 * std::f64::consts::TAU;
 
-/// The robot as PathPlanner's settings, to be put into `src/main/deploy/pathplanner/settings.json`.
+/// The robot as PathPlanner's settings, for `src/main/deploy/pathplanner/settings.json`.
 ///
-/// Gear ratio and current limit are those with which a NEO has the torque of [`Swerve::torque_n_m`] at rest and nothing left at the top speed:
-/// a real gear is another.
+/// The gear ratio and current limit give a NEO the torque of [`Swerve::torque_n_m`] at rest and
+/// zero torque at the top speed. They differ from the real ones.
 pub fn pathplanner(swerve: &Swerve) -> String {
-    // Where it draws no current at 12 V: its free speed, and what its own losses take of it.
+    // Rate at zero current and 12 V: the free speed plus what the motor's own losses take of it.
     let empty_rad_s = FREE_RAD_S / (1.0 - FREE_A / STALL_A);
     let gearing = empty_rad_s * swerve.wheel_radius_m / swerve.speed_m_s;
     let current_a = swerve.torque_n_m / (gearing * STALL_N_M / STALL_A);

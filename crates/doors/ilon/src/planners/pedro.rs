@@ -1,4 +1,4 @@
-//! The constants of a mecanum drive for Pedro Pathing.
+//! Constants of a mecanum drive for Pedro Pathing.
 
 use ilon_control::ControlError;
 use ilon_robot::{Robot, Twist};
@@ -7,19 +7,19 @@ use super::road_runner::{BATTERY_V, Feedforward, INCH_M};
 use crate::ros2_control::{Controller, DriveParameters};
 use crate::scenario::{DcMotor, World};
 
-/// The speed from which Pedro's tuners let the robot coast, in m/s: 30 in/s.
+/// Initial speed of the coasting in Pedro's tuners, in m/s: 30 in/s.
 const COASTED_FROM_M_S: f64 = 30.0 * INCH_M;
 
 /// What Pedro's tuners measure in one direction.
 struct Tuned {
     /// The speed at full power, in m/s.
     top_m_s: f64,
-    /// The mean deceleration without power from 30 in/s to a stop, in m/s^2.
+    /// The mean deceleration without power from 30 in/s to rest, in m/s^2.
     coasting_m_s2: f64,
 }
 
 impl Tuned {
-    /// From the voltages of a wheel's rim, which is as fast as the robot; the robot goes `gained` times that.
+    /// From the voltages of a wheel's rim. The robot's speed is `gained` times the rim's.
     fn of(feedforward: &Feedforward, gained: f64) -> Self {
         let Feedforward {
             ks_v,
@@ -28,7 +28,7 @@ impl Tuned {
             drag_v_s_m,
         } = *feedforward;
         let rim_m_s = COASTED_FROM_M_S / gained;
-        // m v' = -(kS + d v) comes to rest after kA / d ln(1 + d v0 / kS), and without d after kA v0 / kS.
+        // m v' = -(kS + d v) stops after kA / d ln(1 + d v0 / kS), and without d after kA v0 / kS.
         let growth = drag_v_s_m * rim_m_s / ks_v;
         let volts = match growth.is_finite() && growth > 1e-9 {
             true => drag_v_s_m * rim_m_s / libm::log1p(growth),
@@ -41,11 +41,12 @@ impl Tuned {
     }
 }
 
-/// The constants that Pedro Pathing's automatic tuners would find, as Java; `drive` is of a robot with mecanum wheels. How far it goes sideways over
-/// how far it goes ahead is `measured`, or else as its rollers make it.
+/// The constants that Pedro Pathing's automatic tuners would find, as Java; `None` unless `drive`
+/// has mecanum wheels. The ratio of sideways to forward distance is `measured`, or otherwise that
+/// of the rollers' geometry.
 ///
 /// # Errors
-/// Those of [`Feedforward::of`].
+/// As [`Feedforward::of`].
 pub fn pedro(
     robot: &Robot,
     drive: &DriveParameters,
@@ -94,14 +95,15 @@ mod tests {
             };
             Tuned::of(&feedforward, 1.0)
         };
-        // Dry friction alone: 1 V / 0.5 V s^2/m = 2 m/s^2 at any speed, and (12 - 1) / 6 m/s at full power.
+        // Dry friction alone: 1 V / 0.5 V s^2/m = 2 m/s^2 at any speed, and (12 - 1) / 6 m/s at
+        // full power.
         let dry = of(1.0, 0.0);
         assert!((dry.coasting_m_s2 - 2.0).abs() < 1e-12);
         assert!((dry.top_m_s - 11.0 / 6.0).abs() < 1e-12);
-        // With 1 V s/m beside: 0.762 / (0.5 ln 1.762) m/s^2, between 2 and 2 x 1.762.
+        // With 1 V s/m in addition: 0.762 / (0.5 ln 1.762) m/s^2, between 2 and 2 x 1.762.
         let wet = of(1.0, 1.0);
         assert!((wet.coasting_m_s2 - 0.762 / (0.5 * 1.762_f64.ln())).abs() < 1e-12);
-        // Nothing stops it.
+        // Without friction the robot does not slow down.
         assert_eq!(of(0.0, 0.0).coasting_m_s2, 0.0);
     }
 }

@@ -10,29 +10,31 @@ use crate::simulate::Limits;
 
 pub(super) const INCH_M: f64 = 0.0254;
 
-/// The battery's voltage at which a motor's stall torque and no-load rate hold, in V: Road Runner divides by the voltage that it measures.
+/// The battery voltage at which a motor's stall torque and no-load rate hold, in V; Road Runner
+/// divides by the measured voltage.
 pub(super) const BATTERY_V: f64 = 12.0;
 
-/// What a motion needs of a motor's voltage: k_S sign(v) + k_V v + k_A v', with v the speed of a wheel's rim.
+/// The motor voltage of a motion: k_S sign(v) + k_V v + k_A v', with v the speed of a wheel's rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Feedforward {
-    /// For dry friction, in V.
+    /// k_S, for dry friction, in V.
     pub ks_v: f64,
-    /// Per speed, in V s/m.
+    /// k_V, per speed, in V s/m.
     pub kv_v_s_m: f64,
-    /// Per acceleration, in V s^2/m.
+    /// k_A, per acceleration, in V s^2/m.
     pub ka_v_s2_m: f64,
-    /// The part of k_V that friction takes, which grows with the speed, in V s/m; the rest is the motor's own voltage.
+    /// The part of k_V from viscous friction, in V s/m; the rest is the motor's back-EMF.
     pub drag_v_s_m: f64,
 }
 
 impl Feedforward {
-    /// Of a motion straight in a direction, the mean of the wheels, in a world of which gravity and the floor's rolling resistance count. The model
-    /// is that of [`DynamicModel`], with the friction of rollers on their axles and the drag of rolling, under equal loads.
+    /// The feedforward of a straight motion in a direction, as the mean of the wheels. Of the
+    /// world, gravity and the floor's rolling resistance count. The model is [`DynamicModel`], with
+    /// the friction of rollers on their axles and rolling resistance, under equal wheel loads.
     ///
     /// # Errors
-    /// Those of [`DynamicModel::new`].
+    /// As [`DynamicModel::new`].
     pub fn of(
         robot: &Robot,
         dc: &DcMotor,
@@ -43,7 +45,7 @@ impl Feedforward {
         let n = robot.wheels.len();
         let mut rates = vec![0.0; n];
         model.kinematics().wheel_rates(direction, &mut rates);
-        // The torque that drives the wheels at a multiple of the direction's speed, or speeds them up by it.
+        // The mean drive torque at a multiple of the direction's speed, or of its acceleration.
         let driving_n_m = |speed: f64, acceleration: f64| -> f64 {
             let times = |by: f64| -> Vec<f64> { rates.iter().map(|rate| by * rate).collect() };
             let mut torques_n_m = vec![0.0; n];
@@ -62,7 +64,7 @@ impl Feedforward {
             .iter()
             .map(|wheel| axle_w(wheel, direction, load_n))
             .sum();
-        // Drag is resistance times load, whatever the direction.
+        // The drag is resistance times load, in every direction.
         let floor_resistance = world.floor.rolling_resistance.unwrap_or(0.0);
         let resistance = |wheel: &Wheel| floor_resistance + wheel.surface.rolling_resistance;
         let drag_n = load_n * robot.wheels.iter().map(resistance).sum::<f64>();
@@ -77,7 +79,7 @@ impl Feedforward {
             / n as f64;
         let of_torque = |torque_n_m: f64| torque_n_m / (efficiency * dc.stall_torque_n_m);
         let radius_m = robot.mean_wheel_radius_m();
-        // Of the wheel's rim where the robot moves at the direction's speed.
+        // Rim speed of a wheel while the robot moves at the direction's speed.
         let rim_m_s = radius_m * rate_sum / n as f64;
         let drag_v_s_m = BATTERY_V * of_torque(twice_n_m - once_n_m) / rim_m_s;
         Ok(Self {
@@ -89,7 +91,8 @@ impl Feedforward {
     }
 }
 
-/// The power of the friction on the axle of a wheel's touching roller, in W, where the robot moves with a twist.
+/// The friction power on the axle of a wheel's touching roller, in W, while the robot moves with a
+/// twist.
 fn axle_w(wheel: &Wheel, twist: Twist, load_n: f64) -> f64 {
     let Some(roller) = wheel.rollers.first() else {
         return 0.0;
@@ -105,11 +108,12 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// The fields of `MecanumDrive.Params` of Road Runner's quickstart, as Java; `drive` is of a robot with mecanum wheels. How far it goes sideways
-/// over how far it goes ahead is `measured`, or else as its rollers make it.
+/// The fields of `MecanumDrive.Params` of Road Runner's quickstart, as Java; `None` unless `drive`
+/// has mecanum wheels. The ratio of sideways to forward distance is `measured`, or otherwise that
+/// of the rollers' geometry.
 ///
 /// # Errors
-/// Those of [`Feedforward::of`].
+/// As [`Feedforward::of`].
 pub fn road_runner(
     robot: &Robot,
     drive: &DriveParameters,

@@ -1,4 +1,4 @@
-//! A robot as a swerve drive that can do no more than it.
+//! A swerve drive whose motions a robot can all perform.
 
 use ilon_control::{AccelerationPolytope, Kinematics, SpeedLimits};
 use ilon_robot::{MassProperties, Robot, Twist};
@@ -7,13 +7,13 @@ use nalgebra::Vector3;
 use crate::ros2_control::DriveParameters;
 use crate::simulate::Limits;
 
-/// Gravity as the planners take it, in m/s^2.
+/// Gravity in the planners' models, in m/s^2.
 pub(super) const PLANNERS_GRAVITY_M_S2: f64 = 9.8;
 
-/// Of the limits, what planners are given.
+/// Share of the limits that is given to planners; chosen.
 const SHARE: f64 = 0.9;
 
-/// A robot as a swerve drive: all that it allows, the robot can do from rest.
+/// A swerve drive: the robot can reach from rest every acceleration that it allows.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Swerve {
@@ -23,25 +23,28 @@ pub struct Swerve {
     pub mass_kg: f64,
     /// Inertia about the vertical through the centre of mass, in kg m^2.
     pub inertia_kg_m2: f64,
-    /// The wheels' places in the body frame, in metres: front left, front right, back left, back right.
+    /// The wheels' positions in the body frame, in metres: front left, front right, back left, back
+    /// right.
     pub modules_m: [[f64; 2]; 4],
     /// Radius of the wheels, in metres.
     pub wheel_radius_m: f64,
-    /// The coefficient of friction for the planner, which takes a quarter of the weight on each module.
+    /// The friction coefficient for the planner, with a quarter of the weight on each module.
     pub friction: f64,
-    /// The torque at a wheel that goes with it, in N m.
+    /// The corresponding torque at a wheel, in N m.
     pub torque_n_m: f64,
     /// Top speed in the slowest direction, without turning, in m/s.
     pub speed_m_s: f64,
     /// Top yaw rate on the spot, in rad/s.
     pub yaw_rate_rad_s: f64,
-    /// Box of accelerations ahead, left and turning of which every corner can be had, in m/s^2 and rad/s^2.
+    /// Box of accelerations ahead, left and turning, in m/s^2 and rad/s^2; the robot reaches every
+    /// corner.
     pub acceleration_box: [f64; 3],
-    /// How far the robot reaches from the origin of its body frame ahead, back, left and right, in metres.
+    /// Extent of the robot from the origin of its body frame ahead, back, left and right, in
+    /// metres.
     pub reach_m: [f64; 4],
 }
 
-/// Why a robot cannot be taken for a swerve drive.
+/// Why a robot cannot be described as a swerve drive.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoSwerve {
     /// It has not four wheels, one in each quadrant.
@@ -49,7 +52,7 @@ pub enum NoSwerve {
         "planners for swerve drives take four wheels, one in each corner: front left, front right, back left, back right; this robot has {0}"
     )]
     NotFourCorners(String),
-    /// Something along an axis cannot be had from rest.
+    /// An acceleration along some axis cannot be reached from rest.
     #[error(
         "there is no direction-free acceleration to give: on this ground the robot cannot even stand, or a motor holds it"
     )]
@@ -65,7 +68,7 @@ impl Swerve {
     /// The robot as a swerve drive under the conditions of its limits.
     ///
     /// # Errors
-    /// Where it cannot be taken for one.
+    /// If it cannot be described as one.
     pub fn of(robot: &Robot, limits: &Limits) -> Result<Self, NoSwerve> {
         let modules_m = corners(robot)?;
         let polytope = limits.polytope.as_ref().ok_or(NoSwerve::NothingToGive)?;
@@ -80,7 +83,7 @@ impl Swerve {
         let tops = SpeedLimits::new(&kinematics, &rates);
         let speed_m_s = slowest_m_s(&tops);
         let turning = Twist::new(0.0, 0.0, 1.0);
-        // As for the controllers of ROS 2 and Road Runner, by what the rollers make of a turn.
+        // As for the controllers of ROS 2 and Road Runner, with the yaw rate that the rollers give.
         let drive = DriveParameters::of(robot).ok().and_then(Result::ok);
         let share = drive.map_or_else(|| tops.share(turning), |drive| drive.share(turning));
         let yaw_rate_rad_s = 1.0 / share;
@@ -106,7 +109,7 @@ impl Swerve {
     }
 }
 
-/// The wheels' places: front left, front right, back left, back right.
+/// The wheels' positions: front left, front right, back left, back right.
 fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
     let not = |where_they_are| {
         NoSwerve::NotFourCorners(format!("{} wheels{where_they_are}", robot.wheels.len()))
@@ -130,7 +133,7 @@ fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
     ])
 }
 
-/// The robot as one body, its joints at zero.
+/// The robot as one rigid body, its joints at zero.
 fn whole(robot: &Robot) -> Option<MassProperties> {
     let mut parts = vec![robot.chassis.mass.clone()];
     for joint in &robot.joints {
@@ -153,9 +156,11 @@ fn slowest_m_s(tops: &SpeedLimits) -> f64 {
     1.0 / shares.fold(0.0, f64::max)
 }
 
-/// The largest force of a module, in N, with which all accelerations of the swerve drive lie in a polytope.
+/// The largest force of a module, in N, at which all accelerations of the swerve drive lie in a
+/// polytope.
 ///
-/// Modules at b_i that push with any f_i, |f_i| <= F, give m a = sum f_i and J alpha = sum b_i x f_i. Of a face n . (a, alpha) <= 1 they reach at
+/// Modules at b_i that push with any f_i, |f_i| <= F, give m a = sum f_i and J
+/// alpha = sum b_i x f_i. Along the normal of a face n . (a, alpha) <= 1 they reach at
 /// most F sum |n_a / m + (n_alpha / J) k x b_i|, each pushing along its own term.
 fn force_within_n(
     modules_m: &[[f64; 2]; 4],
@@ -177,7 +182,8 @@ fn force_within_n(
         .fold(0.0, f64::max)
 }
 
-/// How far chassis and wheels reach from the origin of the body frame in a horizontal direction, in metres.
+/// The extent of chassis and wheels from the origin of the body frame in a horizontal direction, in
+/// metres.
 fn reach_m(robot: &Robot, way: &Vector3<f64>) -> f64 {
     let chassis = robot.chassis.collisions.iter().map(|c| c.reach_m(way));
     let wheels = robot.wheels.iter().map(|wheel| {

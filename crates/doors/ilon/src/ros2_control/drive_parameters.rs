@@ -1,4 +1,4 @@
-//! Which controller drives a robot, and by which parameters.
+//! Selects the controller that can drive a robot, and computes its parameters.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -6,9 +6,10 @@ use ilon_control::{ContactKinematics, ControlError, Kinematics};
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::{MatrixXx3, Rotation2, RowVector2, RowVector3, Vector2};
 
-/// The wheels of a robot may be this far from what a controller takes them for, as a share: files round, people measure.
+/// Tolerance of the geometry that a controller assumes, as a share; chosen, as files are rounded
+/// and robots are measured by hand.
 const WITHIN: f64 = 0.01;
-/// How many sets of wheel angles means are taken over.
+/// Number of samples of wheel angles for means; chosen.
 const SAMPLES: usize = 4096;
 
 /// A controller of ros2_controllers with its geometry.
@@ -22,9 +23,11 @@ pub enum Controller {
         wheels_radius_m: f64,
         /// `kinematics.sum_of_robot_center_projection_on_X_Y_axis`, in metres.
         center_sum_m: f64,
-        /// `kinematics.base_frame_offset`: where the body frame is from the wheels' centre, in metres, in the frame of the wheels.
+        /// `kinematics.base_frame_offset`: the position of the body frame relative to the wheels'
+        /// centre, in metres, in the wheels' frame.
         base_frame_offset_m: [f64; 2],
-        /// Its `theta`: how far the body frame is turned from that of the wheels, whose x axis is where they roll to, in radians.
+        /// Its `theta`: the rotation of the body frame relative to the wheels' frame, whose x axis
+        /// is their rolling direction, in radians.
         base_frame_offset_rad: f64,
     },
     /// `omni_wheel_drive_controller/OmniWheelDriveController`.
@@ -40,18 +43,18 @@ pub enum Controller {
     },
 }
 
-/// A controller, and what it makes of a robot.
+/// A controller, with the motions that it gives the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveParameters {
     /// The controller.
     pub controller: Controller,
-    /// The radius of the wheels by their shape, in metres.
+    /// The geometric radius of the wheels, in metres.
     pub radius_m: f64,
-    /// What really comes of 1 m/s ahead, 1 m/s to the left and 1 rad/s, each alone, that the controller is asked for: the mean over
-    /// all wheel angles, without slip.
+    /// The real velocity per commanded 1 m/s ahead, 1 m/s to the left and 1 rad/s, each alone; the
+    /// mean over all wheel angles, without slip.
     pub real_over_asked: [f64; 3],
-    /// The rates in rad/s that the controller gives its wheels for 1 m/s ahead, 1 m/s to the left and 1 rad/s: one row a wheel, in
-    /// the robot's order.
+    /// The wheel rates, in rad/s, that the controller commands for 1 m/s ahead, 1 m/s to the left
+    /// and 1 rad/s: one row per wheel, in the robot's order.
     pub rates: MatrixXx3<f64>,
     /// The rate limits of the wheels, in rad/s, infinite for none.
     pub rate_limits_rad_s: Vec<f64>,
@@ -63,23 +66,24 @@ pub struct DriveParameters {
     "neither mecanum_drive_controller nor omni_wheel_drive_controller can drive this robot: {mecanum}; {omni}"
 )]
 pub struct Unsuitable {
-    /// Why not the one for mecanum wheels.
+    /// Why the controller for mecanum wheels cannot.
     pub mecanum: String,
-    /// Why not the one for omni wheels.
+    /// Why the controller for omni wheels cannot.
     pub omni: String,
 }
 
-/// What a controller makes of a twist: the rows of wheel rates for a radius, the wheels' places as it takes them, and a lever of yaw
-/// in relation to theirs.
+/// A controller's wheel rates for a twist: rows without the radius, the wheel positions that it
+/// assumes, and its lever arm of yaw.
 struct WheelRates {
-    /// In the robot's order: the row without its radius, the last entry in metres.
+    /// In the robot's order: the row times the radius, the last entry in metres.
     rows: Vec<RowVector3<f64>>,
     controller: fn(&WheelRates, radius_m: f64, lever: f64) -> Controller,
     wheels: Vec<String>,
     lever_m: f64,
-    /// Of omni wheels the angle of the first, of mecanum wheels that of the body's frame in theirs.
+    /// For omni wheels the angle of the first; for mecanum wheels that of the body frame in the
+    /// wheels' frame.
     offset_rad: f64,
-    /// The wheels' centre, in the body frame.
+    /// The wheels' centre in the body frame.
     center_m: Vector2<f64>,
 }
 
@@ -87,7 +91,7 @@ impl DriveParameters {
     /// The parameters of the controller that can drive a robot.
     ///
     /// # Errors
-    /// Where the robot cannot be controlled at all.
+    /// If the robot cannot be controlled at all.
     pub fn of(robot: &Robot) -> Result<Result<Self, Unsuitable>, ControlError> {
         let kinematics = Kinematics::new(robot)?;
         let contact = ContactKinematics::new(robot)?;
@@ -102,7 +106,8 @@ impl DriveParameters {
         let mean = |rates: &[f64]| mean_twist(&contact, rates);
         let rates = |radius_m: f64, lever: f64| -> MatrixXx3<f64> {
             let row = |row: &RowVector3<f64>| {
-                // What the offset of the centre adds to the last column has no lever.
+                // The part of the last column from the centre's offset does not scale with the
+                // lever.
                 let center = row.x * -form.center_m.y + row.y * form.center_m.x;
                 RowVector3::new(row.x, row.y, (row.z - center) * lever + center) / radius_m
             };
@@ -117,7 +122,7 @@ impl DriveParameters {
             ]
         };
         let by_shape = gained(&rates(radius_m, 1.0));
-        // The radius that is right ahead, and the lever with which the yaw rate is right then.
+        // The radius that is right ahead, and the lever at which the yaw rate is then right.
         let is_omni = matches!((form.controller)(&form, 1.0, 1.0), Controller::Omni { .. });
         let ahead = if is_omni {
             0.5 * (by_shape[0] + by_shape[1])
@@ -139,7 +144,7 @@ impl DriveParameters {
         }))
     }
 
-    /// What share of its rate the busiest wheel needs for a twist; 0 without limits.
+    /// The share of its rate limit that the busiest wheel uses for a twist; 0 without limits.
     pub fn share(&self, twist: Twist) -> f64 {
         let twist = nalgebra::Vector3::new(twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s);
         let shares = self.rates.row_iter().zip(&self.rate_limits_rad_s);
@@ -148,8 +153,8 @@ impl DriveParameters {
             .fold(0.0, f64::max)
     }
 
-    /// Half of the sides, in m/s, m/s and rad/s, of a box of twists of which the wheels can roll each, in the proportions of the top
-    /// speeds along its axes; `None` without limits.
+    /// Half the sides, in m/s, m/s and rad/s, of a box of twists, all within the wheels' limits.
+    /// Its sides have the proportions of the top speeds along the axes. `None` without limits.
     pub fn box_within(&self) -> Option<[f64; 3]> {
         let top = |twist: Twist| 1.0 / self.share(twist);
         let tops = [
@@ -173,7 +178,7 @@ impl DriveParameters {
     }
 }
 
-/// The form, if the robot's wheels are as it takes them.
+/// Returns the form if the robot's wheels match it.
 fn suits(
     form: Result<WheelRates, String>,
     kinematics: &Kinematics,
@@ -212,14 +217,15 @@ fn suits(
     Ok(form)
 }
 
-/// The mean place of wheels, in the body frame.
+/// The mean position of wheels in the body frame.
 fn center_m(wheels: &[Wheel]) -> Vector2<f64> {
     let sum: Vector2<f64> = wheels.iter().map(|wheel| wheel.position_m().xy()).sum();
     sum / wheels.len() as f64
 }
 
-/// Four wheels, one in each quarter, with rollers at 45 degrees: rates of (1, -1, -L), (1, 1, L), (1, -1, L), (1, 1, -L) over the
-/// radius, front left, front right, rear right, rear left; in a frame whose x axis is where the wheels roll to.
+/// Four wheels, one in each quarter, with rollers at 45 degrees. The rates are (1, -1, -L), (1, 1,
+/// L), (1, -1, L), (1, 1, -L) over the radius for front left, front right, rear right, rear left,
+/// in a frame whose x axis is the wheels' rolling direction.
 fn mecanum(wheels: &[Wheel]) -> Result<WheelRates, String> {
     if wheels.len() != 4 {
         return Err(format!("it has {} wheels and not four", wheels.len()));
@@ -247,7 +253,7 @@ fn mecanum(wheels: &[Wheel]) -> Result<WheelRates, String> {
     let rows = quarters.iter().map(|quarter| {
         let (vy, yaw) = [(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)][*quarter];
         let linear = RowVector2::new(1.0, vy) * wheels_from_body.matrix();
-        // About the body's origin: v at the centre is v + omega x center.
+        // About the body's origin: the velocity at the centre is v + omega x center.
         let center = -linear.x * center_m.y + linear.y * center_m.x;
         RowVector3::new(linear.x, linear.y, yaw * lever_m + center)
     });
@@ -274,7 +280,8 @@ fn mecanum(wheels: &[Wheel]) -> Result<WheelRates, String> {
     })
 }
 
-/// Where wheels with parallel axes roll to, as most of them turn: the angle from the body's x axis, in radians. What rounding leaves is zero.
+/// The rolling direction of wheels with parallel axes, by the majority of them: the angle from the
+/// body's x axis, in radians. Values within rounding count as zero.
 fn heading_rad(wheels: &[Wheel]) -> f64 {
     /// Files round angles to four digits.
     const ROUNDED_RAD: f64 = 2e-3;
@@ -290,8 +297,8 @@ fn heading_rad(wheels: &[Wheel]) -> f64 {
     }
 }
 
-/// Three wheels or more at even angles on a circle about the body's origin, their rollers across: rates of
-/// (sin a, -cos a, -R) over the radius for the wheel at angle a.
+/// Three or more wheels at even angles on a circle about the body's origin, with rollers across:
+/// the rates are (sin a, -cos a, -R) over the radius for the wheel at angle a.
 fn omni(wheels: &[Wheel]) -> Result<WheelRates, String> {
     let count = wheels.len();
     let robot_radius_m = wheels
@@ -301,14 +308,14 @@ fn omni(wheels: &[Wheel]) -> Result<WheelRates, String> {
         / count as f64;
     let angle = |wheel: &Wheel| {
         let at = wheel.position_m();
-        // The one that stands ahead, to rounding, comes first.
+        // The wheel straight ahead, to rounding, comes first.
         (libm::atan2(at.y, at.x) + 1e-6).rem_euclid(TAU) - 1e-6
     };
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| angle(&wheels[*a]).total_cmp(&angle(&wheels[*b])));
     let apart_rad = TAU / count as f64;
     let mut rows = vec![RowVector3::zeros(); count];
-    // Each wheel has its own idea of where the first stands.
+    // The offset is the mean over what each wheel implies for the first.
     let offsets = order
         .iter()
         .enumerate()
@@ -343,14 +350,15 @@ fn omni(wheels: &[Wheel]) -> Result<WheelRates, String> {
     })
 }
 
-/// The mean twist of rates over all angles of the wheels, each at any, without slip.
+/// The mean twist of wheel rates over all combinations of wheel angles, without slip.
 fn mean_twist(contact: &ContactKinematics, rates_rad_s: &[f64]) -> Twist {
     let mut contact = contact.clone();
     let mut angles_rad = vec![0.0; rates_rad_s.len()];
     let mut sum = Twist::default();
     for sample in 0..SAMPLES {
         for (k, angle_rad) in angles_rad.iter_mut().enumerate() {
-            // Kronecker's sequence by the roots of primes fills the angles evenly, and the same on every machine.
+            // Kronecker's sequence with the roots of primes covers the angles evenly, and
+            // identically on every machine.
             let step = libm::sqrt(PRIMES[k % PRIMES.len()]) + (k / PRIMES.len()) as f64 * 0.1;
             *angle_rad = TAU * (sample as f64 * step).fract();
         }
@@ -390,19 +398,21 @@ mod tests {
             wheels[0].contains("left") && wheels[0].contains("front"),
             "{wheels:?}"
         );
-        // Ahead a barrel rolls on the wheel's radius, whichever roller touches.
+        // Ahead, a barrel rolls on the wheel's radius, whichever roller touches.
         assert!((wheels_radius_m / drive.radius_m - 1.0).abs() < 1e-4);
         assert!(base_frame_offset_m.iter().all(|x| x.abs() < 1e-9));
         let [x, y, yaw] = drive.real_over_asked;
         assert!((x - 1.0).abs() < 1e-9 && (yaw - 1.0).abs() < 1e-9);
-        // Nine rollers a wheel: sin(pi/9)/(pi/9) of what eq. (9) says, for wheels in step. Here each stands at any angle, and the
-        // least squares over four of them weighs them by a second order of what they differ by.
+        // With nine rollers per wheel, sin(pi/9)/(pi/9) of eq. (9) for wheels in step. Here each
+        // wheel has any angle, and the least squares over four wheels weight them with a
+        // second-order term in their differences.
         let short = (PI / 9.0).sin() / (PI / 9.0);
         assert!((y - short).abs() < 2e-3, "{y} against {short}");
     }
 
-    /// A robot whose hubs lie along x rolls along -y: the controller's frame is turned by -90 degrees from the body's, so that the body's is turned by
-    /// 90 degrees from it, v_C = R(theta) v_B. Its rates are those of eq. (9) all the same.
+    /// A robot whose hubs lie along x rolls along -y: the controller's frame is turned by
+    /// -90 degrees from the body's, so that the body's is turned by 90 degrees from it,
+    /// v_C = R(theta) v_B. The rates are still those of eq. (9).
     #[test]
     fn a_robot_that_rolls_along_y_is_driven_with_the_offset_of_its_frame() {
         let mut turned = robot("mecanum4");
@@ -413,7 +423,8 @@ mod tests {
         let [plain, turned] = [robot("mecanum4"), turned].map(|robot| {
             let drive = DriveParameters::of(&robot).unwrap().unwrap();
             let real = Kinematics::new(&robot).unwrap().rate_matrix().clone();
-            // The lever makes good what turning on nine rollers loses: 2.1 % of it, as pi/9 over sin(pi/9).
+            // The lever compensates what turning on nine rollers loses: 2.1 %, from pi/9 over
+            // sin(pi/9).
             let off = (&drive.rates - real).amax() / drive.rates.amax();
             assert!(off < 0.021, "{off}");
             drive.controller
@@ -429,7 +440,7 @@ mod tests {
         else {
             panic!("no mecanum controller");
         };
-        // A wheel ahead on the left is one by where the wheels roll to.
+        // Front left is defined by the wheels' rolling direction.
         assert_eq!(wheels, same);
         assert!((base_frame_offset_rad - FRAC_PI_2).abs() < 1e-12);
     }
@@ -494,7 +505,7 @@ mod tests {
                 largest =
                     largest.max(drive.share(Twist::new(sign(0) * x, sign(1) * y, sign(2) * yaw)));
             }
-            // It is as large as it can be: one corner is at the limit.
+            // It is as large as possible: one corner is at the limit.
             assert!((largest - 1.0).abs() < 1e-12, "{name}: {largest}");
         }
     }

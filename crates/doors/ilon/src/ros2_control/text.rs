@@ -1,4 +1,4 @@
-//! The parameters as the files that ROS 2 reads.
+//! The parameters as files for ROS 2.
 
 use std::fmt::Write;
 
@@ -7,8 +7,8 @@ use ilon_robot::Robot;
 use super::drive_parameters::{Controller, DriveParameters};
 use crate::simulate::Limits;
 
-/// The parameters as YAML for `ros2_control_node`, and the speeds that the wheels allow for Nav2's MPPI controller; with limits also the
-/// accelerations for it and for Nav2's velocity smoother.
+/// The parameters as YAML for `ros2_control_node`, with the speeds that the wheels allow for Nav2's
+/// MPPI controller. With `limits` also the accelerations for MPPI and for Nav2's velocity smoother.
 pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> String {
     let name = one_line(&robot.name);
     let mut text = format!(
@@ -81,8 +81,9 @@ pub fn yaml(robot: &Robot, drive: &DriveParameters, limits: Option<&Limits>) -> 
     text
 }
 
-/// Speeds and accelerations for the mecanum controller, which limits each by itself; empty where there are none. What is left out is
-/// unlimited there, and the reverse is as forwards.
+/// Speeds and accelerations for the mecanum controller, which limits each axis separately; empty if
+/// there are none. An omitted value is unlimited, and an omitted reverse limit equals the forward
+/// one.
 fn speeds(drive: &DriveParameters, limits: Option<&Limits>) -> String {
     let speeds = drive.box_within();
     let accelerations = limits.map(|limits| limits.acceleration_box);
@@ -113,7 +114,8 @@ fn speeds(drive: &DriveParameters, limits: Option<&Limits>) -> String {
     )
 }
 
-/// The accelerations for Nav2. The controller of ros2_controllers for omni wheels has no such parameters.
+/// The accelerations for Nav2. The omni-wheel controller of ros2_controllers has no such
+/// parameters.
 fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
     let [x, y, yaw] = limits.acceleration_box;
     let mppi = match drive.box_within() {
@@ -138,7 +140,8 @@ fn accelerations(drive: &DriveParameters, limits: &Limits) -> String {
     text
 }
 
-/// The same for Nav2's DWB controller, beside MPPI; empty where the wheels' rates have no limits.
+/// The same for Nav2's DWB controller, as an alternative to MPPI; empty if the wheels have no rate
+/// limits.
 fn dwb(drive: &DriveParameters, limits: &Limits) -> String {
     let Some([vx, vy, wz]) = drive.box_within() else {
         return String::new();
@@ -165,7 +168,7 @@ fn frames(base: &str) -> String {
 
 /// What the radius is right for, as comments.
 fn about_radius(drive: &DriveParameters, rolling_m: f64, indent: &str) -> String {
-    // What rounds to nothing has no sign.
+    // A value that rounds to zero has no sign.
     let percent = |share: f64| ((share - 1.0) * 1e4).round() / 1e2 + 0.0;
     let [x, y, yaw] = drive.real_over_asked.map(percent);
     let mut text = format!(
@@ -218,18 +221,18 @@ fn mppi(robot: &Robot, drive: &DriveParameters) -> String {
     text
 }
 
-/// A number that YAML takes for one with a fraction: ROS 2 refuses whole numbers for such parameters.
+/// A number with a decimal point in YAML: ROS 2 refuses integers for such parameters.
 fn number(value: f64) -> String {
-    // Rounding leaves no trace of what is zero.
+    // A value that rounds to zero has no sign.
     format!("{:.6}", if value.abs() < 5e-7 { 0.0 } else { value })
 }
 
-/// As a text of YAML, whatever is in it.
+/// A quoted YAML string with any content.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// Without what would end a comment.
+/// The text without characters that would end a comment.
 fn one_line(text: &str) -> String {
     text.chars()
         .map(|letter| if letter.is_control() { ' ' } else { letter })

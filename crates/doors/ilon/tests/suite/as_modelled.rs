@@ -1,4 +1,4 @@
-//! Rollers with the collision shapes of their file, as other simulators roll on them.
+//! Rollers with the collision shapes of their file, as in other simulators.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -10,8 +10,8 @@ const A_M: f64 = 0.038;
 const R_M: f64 = 0.012;
 const COUNT: usize = 8;
 
-/// Three omni wheels at 120 degrees, each with eight capsules across its axis that just reach their neighbours: the centre
-/// of each end is the corner of the polygon around the circle of radius a.
+/// Three omni wheels at 120 degrees, each with eight capsules across its axis that just reach their
+/// neighbours: the centre of each end is the corner of the polygon around the circle of radius a.
 fn three_wheels() -> String {
     let half_m = A_M * (PI / COUNT as f64).tan();
     let inertia = |kg_m2: f64| {
@@ -65,19 +65,19 @@ fn capsules_roll_on_their_own_radius_and_ripple_while_barrels_do_not() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("capsules.urdf"), three_wheels()).unwrap();
 
-    // The hub stands at h(phi) = a cos phi + (L/2) sin phi + r over a capsule at phi from down, up to pi/n:
-    // from a + r to a / cos(pi/n) + r, as L/2 = a tan(pi/n).
+    // The hub is at h(phi) = a cos phi + (L/2) sin phi + r over a capsule at phi from down, up to
+    // pi/n: from a + r to a / cos(pi/n) + r, as L/2 = a tan(pi/n).
     let half_pitch = PI / COUNT as f64;
     let ripple_m = A_M * (1.0 / half_pitch.cos() - 1.0);
-    // Its mean over the turn is what the wheel rolls on.
+    // Its mean over the turn is the wheel's rolling radius.
     let rolling_m =
         R_M + A_M / half_pitch * (half_pitch.sin() + half_pitch.tan() * (1.0 - half_pitch.cos()));
     let ratio = rolling_m / (A_M + R_M);
     assert!(ratio > 1.015, "the test would see nothing");
 
     let modelled = spun(folder.path(), "as_modelled").summary;
-    // In 3 s a wheel turns by 4.5 rad, which is 5.7 pitches: where the window ends within a pitch moves the mean by up to
-    // (ripple / radius) / (2 pi 5.7) = 0.2 %.
+    // In 3 s a wheel turns by 4.5 rad, which is 5.7 pitches: the place within a pitch at which the
+    // window ends changes the mean by up to (ripple / radius) / (2 pi 5.7) = 0.2 %.
     let measured = modelled.twist_ratio_ideal.omega.unwrap();
     assert!(
         (measured / ratio - 1.0).abs() < 3e-3,
@@ -88,7 +88,7 @@ fn capsules_roll_on_their_own_radius_and_ripple_while_barrels_do_not() {
         (rose_m / ripple_m - 1.0).abs() < 0.05,
         "{rose_m} of {ripple_m}"
     );
-    // By the contact kinematics at the capsules themselves nothing is left to explain.
+    // The contact kinematics of the capsules explains all of it.
     let contact = modelled.twist_ratio_contact.omega.unwrap();
     assert!((contact - 1.0).abs() < 2e-3, "{contact}");
 

@@ -1,10 +1,10 @@
-//! Bad input, as a person meets it: each fault is told with what, where and how to mend it, ends with exit code 2, and
-//! leaves nothing behind. A list of cases, and as long as there are faults.
+//! Error messages: each says what is wrong, where, and how to repair it, ends with exit code 2, and
+//! leaves no files. A list of cases, as long as there are kinds of errors.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a refused command told.
+/// The output of a refused command.
 #[derive(Debug, PartialEq)]
 struct Told {
     what: String,
@@ -20,7 +20,7 @@ fn told(what: &str, place: impl Into<Option<&'static str>>, mend: &str) -> Told 
     }
 }
 
-/// A folder with a good scenario and a good robot, to be spoilt.
+/// A folder with a valid scenario and a valid robot, to be modified.
 struct Bench {
     folder: tempfile::TempDir,
 }
@@ -79,7 +79,8 @@ impl Bench {
             .expect("the command runs")
     }
 
-    /// What `ilon run` tells when it refuses: exit code 2, an empty standard output, and no file of results.
+    /// Runs `ilon run` and checks that it is refused: exit code 2, an empty standard output, and no
+    /// result files.
     fn refused(&self, further: &[&str]) -> Told {
         let output = self.run(further);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -94,7 +95,7 @@ impl Bench {
             let first = lines.find_map(|line| line.trim_start().strip_prefix(mark))?;
             Some(std::iter::once(first).chain(lines))
         };
-        // A long line is folded: what follows begins with a bar or with spaces.
+        // A long line is folded: its continuation begins with a bar or with spaces.
         let whole = |mark: &str| {
             let folded = lines_after(mark)?.map(|line| line.trim_start().trim_start_matches("│ "));
             let is_more = |line: &&str| {
@@ -295,7 +296,7 @@ fn fewer_than_three_wheels() {
 
 #[test]
 fn wheels_that_cannot_control_every_motion() {
-    // All three wheels on one hub direction: nothing drives the robot along it.
+    // All three wheels have one hub direction: none drives the robot along it.
     let bench = Bench::new();
     for joint in ["wheel_2", "wheel_3"] {
         let urdf = turned(&bench.read("robot.urdf"), joint, "0 0 -1.5707963267949");
@@ -439,7 +440,7 @@ fn a_physics_step_that_does_not_divide_the_control_period() {
 #[test]
 fn an_output_folder_that_cannot_be_written() {
     let bench = Bench::new();
-    // A file stands where the folder should be: that holds for every user, even one who may write anywhere.
+    // A file in place of the folder fails for every user, even one who may write anywhere.
     bench.write("results", "");
     let told_of = bench.refused(&[]);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! `ilon run --mcap`: the bag beside a run's results, and who else says that it is right (`bag_witness.py`).
+//! `ilon run --mcap`: the bag of a run, judged also by other software (`bag_witness.py`).
 
 use crate::support;
 
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use support::{Folder, ended_with, python, stderr};
 
-/// What `bag_witness.py` judges by.
+/// The packages of `bag_witness.py`.
 const JUDGES: &str = "rosbags, mcap_ros2, rerun, pyarrow";
 
 fn witness(python: &str, arguments: &[&str]) {
@@ -26,7 +26,7 @@ fn witness(python: &str, arguments: &[&str]) {
     );
 }
 
-/// Every scenario that ilon ships, in their order.
+/// All shipped scenarios, in order.
 fn shipped() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/scenarios");
     let entries = std::fs::read_dir(folder).expect("the scenarios");
@@ -38,7 +38,8 @@ fn shipped() -> Vec<PathBuf> {
     paths
 }
 
-/// The first half second of every third scenario, half of them with rollers that turn; all of them, and to their ends, are `#[ignore]`d below.
+/// The first half second of every third scenario, half of them with turning rollers; the whole of
+/// all scenarios is in the `#[ignore]`d test below.
 #[test]
 fn others_read_the_bag_of_every_third_scenario_as_its_trace_has_it() {
     let Some(python) = python(JUDGES) else {
@@ -56,7 +57,7 @@ fn others_read_the_bag_of_every_third_scenario_as_its_trace_has_it() {
             run.extend(["--set", "run.roller_angles_hz=25"]);
         }
         let output = folder.ilon(&run);
-        // Some are about what happens later, and say that nothing of it fits into half a second.
+        // Some describe later events, and are refused for half a second.
         if output.status.success() {
             arguments.push(out);
         } else {
@@ -116,7 +117,7 @@ fn a_killed_run_leaves_a_bag_that_can_be_read() {
         .expect("the command runs");
     let bag = folder.path("out/bag/bag_0.mcap.ilon-partial");
     let since = Instant::now();
-    // Two seconds of the run stand in the file.
+    // Two seconds of the run are in the file.
     while std::fs::metadata(&bag).map_or(0, |file| file.len()) < 400_000 {
         assert!(since.elapsed() < Duration::from_secs(120), "no bag grows");
         std::thread::sleep(Duration::from_millis(20));
@@ -173,8 +174,9 @@ fn a_file_where_the_bag_shall_be_is_not_replaced() {
     assert_eq!(folder.read("out/bag"), "of somebody else");
 }
 
-/// What `rosbags` recorded of an arm moves it: rates to their integral, 0.2 rad; 0.4 N m against friction of 0.1 and damping of 0.05 N m s on 0.1517 kg m^2, on
-/// a robot that its floor holds, within 0.9 s to a / c (t - J / c (1 - exp(-c t / J))) = 0.7273 rad.
+/// A recording of an arm by `rosbags` moves it: rates to their integral, 0.2 rad; 0.4 N m against
+/// friction of 0.1 and damping of 0.05 N m s on 0.1517 kg m^2, on a robot that its floor holds,
+/// within 0.9 s to a / c (t - J / c (1 - exp(-c t / J))) = 0.7273 rad.
 #[test]
 fn a_bag_of_another_program_moves_a_joint_by_rates_or_torques() {
     let Some(python) = python("rosbags") else {

@@ -1,5 +1,4 @@
-//! `ilon bench` as a person and a script use it: the table, the JSON and the page say the same, and nothing is left half
-//! written.
+//! `ilon bench`: the table, the JSON and the page agree, and no file is left half written.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -34,7 +33,7 @@ fn printed(stream: &[u8]) -> String {
     String::from_utf8_lossy(stream).into_owned()
 }
 
-/// One robot, two long steps in the contact window, and as little as there is of everything else.
+/// One robot, two long steps in the contact window, and the minimum of everything else.
 const LITTLE: [&str; 11] = [
     "--robot",
     "volksbot",
@@ -102,7 +101,7 @@ fn table_json_and_page_say_the_same() {
         expected.push(format!("{:.1}", number("sim_s_per_cpu_s")));
         expected.push(format!("{:.0}", number("steps_per_cpu_s")));
         assert_eq!(row[1..row.len() - 1], expected, "{table}");
-        // The worst is that of the drives, and a drive's that of its headings.
+        // The worst error is that of the drives, and a drive's that of its headings.
         assert_eq!(errors.reduce(f64::max), Some(number("worst_error_pct")));
         for drive in drives {
             let headings = drive["headings"].as_array().expect("a list");
@@ -114,7 +113,7 @@ fn table_json_and_page_say_the_same() {
                 .reduce(f64::max);
             assert_eq!(worst, drive["error_pct"].as_f64());
         }
-        // The robot really drove: at 20 steps a second it is off by 0.08 %, and it slips.
+        // The robot did drive: at 20 steps per second the error is 0.08 %, and it slips.
         assert!(number("worst_error_pct") < 0.5 && number("slip_speed_rms_m_s") > 0.0);
     }
     let throughput = json["throughput"].as_array().expect("a list");
@@ -142,7 +141,7 @@ fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
     assert!(names_in(folder.path()).is_empty());
 }
 
-/// Contacts by rapier know neither treads nor rollers that slide along their axles.
+/// Contacts solved by rapier support neither treads nor rollers that slide along their axles.
 #[test_case::test_case("tread.stiffness_n_m = 1e5", "a tread"; "treads")]
 #[test_case::test_case("axial_play_m = 2e-4", "play"; "play")]
 fn of_a_robot_that_rapier_does_not_know_all_of_the_rest_is_measured(key: &str, named: &str) {
@@ -180,7 +179,7 @@ fn of_a_robot_that_rapier_does_not_know_all_of_the_rest_is_measured(key: &str, n
         "{remark}: {said}"
     );
 
-    // Asked for alone, they are refused.
+    // Requested alone, they are refused.
     let output = ilon(
         folder.path(),
         &[&little[..], &["--rollers", "rapier"]].concat(),
@@ -214,7 +213,7 @@ fn what_cannot_be_measured_is_refused_in_words_before_anything_is(arguments: &[&
 #[test]
 fn a_page_that_cannot_be_written_leaves_nothing_that_looks_whole() {
     let folder = tempfile::tempdir().expect("a folder to work in");
-    // A folder stands where the page should go, and figures of an earlier time where the new ones should.
+    // A folder in place of the page, and older figures in place of the new ones.
     std::fs::create_dir(folder.path().join("bench.html")).expect("a folder in the way");
     std::fs::write(folder.path().join("bench.json"), "{}").expect("an older file");
     let mut arguments = LITTLE.to_vec();

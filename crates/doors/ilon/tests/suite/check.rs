@@ -1,10 +1,11 @@
-//! `ilon check` as a test suite: which scenarios it takes, and that what could not fail does not count as held.
+//! `ilon check` as a test suite: which scenarios it takes, and that an expectation that cannot fail
+//! does not count as met.
 
 use crate::support;
 
 use support::{FAILS, Folder, HOLDS, ended_with, stderr};
 
-/// The number behind a name in the table at the end.
+/// The number after a name in the table at the end.
 fn count(printed: &str, name: &str) -> String {
     let table = printed
         .split("all scenarios")
@@ -13,7 +14,7 @@ fn count(printed: &str, name: &str) -> String {
     let line = table
         .lines()
         .find(|line| line.trim_start().starts_with(name));
-    // What came of no scenario has no line.
+    // A result that no scenario has gets no line.
     line.map_or("0", |line| {
         line.split_whitespace().last().unwrap_or_default()
     })
@@ -42,7 +43,7 @@ fn what_expects_nothing_counts_apart_and_is_skipped_in_junit() {
         2,
         "{junit}"
     );
-    // A baseline is something to keep to.
+    // A baseline counts as an expectation.
     ended_with(0, &folder.ilon(&[&all[..], &["--save", "base"]].concat()));
     let printed = ended_with(
         0,
@@ -54,7 +55,7 @@ fn what_expects_nothing_counts_apart_and_is_skipped_in_junit() {
     );
 }
 
-/// A robot's description among the scenarios is no test, and no error.
+/// A robot description among the scenarios is no test, and no error.
 #[test]
 fn robots_among_scenarios_are_skipped() {
     let folder = Folder::new();
@@ -66,7 +67,7 @@ fn robots_among_scenarios_are_skipped() {
     assert!(!printed.contains("robot"), "{printed}");
 }
 
-/// What a run is to the bit is the same in both commands, and a changed scenario has another.
+/// A run's trace hash is the same in both commands, and differs for a changed scenario.
 #[test]
 fn a_check_tells_the_trace_hash_of_its_run() {
     let folder = Folder::new();
@@ -84,7 +85,8 @@ fn a_check_tells_the_trace_hash_of_its_run() {
     assert_ne!(hash(&["--set", "run.duration_s=0.1"]), of_run);
 }
 
-/// The same figures in both commands, in the page that is made again from the trace, and under a key of the scenario; the run keeps its bits.
+/// The same figures in both commands, in the page that is rebuilt from the trace, and with the
+/// scenario's key; the run is bit-identical.
 #[test]
 fn a_run_that_is_repeated_at_half_the_step_says_what_moves() {
     let folder = Folder::new();
@@ -156,7 +158,7 @@ fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
             "{printed}"
         );
     }
-    // Cut short for a look it runs, and says so.
+    // Shortened for a preview it runs, with a message.
     folder.scenario(
         "long.toml",
         "[[expect.signals]]\nsignal = \"truth_y_m\"\nmax = 1\nuntil_s = 0.4\n",
@@ -195,7 +197,7 @@ fn a_folder_is_taken_with_all_below_it_and_with_endings_in_capitals() {
         (count(&printed, "held"), count(&printed, "failed")),
         ("0".into(), "1".into())
     );
-    // What runs have left among them is no test.
+    // Results of runs among the scenarios are no tests.
     ended_with(
         0,
         &folder.ilon(&["run", "all/one.toml", "--out", "all/out/one"]),
@@ -206,7 +208,7 @@ fn a_folder_is_taken_with_all_below_it_and_with_endings_in_capitals() {
         (count(&printed, "held"), count(&printed, "failed")),
         ("2".into(), "1".into())
     );
-    // But where it is what is asked for.
+    // Unless they are named explicitly.
     let printed = ended_with(0, &folder.ilon(&["check", "all/out/one"]));
     assert_eq!(count(&printed, "held"), "1");
 }
@@ -229,7 +231,7 @@ fn a_named_folder_that_holds_no_scenario_is_bad_input() {
     );
     assert!(folder.read("j.xml").contains("errors=\"1\""));
     ended_with(2, &folder.ilon(&["check", "empty"]));
-    // A filter that leaves nothing of one folder is none where it leaves something of another.
+    // A filter that matches nothing in one folder is accepted if it matches something in another.
     folder.scenario("some/other.toml", HOLDS);
     let filtered = ["check", "some", "good.toml", "--filter", "good"];
     let printed = ended_with(0, &folder.ilon(&filtered));
@@ -290,7 +292,8 @@ fn options_that_do_nothing_for_a_study_are_named() {
     );
 }
 
-/// A gate in four commands: bounds are written, they hold, a baseline is kept, and a change is printed in per cent and as Markdown.
+/// A regression gate in four commands: bounds are written, they hold, a baseline is kept, and a
+/// change is printed in per cent and as Markdown.
 #[test]
 fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     let folder = Folder::new();
@@ -303,7 +306,7 @@ fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     assert!(written.contains("slip_energy_j = { max = "), "{written}");
     let held = ended_with(0, &folder.ilon(&["check", "fresh.toml", "--save", "base"]));
     assert!(held.contains("held   fresh"), "{held}");
-    // Bounds that are there stay.
+    // Existing bounds stay.
     ended_with(0, &folder.ilon(&["check", "fresh.toml", "--init", "0.5"]));
     assert_eq!(folder.read("fresh.toml"), written);
     folder.write("summary.md", "## before\n");
@@ -328,7 +331,7 @@ fn bounds_and_baselines_begin_from_nothing_and_changes_are_told_in_per_cent() {
     assert_eq!(summary.lines().count(), 4, "{summary}");
 }
 
-/// A name of a stranger's file is no markup of the job's summary.
+/// A name in a file must not become markup in the job's summary.
 #[test]
 fn markdown_shows_names_as_they_are_written() {
     let folder = Folder::new();
@@ -344,7 +347,8 @@ fn markdown_shows_names_as_they_are_written() {
     );
 }
 
-/// Neither what is tested nor how its lines end is lost, and no bound is written that nothing could break: 1.1 of a grip that is used up is more than all of it.
+/// Tables and line ends of the file are kept, and no bound is written that nothing could violate:
+/// 1.1 times a full use of grip exceeds its maximum.
 #[test]
 fn first_bounds_keep_the_file_and_test_something() {
     let folder = Folder::new();
@@ -378,7 +382,8 @@ fn first_bounds_keep_the_file_and_test_something() {
     assert!(ended_with(2, &folder.ilon(&per_cent)).contains("0.1 for 10 %"));
 }
 
-/// The line to copy works in a shell, a failed bound says by how much, and what an earlier run left is gone once all holds.
+/// The printed command works in a shell, a failed bound shows by how much it failed, and results of
+/// an earlier run are removed once all hold.
 #[test]
 fn a_failure_can_be_repeated_and_leaves_nothing_once_it_holds() {
     let folder = Folder::new();
@@ -406,7 +411,7 @@ fn a_failure_can_be_repeated_and_leaves_nothing_once_it_holds() {
     assert!(!folder.path("out/check/good/difference.html").exists());
 }
 
-/// What `--update` leaves alone is named, beside what it writes.
+/// Bounds that `--update` leaves unchanged are named, beside those that it writes.
 #[test]
 fn bounds_that_are_left_are_named() {
     let folder = Folder::new();
@@ -421,7 +426,7 @@ fn bounds_that_are_left_are_named() {
     assert_eq!(count(&said, "failed, with bounds updated"), "1", "{said}");
 }
 
-/// A wheel of another radius shows in the rates that the robot is given, and a bound around them has two sides.
+/// A wheel of another radius changes the commanded rates, so a bound around them has two sides.
 #[test]
 fn first_bounds_hold_the_rates_of_the_wheels_on_both_sides() {
     let folder = Folder::new();

@@ -1,6 +1,6 @@
-//! Every recorded signal against the world's own truth, or against what follows from it by a calculation of its own.
+//! Every recorded signal against the world's true state, or against an independent calculation.
 //!
-//! The rows are taken apart field by field, so that a signal that is added is not forgotten here.
+//! The rows are destructured field by field, so that a new signal is not forgotten here.
 
 use std::path::Path;
 
@@ -17,7 +17,8 @@ use ilon::world::{BodyState, Energy, WheelContact};
 use ilon_formats::LoadRobot;
 use nalgebra::UnitQuaternion;
 
-/// Onto a circle, over a slippery patch and a kerb, with a push meanwhile; a row every physics step, exact sensors.
+/// Onto a circle, over a slippery patch and a kerb, with a push meanwhile; a row at every physics
+/// step, exact sensors.
 const SCENARIO: &str = "
 [robot]
 file = 'mecanum4.urdf'
@@ -50,7 +51,7 @@ control_dt_s = 0.002
 physics_dt_s = 0.002
 ";
 
-/// What the world says after a step.
+/// The world's state after a step.
 struct Seen {
     body: BodyState,
     rates_rad_s: Vec<f64>,
@@ -102,7 +103,7 @@ fn look(simulation: &Simulation) -> Seen {
     }
 }
 
-/// The run, and the world at the instant of each row.
+/// The run, and the world's state at each row.
 fn run() -> (Robot, Trace, Vec<Seen>) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let robot = Robot::load(folder.join("mecanum4.urdf")).expect("a shipped robot");
@@ -181,7 +182,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             rate_conflict_share,
             ledger,
         } = *record;
-        // |r| of a projection is no longer than what it is of.
+        // The norm of a projection is at most that of the vector.
         assert!((0.0..=1.0).contains(&rate_conflict_share));
         assert_relative_eq!(t_s, dt_s * step as f64, epsilon = 1e-12);
         assert!(
@@ -193,7 +194,8 @@ fn every_signal_of_the_robot_is_what_happened() {
             .any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
         assert_eq!(saturated_share, f64::from(u8::from(gives_way)));
         if let Some(before) = step.checked_sub(1).map(|before| &trace.records()[before]) {
-            // What was asked at the last row held until this one, while the robot moved from there to here.
+            // The last row's command was held until this one, while the robot moved from there to
+            // here.
             let turned_rad = wrap_angle(pose_of(record).heading_rad - pose_of(before).heading_rad);
             let heading_rad = pose_of(before).heading_rad + 0.5 * turned_rad;
             let went = before
@@ -204,13 +206,14 @@ fn every_signal_of_the_robot_is_what_happened() {
             asked_m[1] += went.vy_m_s;
         }
         let moved_m = pose_of(record).position_m() - pose_of(&trace.records()[0]).position_m();
-        // A span ends where a decision changes, and so at every row here. A thousand sums of numbers below 1.
+        // A span ends where a decision changes, and so at every row here. A thousand sums of
+        // numbers below 1.
         assert_relative_eq!(ledger.total.x_m, asked_m[0] - moved_m.x, epsilon = 1e-12);
         assert_relative_eq!(ledger.total.y_m, asked_m[1] - moved_m.y, epsilon = 1e-12);
         let terms = ledger.named();
         let sum_m: f64 = terms.iter().map(|(_, term)| term.x_m).sum();
         assert_relative_eq!(ledger.total.x_m, sum_m, epsilon = 1e-12);
-        // This robot is one body with wheels.
+        // This robot has no joints between bodies.
         assert_eq!(joints, [JointSample::default(); MAX_JOINTS]);
         assert_eq!(odometry_posed, None);
         let ball = &bodies[0];
@@ -251,7 +254,7 @@ fn every_signal_of_the_robot_is_what_happened() {
         assert_eq!(reckoned.twist, twist_ideal, "exact encoders");
         assert_eq!(seen_pose, pose, "exact sensors without latency");
 
-        // Reckoned here by a sum over the steps, with the contact kinematics of their middle.
+        // Computed here as a sum over the steps, with the contact kinematics at their middle.
         if let Some(before) = step.checked_sub(1).map(|before| &seen[before]) {
             let turned = now.angles_rad.iter().zip(&before.angles_rad);
             let turned: Vec<f64> = turned.map(|(now, before)| now - before).collect();
@@ -261,7 +264,8 @@ fn every_signal_of_the_robot_is_what_happened() {
             odometry[1] = odometry[1].moved(contact.twist(&middle, &turned));
         }
         assert!(same(odometry_ideal, odometry[0]) < 1e-12);
-        // Where a step passes a hand-over, its middle need not speak for both rollers: below 2 % of a step's way at a time.
+        // In a step with a hand-over, its middle need not represent both rollers: below 2 % of a
+        // step's path each.
         assert!(same(odometry_contact, odometry[1]) < 1e-3, "{t_s} s");
 
         let Desired {
@@ -274,7 +278,8 @@ fn every_signal_of_the_robot_is_what_happened() {
         assert_relative_eq!(position_error_max_m, off_m, epsilon = 1e-12);
         let off_rad = wrap_angle(wanted.heading_rad - pose.heading_rad).abs();
         assert_relative_eq!(heading_error_max_rad, off_rad, epsilon = 1e-12);
-        // The circle starts at (0, 0), to the right of its centre, and is run through counter-clockwise at 0.3 m/s.
+        // The circle starts at (0, 0), to the right of its centre, and is run through
+        // counter-clockwise at 0.3 m/s.
         let angle_rad = 0.5 * t_s;
         let (sin, cos) = angle_rad.sin_cos();
         assert!(
@@ -312,7 +317,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             "ideal kinematics commands"
         );
         let mut left_rad_s = 9.0;
-        // Beyond those in use there is nothing.
+        // Beyond the tasks in use all values are zero.
         for task in &tasks[..trace.header.task_names.len()] {
             let TaskShare {
                 asked_rad_s,
@@ -327,7 +332,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 .fold(0.0_f64, |most, rate| most.max(rate.abs()));
             assert_relative_eq!(asked_rad_s, largest, epsilon = 1e-9);
             assert_relative_eq!(capacity_rad_s, left_rad_s, epsilon = 1e-9);
-            // Eqs. (33)-(34): all of it, or as much as there is room for.
+            // Eqs. (33)-(34): all of it, or as much as there is capacity for.
             let room = if capacity_rad_s < 1e-9 {
                 0.0
             } else if asked_rad_s > capacity_rad_s {
@@ -335,7 +340,7 @@ fn every_signal_of_the_robot_is_what_happened() {
             } else {
                 1.0
             };
-            // What asks for nothing may weigh anything.
+            // A task without demand may have any weight.
             if asked_rad_s > 1e-9 {
                 assert_relative_eq!(weight, room, epsilon = 1e-9);
             }
@@ -365,7 +370,7 @@ fn every_signal_of_the_robot_is_what_happened() {
                 now.impact_j
             )
         );
-        // The push: 20 N along x times the way.
+        // The push: 20 N along x times the path.
         if let Some(before) = step.checked_sub(1)
             && (0.4 - 1e-9..0.6 - 1e-9).contains(&(dt_s * before as f64))
         {
@@ -388,7 +393,7 @@ fn every_signal_of_the_robot_is_what_happened() {
         } = support.expect("what carried it");
         let (sin, cos) = pose.heading_rad.sin_cos();
         let [x_n, y_n] = now.support.obstacles_n.into();
-        // A mean over one step is that step's, to the rounding of a product and a quotient.
+        // A mean over one step is that step's value, to the rounding of a product and a quotient.
         for (recorded, seen) in [
             (wheels_n, now.support.wheels_n),
             (chassis_n, now.support.chassis_n),
@@ -405,8 +410,8 @@ fn every_signal_of_the_robot_is_what_happened() {
     );
 }
 
-/// The means of torque times the rates in the middles of the steps are the motors' work; the rates at both ends stand for those in
-/// the middle to second order.
+/// The mean torques times the rates in the middles of the steps are the motors' work; the rates at
+/// both ends approximate those in the middle to second order.
 #[test]
 fn torque_times_rate_is_the_work_of_the_motors() {
     let (_, trace, _) = run();
@@ -423,7 +428,8 @@ fn torque_times_rate_is_the_work_of_the_motors() {
     let counted_j = trace.records().last().expect("rows").motor_energy_j;
     assert!(counted_j > 1.0, "{counted_j} J");
     assert_relative_eq!(work_j, counted_j, max_relative = 1e-3);
-    // Work of either sign adds up to the same, wheel by wheel and row by row: rows here are steps.
+    // Positive and negative work add up to the same, wheel by wheel and row by row: rows here are
+    // steps.
     let drove_j = trace
         .records()
         .last()
@@ -555,13 +561,14 @@ fn every_signal_of_a_wheel_is_what_happened() {
             ] {
                 assert_relative_eq!(recorded, seen, max_relative = 1e-12, epsilon = 1e-15);
             }
-            // Coulomb: no more than the limit in any part of the step, and no less than the means say.
+            // Coulomb: at most the limit in any part of the step, and at least the share of the
+            // means.
             let used = force_x_n.hypot(force_y_n) / (friction * normal_force_n);
             assert!(friction_used_max >= used * (1.0 - 1e-9) && friction_used_max <= 1.0 + 1e-6);
             let sliding_m_s = slip_x_m_s.hypot(slip_y_m_s);
             assert!(slip_speed_rms_m_s >= sliding_m_s * (1.0 - 1e-9));
             assert!(slip_speed_max_m_s >= slip_speed_rms_m_s * (1.0 - 1e-9));
-            // Where the place is not too near to the patch's edge, it is the friction that lies there.
+            // Unless the place is too near to the patch's edge, it has the friction there.
             let pose = now.body.pose;
             let (sin, cos) = pose.heading_rad.sin_cos();
             let x_m = pose.x_m + cos * contact_x_m - sin * contact_y_m;
@@ -572,7 +579,7 @@ fn every_signal_of_a_wheel_is_what_happened() {
             if !near_edge {
                 assert_relative_eq!(friction, friction_of(x_m, y_m), max_relative = 1e-12);
             }
-            // The place is under the wheel: no further from its middle than the rollers are long.
+            // The place is under the wheel: at most a roller's length from its middle.
             let middle_m = robot.wheels[wheel].position_m();
             let off_m = (contact_x_m - middle_m.x).hypot(contact_y_m - middle_m.y);
             assert!(off_m < 0.04, "{off_m} m");
@@ -581,15 +588,15 @@ fn every_signal_of_a_wheel_is_what_happened() {
                 now.spins_rad_s[wheel][roller as usize],
                 epsilon = 1e-9
             );
-            // A roller that does not slide spins as it must.
+            // A roller that does not slide spins at the rate that rolling requires.
             if slip_speed_max_m_s < 1e-6 && load_share == 1.0 {
                 assert!((roller_spin_rad_s - roller_spin_ideal_rad_s).abs() < 1e-3);
             }
         }
         rows += 1;
     }
-    // Over the whole run the floor carries the robot's weight: it ends as high as a kerb above its start at most, and at rest
-    // across the floor.
+    // Over the whole run the floor carries the robot's weight: its vertical motion is at most a
+    // kerb's height, and it is at rest across the floor.
     let mean_n = carried_n / f64::from(rows);
     assert_relative_eq!(mean_n, weight_n, max_relative = 0.01);
 }

@@ -1,6 +1,6 @@
-//! What scripts may rely on: files, streams, exit codes, and runs that repeat to the bit.
+//! Guarantees for scripts: files, streams, exit codes, and runs that repeat bit for bit.
 //!
-//! A list of promises, and as long as there are some.
+//! A list of guarantees, as long as there are some.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -285,8 +285,8 @@ fn neither_threads_nor_scenarios_beside_it_change_a_trace() {
     );
 }
 
-/// Without fused multiply-add, as on older processors, the C library's sine and cosine have other last bits. None of them
-/// may reach a trace.
+/// Without fused multiply-add, as on older processors, the C library's sine and cosine have other
+/// last bits. They must not reach a trace.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #[test]
 fn the_c_library_of_another_processor_changes_no_trace() {
@@ -315,12 +315,12 @@ fn the_c_library_of_another_processor_changes_no_trace() {
 #[test]
 fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_complete() {
     let folder = Folder::new();
-    // An earlier run's results must not be taken for those of the one that is killed.
+    // An earlier run's results must not be taken for those of the killed run.
     assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
     let mut child = Command::new(env!("CARGO_BIN_EXE_ilon"))
         .current_dir(folder.0.path())
         .args(["run", "good.toml", "--out", "a"])
-        // A thousand seconds take longer than this test on any machine.
+        // A thousand simulated seconds take longer than this test on any machine.
         .args(["--set", "run.duration_s=1000"])
         .stderr(std::process::Stdio::null())
         .spawn()
@@ -333,7 +333,7 @@ fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_co
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     assert_eq!(child.try_wait().expect("it can be asked"), None);
-    // SIGKILL: nothing of the process runs any more.
+    // SIGKILL: no code of the process runs any more.
     child.kill().expect("it is still running");
     child.wait().expect("it ends");
 
@@ -342,10 +342,10 @@ fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_co
         .map(|entry| entry.expect("a file").file_name())
         .collect();
     left.sort();
-    // The hidden file, too, is locked by nobody any more.
+    // The lock of the hidden file is released too.
     assert_eq!(left, [".ilon-lock", "scenario.toml", "trace.partial"]);
 
-    // The rows are those of a run that is left alone, without a gap.
+    // The rows are those of an undisturbed run, without a gap.
     let read = |name: &str| ilon::trace::Trace::read_parquet(&folder.path(name)).expect("a trace");
     let partial = read("a/trace.partial");
     assert!(partial.duration_s() >= 3.0, "{} s", partial.duration_s());
@@ -360,7 +360,7 @@ fn a_run_killed_on_its_way_leaves_its_trace_up_to_then_and_nothing_that_looks_co
         assert_eq!(until_then, all, "{name}");
     }
 
-    // The next run into the folder ends as if nothing had been.
+    // The next run into the folder ends normally.
     assert_code(&folder.ilon(&["run", "good.toml", "--out", "a"]), 0);
     assert_eq!(
         std::fs::read_dir(folder.path("a")).map_or(0, Iterator::count),
@@ -383,7 +383,7 @@ fn updated_bounds_hold_the_run_that_they_were_taken_from() {
         said.contains("twist_ratio_contact.vx.min: 1.5 -> 0.9"),
         "{said}"
     );
-    // It says what it did, and not that something failed which holds now.
+    // It reports what it did, not a failed expectation that now holds.
     assert!(
         said.starts_with("UPDATED good") && !said.contains("FAILED"),
         "{said}"
@@ -456,7 +456,7 @@ fn inspect_tells_scripts_of_wheels_and_m() {
     assert_eq!(robot["decoupled"], true);
     assert_eq!(robot["wheels"].as_array().map(Vec::len), Some(4));
     assert_eq!(robot["wheels"][0]["rollers"], 9);
-    // Robot A: rows (1, -1, -0.31)/sqrt 2 and its kin; the file rounds to twelve digits or more.
+    // Robot A: rows such as (1, -1, -0.31)/sqrt 2; the file rounds to twelve digits or more.
     for row in robot["M"].as_array().expect("rows") {
         let size = |column: usize| row[column].as_f64().expect("a number").abs();
         let r = 0.5_f64.sqrt();

@@ -1,4 +1,4 @@
-//! `ilon compare`: runs of any kind beside each other, and bad input.
+//! `ilon compare`: runs of any kind side by side, and bad input.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -63,7 +63,7 @@ fn folders_traces_and_scenarios_can_stand_beside_each_other() {
     assert_eq!(output.status.code(), Some(0));
     let all: Value = serde_json::from_str(&stdout(&output)).expect("JSON and nothing else");
     let hash = |run: usize| all["runs"][run]["summary"]["trace_hash"].clone();
-    // A trace alone and its scenario run again are the same run.
+    // A trace alone and its scenario, simulated again, are the same run.
     assert_eq!(hash(1), hash(2));
     assert_ne!(hash(0), hash(1));
     let written =
@@ -74,7 +74,7 @@ fn folders_traces_and_scenarios_can_stand_beside_each_other() {
     assert_eq!(friction["key"], "world.floor.friction");
     assert_eq!(friction["values"], serde_json::json!(["0.2", "0.8", "0.8"]));
     let page = std::fs::read_to_string(folder.path("pages/all.html")).expect("a page");
-    // Two runs of one scenario are called by their files, all three then.
+    // Two runs of one scenario are named by their files, and then all three are.
     for name in ["slick", "trace", "grippy"] {
         assert_eq!(
             all["runs"]

@@ -1,4 +1,5 @@
-//! Every piece of `docs/cookbook.md` runs: after a least scenario of `mecanum4` it is good input.
+//! Every TOML block of `docs/cookbook.md` runs: added to a minimal scenario of `mecanum4` it is
+//! valid input.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +9,7 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../../../docs/cookbook.md");
 const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots/");
 
-/// The blocks of TOML of the page.
+/// The TOML blocks of the page.
 fn pieces() -> Vec<&'static str> {
     let blocks = PAGE.split("```toml\n").skip(1);
     blocks
@@ -16,7 +17,7 @@ fn pieces() -> Vec<&'static str> {
         .collect()
 }
 
-/// Puts a piece over a scenario, key by key.
+/// Merges a block into a scenario, key by key.
 fn merge(scenario: &mut Table, piece: Table) {
     for (key, value) in piece {
         match (scenario.get_mut(&key), value) {
@@ -26,7 +27,8 @@ fn merge(scenario: &mut Table, piece: Table) {
     }
 }
 
-/// A scenario of 0.2 s around a piece; a piece with bounds over time has the time that they need.
+/// A scenario of 0.2 s with a block; a block with bounds over time gets the duration that they
+/// need.
 fn around(piece: &str) -> Table {
     let piece: Table = piece.parse().expect("the piece is TOML");
     let moves = ["twist", "reference"]

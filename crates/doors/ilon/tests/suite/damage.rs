@@ -1,5 +1,6 @@
-//! Files and packets, damaged at random: each is taken or refused in words, within its time, and nothing breaks down. The same damage in every run;
-//! `ILON_DAMAGE_ROUNDS=100000` looks longer.
+//! Files and packets, damaged at random: each is accepted or refused with a message, within a time
+//! limit, and nothing panics. The damage is the same in every run; `ILON_DAMAGE_ROUNDS=100000` runs
+//! more of it.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -16,7 +17,7 @@ use ilon_live::{Mailbox, Server, Session};
 
 use crate::support::{Folder, ended_with};
 
-/// How often each file is damaged.
+/// Number of damaged versions of each file.
 fn rounds(usual: usize) -> usize {
     std::env::var("ILON_DAMAGE_ROUNDS").map_or(usual, |r| r.parse().expect("a number of rounds"))
 }
@@ -33,7 +34,8 @@ impl Dice {
         (self.0 >> 33) as usize % end.max(1)
     }
 
-    /// A place to change: as often as not a whole number, so that what is damaged is still a file of its kind.
+    /// A place to change: half of the time a whole number, so that the damaged file is still a file
+    /// of its kind.
     fn place(&mut self, bytes: &[u8]) -> (usize, usize) {
         let is_of_number = |at: usize| {
             bytes
@@ -52,7 +54,8 @@ impl Dice {
         (from, (from + self.below(12)).min(bytes.len()))
     }
 
-    /// Bytes with one or two places changed: cut out, doubled, replaced by a number or a word that programs get wrong, or by any byte.
+    /// Bytes with one or two places changed: cut out, doubled, or replaced by a number or a word
+    /// that often causes errors, or by any byte.
     fn damaged(&mut self, whole: &[u8]) -> Vec<u8> {
         const SPICES: [&[u8]; 14] = [
             b"0",
@@ -87,7 +90,8 @@ impl Dice {
     }
 }
 
-/// Damages a file again and again, and has it used: what is refused has words, and nothing takes longer than any whole file may.
+/// Damages a file repeatedly and uses the results: refusals have a message, and nothing exceeds the
+/// time limit.
 fn damage(seed: &[u8], usual: usize, use_it: impl Fn(&[u8]) -> Result<(), String>) {
     let mut dice = Dice(1973);
     let mut taken = usize::from(use_it(seed).is_ok());
@@ -142,7 +146,7 @@ fn said(result: Result<(), Error>) -> Result<(), String> {
     result.map_err(|error| error.to_string())
 }
 
-/// A few steps of a scenario in a folder.
+/// Takes several steps of a scenario in a folder.
 fn stepped(text: &str, folder: &Path) -> Result<(), Error> {
     let scenario = Scenario::from_toml(text, "damaged", folder)?;
     let mut simulation = Simulation::new(&scenario)?;
@@ -267,14 +271,14 @@ fn bags() {
             &mut |_| true,
         )
         .map_err(|error| error.to_string())?;
-        // Whatever of it is a log.
+        // Only the log is damaged.
         let _ = stepped(text, folder.path("").as_path());
         Ok(())
     };
     damage(&bag, 60, play);
 }
 
-/// Requests, frames and packets; the server answers others all the while.
+/// Requests, frames and packets; the server answers other clients meanwhile.
 #[test]
 fn sockets() {
     let folder = Folder::new();
@@ -315,7 +319,7 @@ fn sockets() {
     .concat();
     for round in 0..rounds(40) {
         let seed = if round % 2 == 0 { &page } else { &shake };
-        // A connection that is reset is an answer too.
+        // A reset connection is a valid response.
         let _ = exchanged(&dice.damaged(seed.as_bytes()));
         let said = dice
             .damaged(b"{\"twist\": [0.1, 0, 0.2], \"friction\": 0.5, \"priority\": \"heading\"}");

@@ -1,4 +1,4 @@
-//! Where the energy goes: the balance of every shipped scenario, and what sliding takes in a turn.
+//! Energy: the balance of every shipped scenario, and the heat of sliding in a turn.
 
 use std::path::Path;
 
@@ -22,7 +22,8 @@ fn every_shipped_scenario_expects_its_energy_to_close_within_a_hundredth() {
                     && bound.max.is_some_and(|max| max <= most)
             })
         };
-        // A robot that rests turns nothing over that a share could be of: it is held to a tenth of a millijoule.
+        // A robot at rest has no turnover for a relative bound: its limit is a tenth of a
+        // millijoule.
         assert!(
             within("energy.unexplained_share", 0.01) || within("energy.unexplained_j", 1e-4),
             "{}: write `energy.unexplained_share = {{ min = -0.01, max = 0.01 }}` under [expect]",
@@ -33,8 +34,10 @@ fn every_shipped_scenario_expects_its_energy_to_close_within_a_hundredth() {
     assert!(count > 30, "{count} scenarios");
 }
 
-/// A gear of efficiency 0.7 takes 0.3 of what its motor gives, and 1 / (2 - 1 / 0.7) - 1 = 0.75 of what it brakes, however stiff the wheel loop is that asks for it: the torque that it asks
-/// for at the start of a step is not the one that acts. Rows of one step each hold the torque's mean and the angle turned.
+/// A gear of efficiency 0.7 takes 0.3 of the motor's power while driving, and 0.75 while braking,
+/// from 1 / (2 - 1 / 0.7) - 1, at any stiffness of the wheel loop: the torque that the loop requests
+/// at the start of a step is not the one that acts. Rows of one step each hold the mean torque and
+/// the angle turned.
 #[test]
 fn a_gear_takes_its_share_of_the_torque_that_acts_at_any_stiffness_of_the_loop() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
@@ -71,9 +74,10 @@ fn a_gear_takes_its_share_of_the_torque_that_acts_at_any_stiffness_of_the_loop()
     }
 }
 
-/// A fast turn starts and stops with a slide, and holds in between: the heat of sliding at the automatic step is within a tenth
-/// of its limit, which steps of 0.1 ms have to a hundredth (from there to 0.05 ms it changes by half a per cent). A turn whose contacts
-/// lost m v^2 omega^2 dt / 2 while they hold would have 0.5 J of it.
+/// A fast turn starts and stops with a slide, and grips in between: the heat of sliding at the
+/// automatic step is within a tenth of its limit, which steps of 0.1 ms reach within a hundredth
+/// (from there to 0.05 ms it changes by half a per cent). If its contacts lost m v^2 omega^2 dt / 2
+/// while gripping, that would be 0.5 J.
 #[test]
 fn the_heat_of_sliding_in_a_fast_turn_is_near_its_limit_at_the_automatic_step() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");

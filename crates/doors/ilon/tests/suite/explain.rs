@@ -1,10 +1,11 @@
-//! `ilon explain`: every cause of a scenario by the run without it, and what the usual suspects do to a robot; `ilon run` of a robot alone.
+//! `ilon explain`: the causes in a scenario, each by a run without it, and the effects of common
+//! suspects on a robot; `ilon run` of a robot alone.
 
 use crate::support;
 
 use support::{Folder, ended_with};
 
-/// What is reported of a fault is the difference to the run that the same command makes without it.
+/// The reported effect of a fault is the difference from the same command's run without it.
 #[test]
 fn a_cause_is_told_by_the_run_without_it() {
     let folder = Folder::new();
@@ -40,7 +41,7 @@ fn a_cause_is_told_by_the_run_without_it() {
             .windows(2)
             .all(|two| apart(&two[0]) >= apart(&two[1]))
     );
-    // The page, and the summary, say the same.
+    // The page and the summary agree.
     let summary: serde_json::Value =
         serde_json::from_str(&folder.read("explained/summary.json")).expect("JSON");
     let told = summary["effects"].as_array().expect("a list");
@@ -52,7 +53,8 @@ fn a_cause_is_told_by_the_run_without_it() {
     );
 }
 
-/// A wheel of four that rolls 1 % less turns an omnidirectional robot by a known amount: its row of the inverse of M is a quarter of each motion.
+/// A wheel of four that rolls 1 % less turns an omnidirectional robot by a known amount: its row of
+/// the inverse of M is a quarter of each motion.
 #[test]
 fn what_is_seen_of_a_robot_is_laid_at_a_wheel() {
     let folder = Folder::new();
@@ -73,14 +75,17 @@ fn what_is_seen_of_a_robot_is_laid_at_a_wheel() {
         "back 5 mm/m, left 12.8 mm/m, turn 0.92 deg/m",
     ]);
     let best = &found["suspects"][0];
-    // Twice of what 1 % does; a run of 2 % was made, in which the wheel makes a quarter of the way.
+    // Twice the effect of 1 %; a run with 2 % was made, in which the wheel contributes a quarter of
+    // the motion.
     assert_eq!(best["words"], "front_left 2 % smaller than the others");
     let times = best["times"].as_f64().expect("a number");
     assert!((times - 2.0).abs() < 0.05, "{times}");
     let ahead = best["drifts"][0]["ahead_m"].as_f64().expect("a number");
-    // The way bends: the drift to the left times the heading, of the order of 13 mm/m times 0.016 rad.
+    // The path bends: the drift to the left times the heading, of the order of 13 mm/m times
+    // 0.016 rad.
     assert!((ahead + 0.005).abs() < 5e-4, "{ahead}");
-    // The same robot after 3 m, on the circle that it goes: after a metre half its turn has moved it to the left too.
+    // The same robot after 3 m on its circle: after one metre half of its turn has moved it to the
+    // left too.
     let (way_m, turned) = (3.0, 3.0 * 0.92f64.to_radians());
     let to_the_left = 0.0128 - 0.5 * 0.92f64.to_radians();
     let (along, across) = (turned.sin() / turned, (1.0 - turned.cos()) / turned);
@@ -97,11 +102,12 @@ fn what_is_seen_of_a_robot_is_laid_at_a_wheel() {
     assert_eq!(best["wheel"], "front_left");
     let (times, share) = (best["times"].as_f64(), best["explains"].as_f64());
     assert!((times.expect("a number") - 2.0).abs() < 0.06, "{times:?}");
-    // The way from rest is left out, and the figures of 1 m have two digits.
+    // The start from rest is neglected, and the figures of 1 m have two digits.
     assert!(share.expect("a number") > 0.9, "{share:?}");
 }
 
-/// What a robot of nine rollers does anyway, sin(pi / 9) / (pi / 9) of the way to the left, needs no cause; a larger wheel and a shorter lever are seen as such.
+/// The known loss of a robot with nine rollers, sin(pi / 9) / (pi / 9) of the motion to the left,
+/// needs no cause; a larger wheel and a shorter lever are recognised.
 #[test]
 fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     let folder = Folder::new();
@@ -113,7 +119,7 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     let all = says("left: short 20.3 mm/m");
     assert!(all.contains("nothing to explain"), "{all}");
     assert!(all.contains("20.0 mm/m to the right"), "{all}");
-    // A floor that creeps keeps its creep under the dust.
+    // A creeping floor keeps its creep under the dust.
     let creeping = ["explain", robot, "--set", "world.floor.creep=0.1"];
     let all = ended_with(0, &folder.ilon(&creeping));
     assert!(
@@ -165,7 +171,8 @@ fn what_cannot_be_seen_is_refused() {
     }
 }
 
-/// A robot alone is driven in five motions; what is written can be run again, and is not written over once it was changed.
+/// A robot alone is driven in five motions; the written scenarios can be run again, and are not
+/// overwritten once changed.
 #[test]
 fn a_robot_alone_is_driven_in_five_motions() {
     let folder = Folder::new();

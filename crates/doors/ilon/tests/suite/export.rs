@@ -1,8 +1,8 @@
-//! `ilon export`: what is written, and what is refused before anything is.
+//! `ilon export`: the written files, and refusals before anything is written.
 
 use crate::support::{Folder, ended_with};
 
-/// A library as far as the exporter looks at it.
+/// A stand-in for the library, with what the exporter checks.
 fn with_library() -> Folder {
     let folder = Folder::new();
     folder.write("library.so", &format!("of {}, and more", ilon_fmi::MARK));
@@ -20,7 +20,7 @@ fn an_fmu_is_written_beside_the_caller_and_nothing_else() {
     assert_eq!(names, ["good.fmu", "good.toml", "library.so", "robot.urdf"]);
     let bytes = std::fs::read(folder.path("good.fmu")).unwrap();
     assert_eq!(bytes[..4], *b"PK\x03\x04");
-    // A key that is changed is changed in the FMU.
+    // A changed key is changed in the FMU.
     let other = [
         &export[..],
         &["--set", "world.floor.friction=0.3", "--out", "other.fmu"],
@@ -77,7 +77,7 @@ fn what_cannot_be_exported_is_refused_in_words_and_nothing_is_written() {
         let said = ended_with(2, &folder.ilon(&[&["export"], arguments].concat()));
         assert!(said.contains(words), "{arguments:?}: {said}");
     }
-    // Where nobody has built the library, it is said how.
+    // Without a built library, the message says how to build it.
     let command = std::path::Path::new(env!("CARGO_BIN_EXE_ilon"));
     let name = format!(
         "{}ilon_c{}",

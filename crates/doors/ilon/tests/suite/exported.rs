@@ -1,11 +1,12 @@
-//! `ilon export ROBOT --mjcf` and for other simulators: wheels as made, and how true they are there.
+//! `ilon export ROBOT --mjcf` and for other simulators: wheels with their real rollers, and the
+//! error of their motion there.
 
 use serde_json::Value;
 use test_case::test_case;
 
 use crate::support::{Folder, ended_with, python};
 
-/// A robot's file, in the folder where one must be written first.
+/// A robot's file, written into the folder if needed.
 fn robot(folder: &Folder, name: &str) -> String {
     let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
     if name != "crowned" {
@@ -31,8 +32,8 @@ fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// What the fitted shapes do by contact kinematics is what the rollers as made do, to 0.1 %; each file is a robot that ilon reads, with as many
-/// wheels of the same radius.
+/// The contact kinematics of the fitted shapes is that of the real rollers, to 0.1 %. Each file is
+/// a robot that ilon reads, with as many wheels of the same radius.
 #[test_case("mecanum4.urdf", 4, 0.05)]
 #[test_case("crowned", 4, 0.05021)]
 #[test_case("volksbot.urdf", 3, 0.05)]
@@ -40,7 +41,7 @@ fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
 fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
     let folder = Folder::new();
     for format in exported(&folder, name, &["--mjcf", "--sdf", "--urdf"]) {
-        // The travel of a hub is twice the error of its height at most, which must stay below 0.1 mm.
+        // The travel of a hub is at most twice the error of its height, and must stay below 0.1 mm.
         assert!(format["fit_error_mm"].as_f64().unwrap() < 0.05, "{format}");
         for drive in format["drives"].as_array().unwrap() {
             let of = |key: &str| drive[key].as_f64().unwrap();
@@ -61,7 +62,7 @@ fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
         let read = read["wheels"].as_array().unwrap();
         assert_eq!(read.len(), wheels, "{file}");
         for wheel in read {
-            // Of crowned rollers the mean height of the hub: 1.0042 times 50 mm.
+            // For crowned rollers the mean height of the hub: 1.0042 times 50 mm.
             let read_m = wheel["radius_m"].as_f64().unwrap();
             assert!(
                 (read_m - radius_m).abs() < 1e-3 * radius_m,
@@ -71,7 +72,7 @@ fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
     }
 }
 
-/// MuJoCo itself, at a step of 2 ms, is within 0.1 % of ilon.
+/// MuJoCo at a step of 2 ms is within 0.1 % of ilon.
 #[test_case("mecanum4.urdf")]
 #[test_case("volksbot.urdf")]
 fn mujoco_drives_as_ilon_does(name: &str) {

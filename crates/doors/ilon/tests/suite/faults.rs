@@ -1,4 +1,4 @@
-//! Faults on purpose, as a scenario asks for them: what they do is what can be derived, and the trace shows it.
+//! Faults in a scenario: their effects are the derived ones, and the trace shows them.
 
 use std::path::Path;
 
@@ -32,8 +32,8 @@ fn at(run: &Run, signal: &str, t_s: f64) -> f64 {
 /// 11.36 kg: 10 kg of chassis, four hubs of 0.25 kg and 36 rollers of 10 g.
 const MASS_KG: f64 = 11.36;
 
-/// On ice without friction m v = J, to the last newton second, however the push falls into the steps; it goes where it
-/// points, in the world's frame or in the robot's.
+/// On ice without friction m v = J, exactly, whatever the alignment of push and steps; its
+/// direction is in the world's frame or in the robot's.
 #[test]
 fn a_push_brings_its_whole_impulse_whatever_the_step() {
     for (dt_s, lasts_s) in [
@@ -57,7 +57,7 @@ fn a_push_brings_its_whole_impulse_whatever_the_step() {
             "nothing pushes before"
         );
     }
-    // Robot A faces +y: its own +x is the world's +y, and the twist is told in its own axes.
+    // Robot A faces +y: its own +x is the world's +y, and the twist is in its own axes.
     for (frame, along, across) in [
         ("body", "truth_vx_m_s", "truth_vy_m_s"),
         ("world", "truth_vy_m_s", "truth_vx_m_s"),
@@ -72,7 +72,7 @@ fn a_push_brings_its_whole_impulse_whatever_the_step() {
     }
 }
 
-/// What a push does to the robot on a good floor is paid for: what it brings ends as heat and as motion.
+/// The energy of a push on a good floor ends as heat and as motion.
 #[test]
 fn a_push_on_a_good_floor_closes_the_energy_balance() {
     let run = run("[[faults]]\npush = { impulse_y_n_s = 6, from_s = 0.3 }");
@@ -81,16 +81,17 @@ fn a_push_on_a_good_floor_closes_the_energy_balance() {
         energy.outside_j.expect("it is counted"),
         energy.unexplained_j.expect("it is counted"),
     );
-    // The push is resisted while it lasts, so that less than J^2 / 2 m = 1.58 J comes in.
+    // Friction resists the push while it lasts, so that its work is less than J^2 / 2 m = 1.58 J.
     assert!(outside_j > 0.3 && outside_j < 1.58, "{outside_j} J");
-    // Heat is counted at each step's end: up to half a step's deceleration is missed, a per cent or two.
+    // Heat is counted at each step's end: up to half a step's deceleration is missed, a per cent or
+    // two.
     assert!(
         rest_j.abs() < 0.05 * outside_j,
         "{rest_j} J of {outside_j} J"
     );
 }
 
-/// Four symmetric wheels carry the added weight together, and no longer once it is gone.
+/// Four symmetric wheels carry the added weight together, until it is removed.
 #[test]
 fn a_payload_weighs_while_it_is_there() {
     let run = run("[[faults]]\npayload = { mass_kg = 4, from_s = 0.3, until_s = 0.7 }");
@@ -110,7 +111,7 @@ fn a_payload_weighs_while_it_is_there() {
     assert!(at(&run, "outside_energy_j", 0.95).abs() < 0.01);
 }
 
-/// The whole floor by time, a patch by place and time: every row names the friction under its wheels.
+/// The whole floor by time, a patch by place and time: every row has the friction under its wheels.
 #[test]
 fn friction_changes_when_and_where_it_is_asked_to() {
     let run = run(
@@ -130,13 +131,14 @@ fn friction_changes_when_and_where_it_is_asked_to() {
         (0.8, 0.1, 0.6),
         (0.81, 0.6, 0.6),
     ] {
-        // Frictions pass through f32.
+        // Friction values pass through f32.
         assert!((friction(0, t_s) - under_0).abs() < 1e-7, "{t_s} s");
         assert!((friction(3, t_s) - under_3).abs() < 1e-7, "{t_s} s");
     }
 }
 
-/// An encoder that counts half lets its wheel turn twice as fast, and dead reckoning believes what was counted.
+/// An encoder that counts half makes its wheel turn twice as fast, and dead reckoning uses the
+/// counts.
 #[test]
 fn an_encoder_that_counts_wrong_misleads_the_wheel_loop_and_the_odometry() {
     let text = "[[faults]]\nencoder_scaled = { wheel = 'WHEEL', factor = 0.5 }\n";
@@ -149,7 +151,7 @@ fn an_encoder_that_counts_wrong_misleads_the_wheel_loop_and_the_odometry() {
          [run]\nduration_s = 1.5\n{every}"
     ));
     let rate = at(&run, "wheel0_rate_rad_s", 1.4);
-    // 0.1 m/s over 0.05 m, twice: 4 rad/s, to what the wheel loop leaves.
+    // 0.1 m/s over 0.05 m, twice: 4 rad/s, within the error of the wheel loop.
     assert!((rate - 4.0).abs() < 0.02, "{rate} rad/s");
     let (truth_m, believed_m) = (
         at(&run, "truth_x_m", 1.4),
@@ -161,8 +163,9 @@ fn an_encoder_that_counts_wrong_misleads_the_wheel_loop_and_the_odometry() {
     );
 }
 
-/// On half of its supply a DC motor whose line is 1.5 N m (1 - w / 8) pulls 1.5 N m (0.5 - w / 8). Against a bearing of
-/// 0.001 N m s that ends at w = 0.75 / (0.1875 + 0.001) = 3.98 rad/s, short of the 6 rad/s asked for.
+/// At half of its supply a DC motor with the line 1.5 N m (1 - w / 8) gives 1.5 N m (0.5 - w / 8).
+/// Against a bearing of 0.001 N m s that ends at w = 0.75 / (0.1875 + 0.001) = 3.98 rad/s, short of
+/// the commanded 6 rad/s.
 #[test]
 fn a_sagging_battery_takes_the_motors_no_load_rate_down() {
     let run = run_text(
@@ -174,7 +177,7 @@ fn a_sagging_battery_takes_the_motors_no_load_rate_down() {
         at(&run, "wheel0_rate_rad_s", 1.4),
         at(&run, "wheel0_rate_rad_s", 2.9),
     );
-    // Roller bearings and what the line has not yet given.
+    // Roller bearings, and the remaining acceleration.
     assert!((sagged - 3.98).abs() < 0.01, "{sagged} rad/s");
     assert!((recovered - 6.0).abs() < 0.05, "{recovered} rad/s");
 }

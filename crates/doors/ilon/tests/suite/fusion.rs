@@ -1,4 +1,4 @@
-//! A filter of the field on what a bag says: `fusion_witness.py`.
+//! A common state-estimation filter on the data of a bag: `fusion_witness.py`.
 
 use std::process::Command;
 

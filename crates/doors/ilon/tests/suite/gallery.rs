@@ -4,7 +4,8 @@ use crate::support;
 
 use support::{Folder, ended_with, stderr, stdout};
 
-/// A folder with a robot, one that needs an option, one that is none, and things that are no robots at all.
+/// A folder with a valid robot, one that needs an option, an invalid one, and files that are no
+/// robots.
 fn collection() -> Folder {
     let folder = Folder::new();
     let robot = folder.read("robot.urdf");
@@ -45,11 +46,11 @@ fn the_robots_of_a_folder_stand_on_one_page() {
     ] {
         assert!(page.contains(fact), "{fact}");
     }
-    // Two robots are drawn, and what works is named; names are no markup.
+    // Two robots are drawn, and the working options are named; names are not markup.
     assert_eq!(page.matches("seen from above").count(), 2);
     assert!(page.contains("--repair`"));
     assert!(!page.contains("<b>odd"));
-    // It needs nothing else.
+    // The page is self-contained.
     assert!(page.len() < 200_000, "{}", page.len());
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
 }

@@ -1,5 +1,5 @@
-//! `ilon identify` as a person meets it: from a proposed course over a bag to the robot that is found, with logs that cannot be right, ended
-//! by Ctrl-C, and what is written.
+//! `ilon identify`: from a proposed course over a bag to the identified robot; invalid logs,
+//! Ctrl-C, and the written files.
 
 use crate::support;
 
@@ -9,31 +9,33 @@ use std::time::Duration;
 
 use support::{Folder, ended_with, stdout};
 
-/// The folder's copy of a robot on three omni wheels, as its description says it is.
+/// The folder's copy of a robot on three omni wheels, as in its description.
 fn volksbot(folder: &Folder) {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
     let text = std::fs::read_to_string(format!("{root}/volksbot.toml")).expect("a shipped robot");
     folder.write("known.toml", &text);
-    // What it is in truth: smaller wheels, longer arms.
+    // The true robot: smaller wheels, longer arms.
     let truth = text.replace("radius_m = 0.05\n", "radius_m = 0.0492\n");
     let truth = truth.replace("distance_m = 0.25", "distance_m = 0.26");
     assert_ne!(truth, text);
     folder.write("truth.toml", &truth);
 }
 
-/// A log of ideal omni wheels of 49.2 mm at 0.26 m, driven ahead, to the left and round, as a table of text.
+/// A log of ideal omni wheels of 49.2 mm at 0.26 m, driven ahead, to the left and turning, as a
+/// text table.
 fn table() -> String {
     table_of(1.0, 500)
 }
 
-/// The same of a robot that makes a share of its way sideways, and of which each drive takes so many rows but for that round.
+/// The same for a robot that moves only a share of its path sideways, with this many rows in each
+/// drive except the turning one.
 fn table_of(sideways: f64, rows: u32) -> String {
     let (radius_m, lever_m) = (0.0492, 0.26);
     let mut text = "t,x,y,heading,w1,w2,w3\n".to_owned();
     let (mut x, mut y, mut heading, mut wheels) = (0.0, 0.0, 0.0_f64, [0.0; 3]);
     let row_s = 0.02;
     for row in 0..2 * rows + 500 {
-        // What a tracker sees to 0.1 mm, in a pattern that repeats after long.
+        // Tracker noise of 0.1 mm, in a pattern with a long period.
         let noise = |salt: f64| 1e-4 * (f64::from(row) * salt).sin();
         text += &format!(
             "{:.3},{:.6},{:.6},{:.6},{:.5},{:.5},{:.5}\n",
@@ -47,7 +49,8 @@ fn table_of(sideways: f64, rows: u32) -> String {
         );
         let [vx, vy, omega] =
             [[0.2, 0.0, 0.0], [0.0, 0.2, 0.1], [0.0, 0.0, 0.6]][(row / rows).min(2) as usize];
-        // Wheels at 0, 120 and 240 degrees, the first straight ahead of the middle: each drives along its tangent.
+        // Wheels at 0, 120 and 240 degrees, the first straight ahead of the middle: each drives
+        // along its tangent.
         for (wheel, angle) in wheels.iter_mut().enumerate() {
             let place = wheel as f64 * 2.0 * PI / 3.0;
             let tangent = vy * place.cos() - vx * place.sin() + lever_m * omega;
@@ -85,7 +88,8 @@ fn value(json: &serde_json::Value, name: &str) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{name} in {json}"))
 }
 
-/// A course is proposed, the robot as it is drives it, a bag records it, and what the robot is comes out of the bag.
+/// A course is proposed, the true robot drives it, a bag records it, and the robot is identified
+/// from the bag.
 #[test]
 fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
     let folder = Folder::new();
@@ -145,8 +149,8 @@ fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
     let found = folder.ilon(&["identify", "study.toml", "--out", "found", "--json"]);
     ended_with(0, &found);
     let json: serde_json::Value = serde_json::from_str(&stdout(&found)).expect("nothing but JSON");
-    // Rows of the bag are of one moment, so that what is left are hand-overs: far below a thousandth. Two rows of rollers 0 mm apart leave the
-    // arm as it is.
+    // Rows of the bag are simultaneous, so that only hand-overs remain: far below a thousandth. Two
+    // rows of rollers at 0 mm distance do not change the arm.
     assert!(
         (value(&json, "radius_m") / 0.0492 - 1.0).abs() < 1e-3,
         "{json}"
@@ -155,7 +159,7 @@ fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
         (value(&json, "lever_m") / 0.26 - 1.0).abs() < 2e-3,
         "{json}"
     );
-    // What it wrote is a robot and a scenario ready to run.
+    // Its output is a robot and a scenario that run.
     ended_with(
         0,
         &folder.ilon(&[
@@ -180,7 +184,7 @@ fn a_table_of_text_makes_the_robot_known_and_all_results_are_written() {
     let json: serde_json::Value =
         serde_json::from_str(&folder.read("found/identified.json")).expect("JSON");
     let lever_m = value(&json, "lever_m");
-    // Displacements of 0.2 m a stretch are seen to 0.14 mm, over 30 stretches.
+    // Displacements of 0.2 m per stretch are measured to 0.14 mm, over 30 stretches.
     assert!((lever_m / 0.26 - 1.0).abs() < 2e-3, "{lever_m}");
     let names = folder.names("found");
     for name in [
@@ -192,7 +196,7 @@ fn a_table_of_text_makes_the_robot_known_and_all_results_are_written() {
     ] {
         assert!(names.iter().any(|known| known == name), "{names:?}");
     }
-    // Again, and from another folder's name: the same to the byte.
+    // Again, and with another folder name: the same bytes.
     ended_with(
         0,
         &folder.ilon(&["identify", "study.toml", "--out", "again"]),
@@ -203,7 +207,8 @@ fn a_table_of_text_makes_the_robot_known_and_all_results_are_written() {
     );
 }
 
-/// What the page and the terminal say in sentences, of the same findings: each line but the last of a wish is one.
+/// The sentences of the page and the terminal, which report the same findings: each line except the
+/// last one of a suggestion is one.
 fn sentences(folder: &Folder, out: &str, printed: &str) -> Vec<String> {
     let page = folder.read(&format!("{out}/report.html"));
     let lead = page.split("<div class=\"story\">").nth(1).expect("a lead");
@@ -236,7 +241,7 @@ fn sentences(folder: &Folder, out: &str, printed: &str) -> Vec<String> {
     lines
 }
 
-/// The numbers of a sentence.
+/// The numbers in a sentence.
 fn numbers(sentence: &str) -> Vec<f64> {
     let parts = sentence.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'));
     parts
@@ -249,7 +254,8 @@ fn starting<'l>(lines: &'l [String], with: &str) -> &'l str {
     line.unwrap_or_else(|| panic!("no line starts with `{with}`: {lines:#?}"))
 }
 
-/// A robot with wheels of 49.2 mm for 50 at 260 mm for 250, which makes 0.96 of its way sideways: what it does and what to set follow on paper.
+/// A robot with wheels of 49.2 mm instead of 50 at 260 mm instead of 250, which moves 0.96 of its
+/// path sideways: the reported behaviour and settings follow in closed form.
 #[test]
 fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_truth() {
     let folder = Folder::new();
@@ -266,7 +272,8 @@ fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_tru
             "{value} for {truth}: {lines:#?}"
         );
     };
-    // 4 % less than ahead, by noise of 0.1 mm on 0.2 m a stretch, over tens of stretches: to a twentieth of a percent.
+    // 4 % less than ahead, with noise of 0.1 mm on 0.2 m per stretch, over tens of stretches: to a
+    // twentieth of a per cent.
     let sideways = numbers(starting(&lines, "Sideways it goes"));
     near(sideways[0], 4.0, 0.1);
     assert!(
@@ -298,12 +305,12 @@ fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_tru
     near(lever, 260.0, 0.5);
     let factor = numbers(starting(&lines, "Multiply vy, the speed sideways, by "));
     near(factor[0], 1.0 / 0.96, 0.001);
-    // One run: what others would scatter by is not known.
+    // One run: the scatter of others is not known.
     assert!(
         starting(&lines, "To know more, ").contains("six runs or more"),
         "{lines:#?}"
     );
-    // The answer stands before the values, and all other tables only where they are asked for.
+    // The answer is before the values, and all other tables only on request.
     let place = |text: &str| printed.find(text);
     assert!(place("Sideways it goes") < place("Parameters"), "{printed}");
     assert_eq!(place("Ends of runs"), None, "{printed}");
@@ -313,7 +320,7 @@ fn what_the_robot_does_and_what_to_set_is_said_first_with_the_numbers_of_the_tru
     assert_eq!(ended_with(0, &quiet), "");
 }
 
-/// Of a log in which nothing goes sideways nothing is said of that but what to drive.
+/// For a log without sideways motion, sideways results are replaced by a suggestion for a drive.
 #[test]
 fn what_a_log_does_not_hold_is_what_is_to_be_driven() {
     let folder = Folder::new();
@@ -429,7 +436,7 @@ fn bad_studies_and_logs_end_with_code_2_their_place_and_nothing_written() {
     assert!(ended_with(2, &plan).contains("nobody.toml"));
     let both = folder.ilon(&["identify", "study.toml", "--plan", "known.toml"]);
     ended_with(2, &both);
-    // Results never replace what they are made from.
+    // Results never replace their inputs.
     folder.write("log.csv", &table());
     folder.write("robot.toml", &folder.read("known.toml"));
     let study = STUDY.replace("known.toml", "robot.toml");
@@ -462,7 +469,8 @@ fn ended_in_the_middle_it_leaves_no_half_of_anything_and_begins_again() {
         child.try_wait().expect("a child").is_none(),
         "it was over before"
     );
-    // A shell that runs tests in its background has them ignore the interrupt of Ctrl-C, which does the same otherwise.
+    // A shell that runs tests in the background makes them ignore SIGINT, which Ctrl-C sends; this
+    // signal has otherwise the same effect.
     let killed = Command::new("kill")
         .args(["-TERM", &child.id().to_string()])
         .status();
@@ -486,7 +494,8 @@ fn ended_in_the_middle_it_leaves_no_half_of_anything_and_begins_again() {
     );
 }
 
-/// Runs of which a tape measured the ends: 1.968 m of 2 m that were commanded make 49.2 mm of 50, and turns are what would tell the lever.
+/// Runs whose ends were measured by tape: 1.968 m of 2 m commanded give 49.2 mm of 50, and turns
+/// would determine the lever.
 #[test]
 fn runs_that_a_tape_measured_are_fitted_and_further_ones_named() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! What holds in every shipped scenario, at three steps, with the shapes of near rollers and with those of all.
+//! Laws that hold in every shipped scenario, at three steps, with the shapes of near rollers and
+//! with those of all.
 
 use std::path::{Path, PathBuf};
 
@@ -8,15 +9,16 @@ use ilon::simulate::{Simulation, load_robot, relief_heights_m};
 use ilon::world::World;
 use rayon::prelude::*;
 
-/// About these steps are taken, in seconds: whole parts of each scenario's control step.
+/// Approximate steps, in seconds; each is adjusted to a whole part of the scenario's control step.
 const STEPS_S: [f64; 3] = [2.5e-3, 1e-3, 5e-4];
 
-/// Deeper than this no barrel may be in the ground, in metres. Contacts give way by micrometres; a landing at 0.3 m/s goes
-/// 0.75 mm a step of 2.5 ms, and is to be caught within it.
+/// Largest depth of a barrel in the ground, in metres. Contacts give way by micrometres; a landing
+/// at 0.3 m/s moves 0.75 mm in a step of 2.5 ms, and must be caught within it.
 const DEEPEST_M: f64 = 5e-5;
 
-/// How deep the cores of rollers that give may be pressed into the ground, in metres: twice what the weight presses them on a level
-/// floor, as deep as a load that is put down at once goes without damping; nothing of rigid ones.
+/// Largest depth of the cores of compliant rollers in the ground, in metres: twice the depth under
+/// the weight on a level floor, as deep as a suddenly applied load goes without damping; 0 for
+/// rigid ones.
 fn sag_m(simulation: &Simulation) -> f64 {
     let scenario = simulation.scenario();
     let robot = load_robot(scenario).expect("a shipped robot");
@@ -28,8 +30,9 @@ fn sag_m(simulation: &Simulation) -> f64 {
     2.0 * load_n / softest_n_m
 }
 
-/// What the energies may miss, as a share of the motors' work. Most is missing where rollers are spun up fast, at hand-overs
-/// that a step of 2.5 ms does not resolve (measured: 1.4e-3).
+/// Largest residual of the energy balance, as a share of the motors' work. Most is missing when
+/// rollers are spun up fast, at hand-overs that a step of 2.5 ms does not resolve (measured:
+/// 1.4e-3).
 const UNEXPLAINED_SHARE: f64 = 2e-3;
 
 /// Every shipped scenario, in the order of their names.
@@ -53,7 +56,7 @@ fn begin(path: &Path, about_s: f64, bodies: RollerBodies) -> Simulation {
     Simulation::new(&scenario).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Everything that moves, to the last bit.
+/// The whole dynamic state, bit by bit.
 fn bits(world: &World) -> Vec<u64> {
     let body = world.robot().state();
     let pose = [
@@ -69,9 +72,10 @@ fn bits(world: &World) -> Vec<u64> {
     all.map(|number| number.to_bits()).collect()
 }
 
-/// The lowest and the highest that a hub can be, in metres: on the lowest and the highest ground, and where three wheels
-/// stand on the lowest, the highest and the lowest, the fourth hangs as far above the highest as that is above the lowest. What
-/// a wheel's outline lifts its hub by in a turn counts as ground does.
+/// The lowest and the highest possible hub height, in metres: on the lowest and the highest ground;
+/// and if three wheels stand on the lowest, the highest and the lowest, the fourth hangs as far
+/// above the highest as that is above the lowest. The height variation of a wheel's outline counts
+/// as ground.
 fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let floor = &simulation.scenario().world.floor;
     let boxes = floor.boxes.iter().map(|solid| solid.height_m);
@@ -88,7 +92,7 @@ fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     let world = simulation.world();
     let standing =
         (0..world.robot().wheel_angles_rad().len()).map(|wheel| world.robot().hub_height_m(wheel));
-    // A look every tenth of a degree: a roller passes in some forty degrees.
+    // Sampled every tenth of a degree: a roller passes in about forty degrees.
     let turned = simulation.plant().robot().wheels.iter().flat_map(|wheel| {
         (0..3600).map(|look| wheel.hub_height_m(f64::from(look) * 0.1_f64.to_radians()))
     });
@@ -97,7 +101,8 @@ fn hub_range_m(simulation: &Simulation) -> [f64; 2] {
     });
     let radius_m = standing.fold(low_m, f64::min);
     let relief_m = ground_m + (high_m - low_m);
-    // A wheel whose rollers do not quite make a circle comes lower between two of them, by less than this.
+    // A wheel whose rollers do not form an exact circle is lower between two of them, by less than
+    // this.
     let outline_m = 2e-4;
     [
         radius_m - relief_m - outline_m,
@@ -162,14 +167,15 @@ fn hold(path: &Path, about_s: f64) {
         most_j = most_j.max(impact_j);
         fall_j = fall_j.max(most_j - impact_j);
     }
-    // Landings only take energy. What the contacts hold meanwhile is known to the same share as all energies are.
+    // Landings only dissipate. The energy held by the contacts meanwhile is known to the same share
+    // as all energies.
     let worked_j = [energy.motor_j, energy.outside_j].map(|j| j.unwrap_or(0.0).abs());
     let turned_over_j = worked_j[0] + worked_j[1] + most_j;
     assert!(
         fall_j < UNEXPLAINED_SHARE * turned_over_j + 2e-4,
         "{name}: the work of landings falls by {fall_j:.1e} J"
     );
-    // 5 mm/s is a hundredth of the speeds of a landing, which is where so much is ever left.
+    // 5 mm/s is a hundredth of the speeds of a landing, which is when the residual is largest.
     let residual_m_s = summary
         .contact_residual_max_m_s
         .expect("a run with contacts");

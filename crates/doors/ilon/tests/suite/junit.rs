@@ -1,12 +1,13 @@
-//! `ilon check --junit` writes what Jenkins reads: its schema junit-10.xsd (xunit-plugin), written down here as rules.
+//! The output of `ilon check --junit` conforms to Jenkins's schema junit-10.xsd (xunit-plugin),
+//! restated here as rules.
 
 use std::path::Path;
 use std::process::Command;
 
 use roxmltree::{Document, Node};
 
-/// What the schema says of an element: its attributes with whether they must be there, its children, and whether it may
-/// hold text. Of the elements that `ilon check` has no use for, none is listed.
+/// The schema's rule for an element: its attributes and whether they are required, its children,
+/// and whether it may hold text. Only elements that `ilon check` uses are listed.
 struct Rule {
     element: &'static str,
     attributes: &'static [(&'static str, bool)],
@@ -81,7 +82,7 @@ const RULES: [Rule; 6] = [
     },
 ];
 
-/// What of an element and of all below it breaks the schema.
+/// Violations of the schema by an element and all below it.
 fn breaches(node: Node, found: &mut Vec<String>) {
     let name = node.tag_name().name();
     let Some(rule) = RULES.iter().find(|rule| rule.element == name) else {
@@ -96,7 +97,8 @@ fn breaches(node: Node, found: &mut Vec<String>) {
         if !known {
             found.push(format!("<{name} {}> is unknown", attribute.name()));
         }
-        // Digits with at most one point: of a test case any text is allowed, but a time is meant.
+        // Digits with at most one point: the schema allows any text in a test case, but a time is
+        // meant.
         if attribute.name() == "time" && attribute.value().parse::<f64>().is_err() {
             found.push(format!("{} is no time", attribute.value()));
         }
@@ -118,7 +120,8 @@ fn breaches(node: Node, found: &mut Vec<String>) {
     }
 }
 
-/// Runs `ilon check` in a folder with scenarios that hold, fail and cannot run; gives what it wrote.
+/// Runs `ilon check` in a folder with scenarios that hold, fail and cannot run; returns what it
+/// wrote.
 fn junit(further: &[&str]) -> String {
     let folder = tempfile::tempdir().expect("a folder to work in");
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/volksbot.urdf");
@@ -150,7 +153,7 @@ fn junit(further: &[&str]) -> String {
     std::fs::read_to_string(folder.path().join("results.xml")).expect("it was written")
 }
 
-/// The kinds of ending, in the order of the test cases.
+/// The kinds of results, in the order of the test cases.
 fn endings(document: &Document) -> Vec<String> {
     let cases = document
         .descendants()

@@ -1,8 +1,8 @@
-//! `ilon inspect --limits`: how hard a robot may be driven.
+//! `ilon inspect --limits`: the speeds and accelerations that a robot can reach.
 
 use crate::support::{Folder, ended_with, stdout};
 
-/// The largest acceleration from rest of a motion, with its cause.
+/// The largest acceleration from rest of a motion, with its limiting cause.
 fn from_rest(json: &serde_json::Value, motion: &str) -> (f64, String) {
     let rows = json["limits"]["rows"].as_array().expect("rows");
     let row = rows
@@ -14,7 +14,8 @@ fn from_rest(json: &serde_json::Value, motion: &str) -> (f64, String) {
     (limit["largest"].as_f64().expect("a number"), cause)
 }
 
-/// Half of the friction leaves about half of the acceleration; a motor of a hundredth of a newton metre is what is short.
+/// Half of the friction leaves about half of the acceleration; with a motor of 0.01 N m the motor
+/// is the limit.
 #[test]
 fn limits_follow_the_conditions_that_are_set() {
     let folder = Folder::new();
@@ -54,7 +55,7 @@ fn the_table_names_wheels_and_what_is_set_for_nothing_is_refused() {
         yaml.contains("ax_max: ") && yaml.contains("max_decel: [-"),
         "{yaml}"
     );
-    // DWB has the same, under its own names.
+    // DWB has the same values, under its own names.
     let value = |key: &str| -> f64 {
         let at = yaml.find(&format!(" {key}: ")).expect(key);
         let rest = &yaml[at + key.len() + 3..];
@@ -80,8 +81,8 @@ fn the_table_names_wheels_and_what_is_set_for_nothing_is_refused() {
     assert!(ended_with(2, &unknown).contains("did you mean `floor`"));
 }
 
-/// The edge of the outline is that of the rows, the polytope holds the box with what a tenth less leaves, and the picture and the page show
-/// both.
+/// The outline is that of the table, the polytope contains the box reduced by a tenth, and the
+/// picture and the page show both.
 #[test]
 fn limits_are_drawn_and_given_as_a_polytope() {
     let folder = Folder::new();
@@ -138,7 +139,8 @@ fn limits_are_drawn_and_given_as_a_polytope() {
         share(&[signed(0), signed(1), signed(2)])
     });
     let largest = largest.fold(0.0, f64::max);
-    // The box is 0.9 of what touches the edge, of which the polytope misses a few per cent at most.
+    // The box is 0.9 of one that touches the boundary, and the polytope underestimates that by a
+    // few per cent at most.
     assert!((0.9 - 1e-9..0.9 / 0.94).contains(&largest), "{largest}");
     let (picture, page) = (folder.read("l.svg"), folder.read("l.html"));
     for shown in [&picture, &page] {

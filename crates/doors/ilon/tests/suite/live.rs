@@ -1,4 +1,4 @@
-//! `ilon live` as a person starts it: how fast time goes, when it ends, and what it refuses.
+//! `ilon live`: the speed of simulated time, its end, and refusals.
 
 #![cfg(feature = "live")]
 
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use support::{Folder, ended_with};
 use tungstenite::{Message, WebSocket};
 
-/// A live run of its own, whose page can be had where it says.
+/// A live run, with a connection to its page.
 struct Live(Child, WebSocket<TcpStream>);
 
 impl Live {

@@ -1,4 +1,4 @@
-//! A run of any length: what lies in memory does not grow with it, and nothing else changes.
+//! Memory use does not grow with a run's length, and results do not depend on it.
 
 use std::path::Path;
 
@@ -10,7 +10,8 @@ use ilon::simulate::Simulation;
 use ilon::trace::file::ROWS_A_GROUP;
 use ilon::trace::{Recorded, Recording, Rows, Trace};
 
-/// Robot A on a circle for as many control periods of a physics step each, on coarse steps: here only rows count.
+/// Robot A on a circle for a number of control periods of one physics step each, on coarse steps:
+/// only the number of rows matters here.
 fn scenario(rows: usize) -> Scenario {
     let text = format!(
         "[robot]\nfile = 'mecanum4.urdf'\nroller_bodies = 'near'\n[reference]\ncircle = {{ radius_m = 0.5, speed_m_s = 0.1 }}\n\
@@ -67,10 +68,10 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
     let verdicts = judge(&run);
     assert_eq!(judge_rows(&recorded).expect("rows"), verdicts);
     assert_eq!(verdicts.len(), 3);
-    // 0.1 m/s take 2 rad/s: the bound of 0.5 is broken, and both agree on where it is worst.
+    // 0.1 m/s need 2 rad/s: the bound of 0.5 is violated, and both agree on the worst place.
     assert!(!verdicts[1].held, "{}", verdicts[1]);
 
-    // Curves and means of the report are taken from all rows; a few kinds of picture are drawn from some of them.
+    // Curves and means of the report use all rows; a few kinds of picture are drawn from a subset.
     let report = file("report.html");
     write_recorded(
         &report,
@@ -97,7 +98,7 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
     }
     assert!(page.contains("are drawn from one row in 3;"));
 
-    // Against a baseline both leave it at the same place, which lies beyond the first rows in the file.
+    // Both diverge from a baseline at the same place, which lies beyond the first rows in the file.
     let mut baseline = Trace::with_capacity(run.trace.header.clone(), rows);
     for (row, (record, wheels)) in run.trace.steps().enumerate() {
         let mut record = *record;

@@ -1,4 +1,5 @@
-//! Numbers of any size: what cannot be computed with is refused in words, and what diverges is no result.
+//! Numbers of any size: values that cannot be computed with are refused with a message, and a
+//! diverged run is no result.
 
 use crate::support;
 
@@ -27,13 +28,13 @@ fn waypoints_are_of_a_size_to_compute_with() {
         "{told}"
     );
     assert!(!folder.path("out/summary.json").exists());
-    // The largest that may be: far beyond what any robot drives, and still a result without a gap.
+    // The largest allowed: far beyond any real robot, and still a complete result.
     folder.write("way.csv", "t_s,x_m,y_m\n0,0,0\n1,1e9,0\n2,-1e9,0\n");
     let told = ended_with(0, &folder.ilon(&["run", "way.toml", "--out", "out"]));
     assert!(!told.contains("NaN"), "{told}");
 }
 
-/// Commands well for a while, and then something that is no torque.
+/// Valid commands for a while, and then a torque that is not finite.
 struct Breaking {
     from_s: f64,
 }
@@ -80,13 +81,13 @@ fn a_velocity_limit_that_stands_for_none_costs_no_steps() {
         &robot.replace("velocity=\"91.6\"", "velocity=\"1e9\""),
     );
     ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
-    // Nothing that is asked for needs less than a millisecond, ten of which are a control period.
+    // No requested motion needs less than a millisecond, ten of which are a control period.
     assert!(
         folder
             .read("out/scenario.toml")
             .contains("physics_dt_s = 0.001\n")
     );
-    // Asked for itself, it is refused in words.
+    // Explicitly requested, it is refused with a message.
     let fast = ["run", "good.toml", "--set", "twist.vx_m_s=1e8"];
     let told = ended_with(2, &folder.ilon(&fast));
     assert!(

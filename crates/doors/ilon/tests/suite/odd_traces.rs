@@ -1,4 +1,5 @@
-//! Traces that no run leaves, and figures that belong to another: whoever writes a program meets no panic.
+//! Traces that no run writes, and figures that belong to another run: programs get errors, not
+//! panics.
 
 use ilon::compare::{ComparedRun, Comparison};
 use ilon::trace::{Header, Record, Settings, Summary, Trace, WheelHeader, WheelSample};
@@ -18,7 +19,7 @@ fn trace(rows: usize, wheels: usize, open_loop: bool) -> Trace {
             t_s: 0.01 * row as f64,
             ..Record::default()
         };
-        // A roller far beyond any that the header counts.
+        // A roller index beyond the header's count.
         let sample = WheelSample {
             roller: u32::MAX,
             touching: true,

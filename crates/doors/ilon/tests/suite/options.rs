@@ -1,11 +1,12 @@
-//! Options of the command line, each with what it changes.
+//! Options of the command line, each with its effect.
 
 use crate::support;
 
 use serde_json::Value;
 use support::{FAILS, Folder, ended_with, stdout};
 
-/// A base with four plain wheels of 50 mm; `NAME` is how a wheel's joint is called, before its place.
+/// A base with four plain wheels of 50 mm; `NAME` is the prefix of a wheel joint's name, before its
+/// place.
 fn base(name: &str, geometry: &str, inertia: &str) -> String {
     let wheel = |place: &str, x: f64, y: f64| {
         format!(
@@ -36,7 +37,7 @@ const DISC: &str = "<cylinder radius=\"0.05\" length=\"0.04\"/>";
 const INERTIA: &str =
     "<inertia ixx=\"4e-4\" ixy=\"0\" ixz=\"0\" iyy=\"6e-4\" iyz=\"0\" izz=\"4e-4\"/>";
 
-/// What `ilon inspect --json` says of a file under some options.
+/// The output of `ilon inspect --json` for a file with options.
 fn inspected(folder: &Folder, arguments: &[&str]) -> Value {
     let output = folder.ilon(&[&["inspect"], arguments, &["--json"]].concat());
     ended_with(0, &output);
@@ -61,7 +62,7 @@ fn rollers_that_are_given_have_the_radius_and_the_mass_that_are_asked_for() {
     let radius_m = |robot: &Value| number(&robot["wheels"][0]["roller_radius_m"]);
     assert!((radius_m(&plain) - 0.014).abs() > 1e-3);
     assert!((radius_m(&other) - 0.014).abs() < 1e-12);
-    // The rollers' mass is taken from the wheel's: the whole weighs what the file says.
+    // The rollers' mass is taken from the wheel's: the total is that of the file.
     assert!((number(&other["mass_kg"]) - 10.0).abs() < 1e-9);
     folder.ilon(
         &[
@@ -116,14 +117,14 @@ fn a_repair_is_made_when_it_is_asked_for_with_the_density_that_is_given() {
         folder.read("repaired.urdf")
     };
     let repaired = written(&[]);
-    // What is written is read without a repair.
+    // The written file is read without a repair.
     ended_with(
         0,
         &folder.ilon(&[&["inspect", "repaired.urdf"], &X[..]].concat()),
     );
-    // A wheel's mass is known here, and its size: the density makes no difference.
+    // A wheel's mass and size are known here: the density has no effect.
     assert_eq!(repaired, written(&["--density-kg-m3", "700"]));
-    // Of a wheel without a mass, it is the density that says what it weighs: pi 0.05^2 0.04 m^3.
+    // For a wheel without a mass, the density determines it: pi 0.05^2 0.04 m^3.
     let massless = base("", DISC, "").replace("<mass value=\"0.5\"/>", "");
     folder.write("base.urdf", &massless.replace("<inertial></inertial>", ""));
     let weighs = |density: &[&str]| {
@@ -205,7 +206,7 @@ fn a_run_leaves_out_its_report_and_its_words_when_asked() {
         folder.names("out"),
         ["scenario.toml", "summary.json", "trace.parquet"]
     );
-    // What is asked for is printed all the same.
+    // Requested output is printed even if quiet.
     let output = folder.ilon(&["run", "good.toml", "--out", "out", "-q", "--json"]);
     ended_with(0, &output);
     let summary: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
@@ -213,7 +214,7 @@ fn a_run_leaves_out_its_report_and_its_words_when_asked() {
     assert!(folder.path("out/report.html").exists());
 }
 
-/// An opener of one's own, first on the path, writes down what it is asked to open.
+/// A custom opener, first on the path, records what it is asked to open.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_page_is_opened_once_it_is_written() {
@@ -261,7 +262,7 @@ fn a_page_is_opened_once_it_is_written() {
             .expect("it is written");
         assert_eq!(folder.read("opened").trim(), page.display().to_string());
     }
-    // Where nothing opens it, the run is done all the same, and it is said where the page lies.
+    // Without an opener the run still succeeds, and the page's path is printed.
     let output = folder
         .command(&["report", "out", "--open"])
         .env("PATH", "")
@@ -285,8 +286,8 @@ fn a_course_is_as_fast_as_asked_and_makes_known_what_is_asked() {
     let (slow, slow_rates) = planned(&["--speed", "0.1"]);
     let (fast, fast_rates) = planned(&["--speed", "0.4"]);
     assert!(slow.contains("lever_m") && fast.contains("lever_m"));
-    // Three wheels of 50 mm at even angles: what their rates have in common turns the robot, and the squares of the rest add up to
-    // 3/2 (v / rho)^2 whichever way it goes.
+    // Three wheels of 50 mm at even angles: the mean of their rates turns the robot, and the
+    // squares of the rest add up to 3/2 (v / rho)^2 in any direction.
     let speed_m_s = |csv: &str| {
         let row = |line: &str| {
             let rates = line
@@ -336,11 +337,13 @@ fn a_bench_drives_its_wheels_with_the_bandwidth_that_is_asked_for() {
             .and_then(|robots| robots.values().next());
         number(&robot.expect("a robot")["worst_error_pct"])
     };
-    // The drives are slow; what differs is how far the wheels lag while they start, and with it the place of the rollers.
+    // The drives are slow; the difference is how far the wheels lag while they start, and with it
+    // the angles of the rollers.
     assert!(measured(&[]) != measured(&["--bandwidth", "5"]));
 }
 
-/// What a command prints for a person is left out when it is asked to be quiet; its code, its data and what did not hold are not.
+/// A quiet command prints no messages for the user, but keeps its exit code, its data and failed
+/// expectations.
 #[test]
 fn every_command_knows_to_be_quiet() {
     let folder = Folder::new();
@@ -356,7 +359,7 @@ fn every_command_knows_to_be_quiet() {
         &["demo", "shown"],
     ];
     for arguments in silent {
-        // Before the command and behind it.
+        // Before the command and after it.
         for arguments in [
             [&["-q"], arguments].concat(),
             [arguments, &["--quiet"]].concat(),
@@ -389,14 +392,14 @@ fn a_check_as_json_names_each_scenario_its_outcome_and_its_bounds() {
     assert_eq!(failing["outcome"], "failed");
     assert_eq!(failing["bounds"][0]["quantity"], "twist_ratio_contact.vx");
     assert_eq!(failing["bounds"][0]["held"], false);
-    // It drives ahead without sliding: as the rollers that touch roll.
+    // It drives ahead without sliding, as the contact kinematics predicts.
     let measured = failing["bounds"][0]["measured"].as_f64().expect("a number");
     assert!((measured - 1.0).abs() < 0.01, "{measured}");
     assert_eq!(bad["outcome"], "could not run");
     assert!(bad["error"].is_string());
 }
 
-/// The answer comes first, then ten figures at most; all of them are printed when asked for.
+/// The answer comes first, then ten figures at most; all of them are printed on request.
 #[test]
 fn a_run_answers_before_it_lists_figures() {
     let folder = Folder::new();

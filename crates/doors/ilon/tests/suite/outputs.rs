@@ -1,4 +1,5 @@
-//! What is written, and where: never over what is read, never by two at once, never half, and tried before the work is done.
+//! Output files: never over inputs, never by two processes at once, never partial, and checked
+//! before the work begins.
 
 use crate::support;
 
@@ -16,7 +17,7 @@ const ENDLESS: [&str; 4] = [
     "run.record_every=10",
 ];
 
-/// Begins a run into a folder that does not end by itself, once it has the folder.
+/// Begins an endless run into a folder, and waits until it has reserved the folder.
 fn begun(folder: &Folder, out: &str) -> Child {
     let run = ["run", "good.toml", "--out", out];
     let child = folder
@@ -45,7 +46,7 @@ fn two_runs_into_one_folder_do_not_meet_and_a_killed_one_locks_nobody_out() {
     );
     assert!(told.contains(&format!("process {}", first.id())), "{told}");
     assert!(told.contains("with --out"), "{told}");
-    // Elsewhere there is no hindrance.
+    // Another folder is free.
     ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "elsewhere"]));
     first.kill().expect("it still runs");
     first.wait().expect("it ends");
@@ -73,7 +74,7 @@ fn every_output_of_every_command_is_locked() {
     }
     first.kill().expect("it still runs");
     first.wait().expect("it ends");
-    // A comparison of two endless runs holds its file from the beginning.
+    // A comparison of two endless runs reserves its file from the beginning.
     folder.scenario("endless.toml", "");
     let text = folder
         .read("endless.toml")
@@ -287,7 +288,7 @@ fn results_replace_those_of_an_earlier_run_and_nothing_of_other_origin() {
 fn where_nothing_can_be_written_is_told_before_anything_is_simulated() {
     let folder = Folder::new();
     folder.write("file", "");
-    // An hour of computing, if it began.
+    // An hour of computation, if it began.
     let outputs: [&[&str]; 5] = [
         &["--junit", "nowhere/results.xml"],
         &["--junit", "."],
@@ -411,7 +412,7 @@ fn scenarios_of_one_name_have_files_of_their_own_or_are_refused() {
     folder.scenario("all/a/x.toml", HOLDS);
     folder.scenario("all/b/x.toml", FAILS);
     folder.scenario("all/x.toml", HOLDS);
-    // Below one folder they keep apart by where they are.
+    // Below one folder they are distinguished by their paths.
     ended_with(
         1,
         &folder.ilon(&["check", "all", "--save", "base", "--keep", "kept"]),
@@ -423,7 +424,7 @@ fn scenarios_of_one_name_have_files_of_their_own_or_are_refused() {
     let against = ["check", "all", "--against", "base", "--filter", "x"];
     let told = ended_with(1, &folder.ilon(&against));
     assert!(!told.contains("leaves its baseline"), "{told}");
-    // Named one by one they do not.
+    // Named one by one they are not.
     for option in ["--save", "--keep", "--against"] {
         let told = ended_with(
             2,

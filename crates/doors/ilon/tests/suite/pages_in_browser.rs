@@ -1,5 +1,5 @@
-//! The pages as people meet them, in a real browser: on a large screen, on a telephone and on paper; read by those who cannot see or
-//! use no mouse; without a word on the console; and moving.
+//! The pages in a real browser: on a large screen, on a phone and on paper; for users of screen
+//! readers or keyboards; without console messages; and moving.
 
 use crate::support;
 use crate::support::browser;
@@ -10,7 +10,7 @@ use browser::Browser;
 use serde_json::Value;
 use support::Folder;
 
-/// What is looked at in a page that is laid out.
+/// Checks of a page's layout.
 const LOOKED_AT: &str = r#"(() => {
   const root = document.documentElement;
   const shown = (e) => e.getClientRects().length > 0 && getComputedStyle(e).visibility !== 'hidden';
@@ -40,7 +40,7 @@ const LOOKED_AT: &str = r#"(() => {
   };
 })()"#;
 
-/// What is looked at while it is printed.
+/// Checks during printing.
 const PRINTED: &str = r#"window.addEventListener('beforeprint', () => {
   const shown = (e) => e.getClientRects().length > 0;
   const root = document.documentElement;
@@ -82,7 +82,7 @@ fn none_of(found: &Value, what: &str, page: &str) {
     assert!(list.is_empty(), "{page}, {what}: {list:#?}");
 }
 
-/// Holds a page against everything that a page must be.
+/// Checks a page against all requirements.
 fn assert_good(page: &Path, least_tiles: u64, moves: bool) {
     let Some(mut browser) = Browser::start() else {
         return;
@@ -95,7 +95,7 @@ fn assert_good(page: &Path, least_tiles: u64, moves: bool) {
     for (width, height) in [(1440, 900), (390, 844)] {
         browser.size(width, height);
         browser.open(page);
-        // Everything open: what is folded must be as good as the rest.
+        // Everything is opened, as folded content must be as good as the rest.
         browser.eval("document.querySelectorAll('details').forEach((d) => { d.open = true; }); new Promise((done) => setTimeout(done, 1500))");
         let found = browser.eval(LOOKED_AT);
         let at = format!("{name} at {width} px");
@@ -123,14 +123,15 @@ fn assert_good(page: &Path, least_tiles: u64, moves: bool) {
         if moves {
             let moved = browser.eval(MOVES);
             let share = |what: &str| moved[what].as_f64().unwrap_or(f64::NAN);
-            // A hundredth of the pixels' channels: a robot that turns by an angle or goes some centimetres changes more.
+            // A hundredth of the pixels' channels: a robot that turns by an angle or moves several
+            // centimetres changes more.
             assert!(
                 share("changed") > 0.01 && share("same") < 0.001,
                 "{at}: {moved}"
             );
         }
     }
-    // A sheet of A4 within the margins of the style sheet is 182 mm wide.
+    // An A4 sheet within the margins of the style sheet is 182 mm wide.
     browser.size(688, 1000);
     browser.open(page);
     browser.media("print");
@@ -152,7 +153,7 @@ fn shipped(name: &str) -> String {
     format!("{}/../../../assets/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Runs a shipped scenario for a while into a folder of its own.
+/// Runs a shortened shipped scenario into its own folder.
 fn ran(folder: &Folder, scenario: &str, out: &str, more: &[&str]) {
     let scenario = shipped(&format!("scenarios/{scenario}.toml"));
     let arguments = [
@@ -170,7 +171,7 @@ fn the_report_of_a_run() {
     assert_good(&folder.path("a/report.html"), 4, true);
 }
 
-/// A figure of eight on the floor of its file, and on one that is slippery.
+/// A figure of eight on the floor of its file, and on a slippery one.
 fn ran_with_and_without_ice(folder: &Folder, floor: &str, ice: &str) {
     let slippery = ["--set", "world.floor.friction=0.05"];
     ran(folder, "mecanum4_figure_eight", floor, &[]);
@@ -243,7 +244,7 @@ fn a_study() {
     assert_good(&folder.path("study/report.html"), 0, false);
 }
 
-/// What the table of values on the page of an identification says is what stands in the results beside it.
+/// The table of values on the page of an identification equals the results in the file.
 fn assert_says_what_was_found(folder: &Folder, out: &str) {
     let Some(mut browser) = Browser::start() else {
         return;
@@ -283,7 +284,7 @@ fn assert_says_what_was_found(folder: &Folder, out: &str) {
     }
 }
 
-/// The robot of four mecanum wheels as it was published.
+/// The robot of four mecanum wheels as published.
 #[test]
 fn an_identification() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! `ilon export --planar`: a planar base, and who else finds it as far off as it says.
+//! `ilon export --planar`: a planar base, whose stated errors an independent program confirms.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use test_case::test_case;
 
 use crate::support::{Folder, ended_with, python, stderr};
 
-/// What a script of Python prints as JSON.
+/// The JSON output of a Python script.
 fn said(python: &str, script: &Path, arguments: &[&str]) -> Value {
     let output = Command::new(python)
         .arg(script)
@@ -34,8 +34,8 @@ fn assets(robot: &str) -> String {
     )
 }
 
-/// The lateral shortfalls are those that the lateral scenarios measure: rigid rollers of four mecanum wheels lose 2 %, of
-/// omni wheels whose rollers run on one circle nothing.
+/// The lateral shortfalls are those that the lateral scenarios measure: rigid rollers of four
+/// mecanum wheels lose 2 %, omni wheels whose rollers run on one circle nothing.
 #[test_case("mecanum4.urdf", 0.02)]
 #[test_case("optiodom_omni3.toml", 0.002)]
 #[test_case("volksbot.urdf", 0.0)]
@@ -51,10 +51,10 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
     let base: Value = serde_json::from_str(&folder.read("base/planar.json")).unwrap();
 
     let s = numbers(&base["shortfall"]["matrix"]);
-    // Of 2 s of a drive, over which each roller's passage still shows.
+    // Over 2 s of a drive, in which each roller's passage still shows.
     assert_relative_eq!(s[4], 1.0 - sideways, epsilon = 2e-3);
     assert_relative_eq!(s[0], 1.0, epsilon = 3e-3);
-    // Grip gives no more than friction does, with every wheel pushing along its rollers' axles at best.
+    // Grip gives at most the friction limit, with every wheel pushing along its rollers' axles.
     let (most, friction) = (
         numbers(&base["grip"]["most"]),
         base["friction"].as_f64().unwrap(),
@@ -65,7 +65,7 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
             .all(|a| (0.3 * 9.81 * friction..9.81 * friction).contains(a)),
         "{most:?}"
     );
-    // It is nearer than a robot that does what is asked at once, in each axis, by a third at least.
+    // Its error is below that of ideal kinematics in each axis, by at least a third.
     let held_out = &base["held_out"];
     let [model, ideal] = ["model", "ideal"].map(|of| numbers(&held_out[of]["twist_rms"]));
     for (axis, (model, ideal)) in model.iter().zip(&ideal).enumerate() {
@@ -82,14 +82,15 @@ fn a_planar_base_is_as_far_off_as_it_says(robot: &str, sideways: f64) {
                 .iter()
                 .zip(numbers(&held_out["model"][key]))
             {
-                // The drives are written to seven decimals, of which a path of metres takes thousands.
+                // The drives are written to seven decimals, over paths of metres in thousands of
+                // steps.
                 assert_relative_eq!(*found, stated, epsilon = 1e-5);
             }
         }
     }
 }
 
-/// The same robot gives the same bytes, and its floor counts.
+/// The same robot gives the same bytes, and its floor matters.
 #[test]
 fn the_floor_counts_and_nothing_is_chance() {
     let folder = Folder::new();
@@ -110,7 +111,7 @@ fn the_floor_counts_and_nothing_is_chance() {
     let [most, most_slippery] = [once, slippery]
         .map(|json| numbers(&serde_json::from_str::<Value>(&json).unwrap()["grip"]["most"]));
     for (of, of_slippery) in most.iter().zip(&most_slippery).take(2) {
-        // Sliding starts give what Coulomb's law does, less what the last part without sliding takes.
+        // Sliding starts follow Coulomb's law, except for their last part without sliding.
         assert_relative_eq!(of_slippery / of, 0.5, epsilon = 0.05);
     }
 }

@@ -1,4 +1,5 @@
-//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner`: a robot for the planners of robot contests.
+//! `ilon inspect --pathplanner`, `--choreo`, `--road-runner`: a robot for the planners of robot
+//! contests.
 
 use std::f64::consts::TAU;
 
@@ -36,7 +37,8 @@ fn draws() -> impl FnMut() -> f64 {
     }
 }
 
-/// Whatever four modules push within their friction, the robot can do; and with a third more friction it can not do all of it.
+/// The robot can reach every acceleration that four modules within their friction give; with a
+/// third more friction it cannot reach all.
 #[test]
 fn what_the_swerve_drive_can_do_the_robot_can() {
     for settings in [
@@ -61,15 +63,16 @@ fn what_the_swerve_drive_can_do_the_robot_can() {
             }
             most = most.max(polytope.share(Twist::new(sum[0], sum[1], sum[2])));
         }
-        // Nine tenths of it at most; draws come near.
+        // At most nine tenths; random draws come near.
         assert!(most <= 0.9 + 1e-9, "{most}");
         assert!(most > 0.7, "{most}");
         assert_eq!(scenario.world.gravity_m_s2, 9.81);
     }
 }
 
-/// By hand: robot A of 11.36 kg on 0.05 m wheels. k_A ahead is 12 V (m + 4 J / rho^2) rho / 4 / stall per speed of the rim, k_V 12 V / (rho w0)
-/// beside the damping, and k_S friction alone.
+/// In closed form: robot A of 11.36 kg on 0.05 m wheels. k_A ahead is 12 V (m + 4 J / rho^2)
+/// rho / 4 / stall per speed of the rim, k_V 12 V / (rho w0) beside the damping, and k_S friction
+/// alone.
 #[test]
 fn feedforward_is_as_by_hand() {
     let (scenario, mut robot, _) =
@@ -90,7 +93,8 @@ fn feedforward_is_as_by_hand() {
         "{ahead:?} {mass_alone}"
     );
     assert!(ahead.ks_v.abs() < 1e-9, "{ahead:?}");
-    // Bushings of mu a / r hold a robot sideways with sqrt(2) mu m g a / r: rho / 4 of it at each wheel.
+    // Bushings of mu a / r resist a sideways motion with sqrt(2) mu m g a / r: rho / 4 of it at
+    // each wheel.
     for wheel in &mut robot.wheels {
         wheel.surface.axle_friction = 0.2;
         wheel.surface.axle_radius_m = 2e-3;
@@ -106,7 +110,8 @@ fn feedforward_is_as_by_hand() {
     let left = of(&robot, Twist::new(0.0, 1.0, 0.0));
     assert!((left / by_hand - 1.0).abs() < 1e-6, "{left} {by_hand}");
     assert!(of(&robot, Twist::new(1.0, 0.0, 0.0)).abs() < 1e-9);
-    // A floor that drags by 0.02 of the load takes 0.02 m g of any straight way, rho / 4 of it at each wheel.
+    // A floor with a drag of 0.02 of the load resists any straight motion with 0.02 m g, rho / 4 of
+    // it at each wheel.
     let (carpet, robot, _) = under(&["world.floor.rolling_resistance=0.02"]);
     let by_hand = 12.0 * 0.02 * robot.mass_kg() * 9.81 * radius_m / 4.0 / 2.0;
     for way in [Twist::new(1.0, 0.0, 0.0), Twist::new(0.0, 1.0, 0.0)] {
@@ -118,7 +123,8 @@ fn feedforward_is_as_by_hand() {
     }
 }
 
-/// What PathPlannerLib makes of the file: at the top speed no torque is lost, at rest the motor gives what friction takes.
+/// PathPlannerLib's reading of the file: at the top speed no torque is left, at rest the motor
+/// gives the friction limit.
 #[test]
 fn files_say_what_the_planners_read() {
     let (_, robot, limits) = under(&[]);
@@ -136,7 +142,8 @@ fn files_say_what_the_planners_read() {
         number("wheelCOF") * number("robotMass") / 4.0 * 9.8 * number("driveWheelRadius");
     assert!((torque_n_m / friction_n_m - 1.0).abs() < 1e-9);
     assert_eq!(settings["holonomicMode"], true);
-    // One number for one limit: 30 rad/s times 0.05 m over the lever on which its rollers turn, 0.31 m and a hundredth, as the controllers have it.
+    // One number for one limit: 30 rad/s times 0.05 m over the lever on which its rollers turn,
+    // 0.31 m and a hundredth, as in the controllers' parameters.
     let drive = ilon::ros2_control::DriveParameters::of(&robot)
         .expect("it drives")
         .expect("mecanum wheels");
@@ -204,8 +211,9 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
         text.contains("public double kS = 0.0000;") && text.contains("* inPerTick;"),
         "{text}"
     );
-    // The same motors for Pedro Pathing: without friction the rims turn at 30 rad/s of 50 mm, 1.5 m/s or 59.06 in/s, and nothing stops the robot;
-    // sideways its nine rollers take 2 % of that.
+    // The same motors for Pedro Pathing: without friction the rims turn at 30 rad/s of 50 mm,
+    // 1.5 m/s or 59.06 in/s, and nothing stops the robot; sideways its nine rollers lose 2 % of
+    // that.
     let mut pedro = vec!["inspect", "mecanum4.urdf", "--pedro", "Constants.java"];
     assert!(ended_with(2, &folder.ilon(&pedro)).contains("motors.dc"));
     pedro.extend(["--set", dc]);
@@ -218,7 +226,7 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
             .parse()
             .expect("a number")
     };
-    // The bearings of the file take what they take.
+    // With the bearing friction of the file.
     assert!(
         (number(".xVelocity(") / 59.055 - 1.0).abs() < 0.02,
         "{text}"
@@ -226,7 +234,7 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
     let sideways = number(".yVelocity(") / number(".xVelocity(");
     assert!((sideways / 0.98 - 1.0).abs() < 0.005, "{text}");
     assert!(number(".forwardZeroPowerAcceleration(") <= 0.0, "{text}");
-    // What was identified: a floor that drags, and how far it goes sideways; what is set has the last word.
+    // Identification results: a floor with drag, and the sideways ratio; settings override them.
     let found = r#"{ "parameters": { "radius_m": { "value": 0.05 }, "world.floor.rolling_resistance": { "value": 0.02 } },
                      "gains": { "sideways_over_ahead": { "value": 0.957 } } }"#;
     folder.write("identified.json", found);
@@ -250,7 +258,7 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
     // Three wheels.
     let three = ["inspect", "robot.urdf", "--choreo", "b.chor"];
     assert!(ended_with(2, &folder.ilon(&three)).contains("four wheels"));
-    // Where a robot cannot even stand, planners are given nothing: with zeros they would drive nowhere.
+    // If a robot cannot even stand, planner files are refused: with zeros they would not drive.
     let steep = ["--set", "world.floor.slope_deg=40", "--set", dc];
     for file in [
         &["--road-runner", "Steep.java"][..],
@@ -262,7 +270,7 @@ fn files_are_written_and_robots_that_are_no_swerve_drive_are_refused() {
         assert!(said.contains("cannot") && said.contains("stand"), "{said}");
         assert!(!folder.path(file[file.len() - 1]).exists());
     }
-    // Each asks for the limits by itself, as what was identified does.
+    // Each implies the limits, as identification results do.
     for alone in [["--choreo", "c.chor"], ["--identified", "identified.json"]] {
         let inspected = folder.ilon(&["inspect", "mecanum4.urdf", alone[0], alone[1]]);
         ended_with(0, &inspected);

@@ -1,6 +1,7 @@
-//! The report in a real browser: every figure is drawn, and the console shows no fault.
+//! The report in a real browser: every figure is drawn, and the console shows no error.
 //!
-//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without one the test says that it was skipped.
+//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without it the test reports
+//! that it was skipped.
 
 use std::path::Path;
 use std::process::Command;
@@ -18,7 +19,7 @@ fn browser() -> Option<String> {
     answers.then_some(named)
 }
 
-/// A shipped scenario, run for a while.
+/// A shortened run of a shipped scenario.
 fn run(name: &str, duration_s: f64) -> Run {
     ilon::run(&scenario(name, duration_s)).expect("a shipped scenario runs")
 }
@@ -30,7 +31,7 @@ fn scenario(name: &str, duration_s: f64) -> Scenario {
     scenario
 }
 
-/// What a page is after some seconds, with what it said on its console. `folder` is for the browser's own files.
+/// A page after several seconds, with its console output. `folder` is for the browser's own files.
 fn opened(browser: &str, page: &Path, folder: &Path) -> (String, String) {
     let output = Command::new(browser)
         .args([
@@ -62,7 +63,8 @@ fn opened(browser: &str, page: &Path, folder: &Path) -> (String, String) {
     (dom, said)
 }
 
-/// What a console said of faults. Chromium logs every message at one level; faults name themselves.
+/// The errors in a console output. Chromium logs every message at one level; errors are named as
+/// such.
 fn faults(said: &str) -> Vec<&str> {
     said.lines()
         .filter(|line| line.contains(":CONSOLE"))
@@ -74,7 +76,8 @@ fn faults(said: &str) -> Vec<&str> {
         .collect()
 }
 
-/// Opens a page with all that is folded in it open: every figure must be drawn, and the console show no fault.
+/// Opens a page with all its folded content: every figure must be drawn, and the console show no
+/// error.
 fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures: usize) {
     let text = std::fs::read_to_string(page).expect("the page");
     let unfolded = folder.join("unfolded.html");
@@ -92,7 +95,7 @@ fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures:
     assert_eq!(drawn, figures, "not every figure is drawn");
 }
 
-/// What a person does with the page, one thing after the other, and what comes of it, as one line of words.
+/// A sequence of user actions on the page, with the results as one line of text.
 const USE: &str = r#"<script>
 setTimeout(() => {
   const [clock, scene] = [window.ilonClock, window.ilonRunScene];
@@ -146,8 +149,8 @@ fn one_time_moves_the_scene_and_the_cursors() {
     );
 }
 
-/// The page of a run of 12 s stays below two million bytes, and its answer names the largest error, the fault that made it, and what the error would
-/// have been without it.
+/// The page of a run of 12 s stays below two million bytes, and its answer names the largest error,
+/// the fault that caused it, and the error without it.
 #[test]
 fn the_wet_floor_is_named_and_the_page_is_light() {
     let scenario = scenario("mecanum4_wet_floor", 12.0);
@@ -183,7 +186,8 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
         eprintln!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
         return;
     };
-    // Robots with three and with four wheels, with and without a reference: nothing need be alike.
+    // Robots with three and with four wheels, with and without a reference: runs may differ in
+    // everything.
     let runs = [
         run("volksbot_heading_first", 2.0),
         run("mecanum4_hard_start", 1.5),

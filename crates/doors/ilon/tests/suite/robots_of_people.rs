@@ -1,5 +1,5 @@
-//! Robots as people really write them, one trait a file, as whoever calls `ilon inspect` meets them: each drives as it is, or
-//! is refused in words with a command that works, and that command is run.
+//! Robot files as users write them, one trait per file, in `ilon inspect`: each drives, or is
+//! refused with a message and a command that works; the test runs that command.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -21,7 +21,7 @@ const PLACES: [(&str, f64, f64); 4] = [
     ("rr", -0.15, -0.13),
 ];
 
-/// A wheel without rollers on a turning joint: a disc of 50 mm radius.
+/// A wheel without rollers on a continuous joint: a disc of 50 mm radius.
 fn wheel(name: &str, x: f64, y: f64) -> String {
     format!(
         r#"<link name="{name}_link">
@@ -34,7 +34,7 @@ fn wheel(name: &str, x: f64, y: f64) -> String {
     )
 }
 
-/// A base with four wheels, each changed, and something more.
+/// A base with four wheels, each changed, and additional content.
 fn base_with(change: impl Fn(&str, String) -> String, more: &str) -> String {
     let mut text = format!("<robot name=\"base\">\n{CHASSIS}");
     for (name, x, y) in PLACES {
@@ -77,7 +77,7 @@ fn one_replaced(of: &str, from: &str, to: &str) -> String {
     )
 }
 
-/// Wheels on a ring that look outward, the rollers of which would be at 0 degrees.
+/// Wheels on a ring that face outward, which need rollers at 0 degrees.
 fn ring() -> String {
     let mut text = format!("<robot name=\"base\">\n{CHASSIS}");
     for i in 0..3 {
@@ -93,7 +93,7 @@ fn ring() -> String {
     text + "</robot>\n"
 }
 
-/// An arm of six joints, the first of which is upright.
+/// An arm of six joints, the first of which is vertical.
 fn arm() -> String {
     let mut text = format!("<robot name=\"arm\">\n{CHASSIS}");
     let axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"];
@@ -113,7 +113,7 @@ fn arm() -> String {
     text + "</robot>\n"
 }
 
-/// A robot with something hung from its chassis that turns like a wheel, high above the floor.
+/// A robot with a part on its chassis that turns like a wheel, high above the floor.
 fn with_mimic_arm() -> String {
     let arm = wheel("finger", 0.0, 0.0)
         .replace("xyz=\"0 0 0\"", "xyz=\"0 0 0.3\"")
@@ -124,7 +124,7 @@ fn with_mimic_arm() -> String {
     base_with(|_, wheel| wheel, &arm)
 }
 
-/// Each wheel hangs by an upright joint that steers it.
+/// Each wheel is on a vertical joint that steers it.
 fn steered() -> String {
     base_with(
         |name, wheel| {
@@ -154,17 +154,17 @@ fn xacro(inside: &str) -> String {
         .replace("</robot>", &format!("{inside}</robot>"))
 }
 
-/// What became of a file.
+/// The outcome for a file.
 #[derive(Debug)]
 enum Becomes {
-    /// A robot, of which something is remarked.
+    /// A robot, with a remark.
     Robot(&'static str),
-    /// Refused in these words, with a command that works, of whose robot something is remarked.
+    /// Refused with this message and a working command, whose robot has this remark.
     Proposal(&'static str, &'static str),
-    /// Refused in these words, which ask for the rollers of plain wheels; with these said, and with what is proposed then where
-    /// something is, of whose robot something is remarked.
+    /// Refused with this message, which asks for the rollers of plain wheels. Once they are given,
+    /// and a proposed command is followed, the robot has this remark.
     Asks(&'static str, &'static str),
-    /// Refused in these words, which ask for what only a person knows.
+    /// Refused with this message, which asks for information that only the user has.
     Refused(&'static str),
 }
 use Becomes::{Asks, Proposal, Refused, Robot};
@@ -381,7 +381,7 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
             let proposal =
                 proposed(&refusal).unwrap_or_else(|| panic!("nothing proposed: {refusal}"));
             drives(&shell(folder.path(), proposal), remark);
-            // It works in a scenario too, in the words of one.
+            // It also works in a scenario, as keys.
             let scenario =
                 "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
             std::fs::write(folder.path().join("s.toml"), scenario).unwrap();
@@ -400,14 +400,14 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
         Asks(words, remark) => {
             let refusal = refused(&first, words);
             assert_eq!(proposed(&refusal), None, "{refusal}");
-            // One round: what is asked for, filled in, is a command that works.
+            // One round: the requested information, filled in, gives a working command.
             let asked = filled(&refusal);
             let [command] = &asked[..] else {
                 panic!("{asked:?}")
             };
             let output = shell(folder.path(), command);
             drives(&output, remark);
-            // A scenario asks for the same in its own words.
+            // A scenario asks for the same as keys.
             let scenario =
                 "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
             let path = folder.path().join("s.toml");
@@ -426,7 +426,7 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
     }
 }
 
-/// Runs a command line as a person types it.
+/// Runs a command line in a shell.
 fn shell(folder: &Path, command: &str) -> Output {
     let ilon = Path::new(env!("CARGO_BIN_EXE_ilon")).parent().unwrap();
     let path = std::env::var("PATH").unwrap_or_default();
@@ -442,7 +442,7 @@ fn err(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Without the breaks of folded lines.
+/// The text without the breaks of folded lines.
 fn in_one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -465,7 +465,8 @@ fn proposed(refusal: &str) -> Option<&str> {
     Some(refusal.split_once("this works: `")?.1.split_once('`')?.0)
 }
 
-/// The command, or the keys, in which a refusal has something filled in, with twelve rollers at 45 degrees.
+/// The commands, or the keys, that a refusal asks to complete, with twelve rollers at 45 degrees
+/// filled in.
 fn filled(refusal: &str) -> Vec<String> {
     let (_, blanks) = refusal
         .split_once("fill in ")
@@ -496,7 +497,7 @@ fn a_file_that_is_called_xacro_is_expanded_whatever_stands_in_it() {
         let command = format!("ilon inspect {name} --rollers 12 --gamma-x-deg 45");
         let output = shell(folder.path(), &command);
         drives(&output, "given 12 rollers");
-        // Only xacro knows `$(find ...)`; in a URDF it is a part of a name.
+        // Only xacro evaluates `$(find ...)`; in a URDF it is a part of a name.
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
         let remark = "the folder of the package `absent` is not known";
         assert_eq!(said.contains(remark), is_expanded, "{name}: {said}");

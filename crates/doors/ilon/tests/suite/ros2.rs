@@ -1,7 +1,9 @@
-//! `ilon live --ros2` and those who speak ROS 2: rclpy over Fast DDS and CycloneDDS, in `ros2_witness.py`.
+//! `ilon live --ros2` against other ROS 2 implementations: rclpy over Fast DDS and CycloneDDS, in
+//! `ros2_witness.py`.
 //!
-//! Each case runs in a network of its own, which has a loopback interface and nothing else, so that no case hears another, nor anybody
-//! on the machine. That takes Linux and the right to make such a network.
+//! Each case runs in its own network with only a loopback interface, so that cases do not receive
+//! each other's messages or those of the machine. That needs Linux and permission to create such a
+//! network.
 
 #![cfg(feature = "ros2")]
 
@@ -11,7 +13,7 @@ use std::process::Command;
 const NETWORK: &str =
     "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
 
-/// A Python with rclpy and cyclonedds: that under `ILON_ROS2_PYTHON`.
+/// A Python with rclpy and cyclonedds: that of `ILON_ROS2_PYTHON`.
 fn python() -> Option<String> {
     let Ok(python) = std::env::var("ILON_ROS2_PYTHON") else {
         println!(

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use ilon::scenario::Scenario;
 
-/// Downhill the robot loses height in the world and none above the floor: its hubs ripple by what they do on the level,
-/// under 0.02 mm, while it comes 0.1 m down over 0.7 m of way.
+/// Downhill the robot loses height in the world and none above the floor: its hubs ripple as on the
+/// level, under 0.02 mm, while it descends by 0.1 m over 0.7 m of path.
 #[test]
 fn hubs_are_measured_from_the_floor_they_roll_on() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
@@ -17,7 +17,7 @@ fn hubs_are_measured_from_the_floor_they_roll_on() {
     assert!(ripple_m < 2e-5, "{ripple_m} m");
 }
 
-/// Truth and dead reckoning count in the same plane: what wheels roll along a slope is what the robot has moved, and not its
+/// Truth and dead reckoning use the same plane: the path is measured along the slope, not by its
 /// horizontal projection, which is cos 8 degrees = 0.990 of it.
 #[test]
 fn dead_reckoning_drifts_on_a_slope_as_little_as_on_the_level() {
@@ -33,7 +33,7 @@ fn dead_reckoning_drifts_on_a_slope_as_little_as_on_the_level() {
     };
     for heading_deg in [0.0, 60.0] {
         let (level, slope) = (drift(0.0, heading_deg), drift(8.0, heading_deg));
-        // What is left are the first steps, in which the robot settles: micrometres.
+        // Only the first steps remain, in which the robot settles: micrometres.
         assert!(slope < level + 1e-5, "{slope} m/m against {level}");
     }
 }

@@ -1,5 +1,5 @@
-//! What the answer says of every kind of fault and of every way to stand, against the scenario that asked for it and the trace of what
-//! came.
+//! The answer's sentences for every kind of fault and every way of standing, compared with the
+//! scenario and the trace.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ struct Told {
 }
 
 impl Told {
-    /// Runs mecanum4 with further lines of TOML, with its description changed.
+    /// Runs mecanum4 with a changed description and further lines of TOML.
     fn of(description: impl Fn(String) -> String, text: &str) -> Self {
         let shipped =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/mecanum4.toml");
@@ -56,7 +56,7 @@ impl Told {
         self.lines.iter().any(|line| line.contains(words))
     }
 
-    /// Means of a number of the rows between two times.
+    /// The mean of a value over the rows between two times.
     fn mean(&self, from_s: f64, until_s: f64, of: impl Fn(&Record) -> f64) -> f64 {
         let rows = self
             .rows()
@@ -67,7 +67,7 @@ impl Told {
     }
 }
 
-/// The number before a unit, after some words.
+/// The number before a unit, after given words.
 fn number(line: &str, before: &str, unit: &str) -> f64 {
     let rest = line
         .split(before)
@@ -79,7 +79,7 @@ fn number(line: &str, before: &str, unit: &str) -> f64 {
         .unwrap_or_else(|_| panic!("`{text}` in {line}"))
 }
 
-/// A length before some words: in mm or m.
+/// A length after given words: in mm or m.
 fn length_m(line: &str, after: &str) -> f64 {
     let Some(before) = line.split(after).next().filter(|_| line.contains(after)) else {
         return 0.0;
@@ -92,12 +92,12 @@ fn length_m(line: &str, after: &str) -> f64 {
     number * if unit == Some("mm") { 1e-3 } else { 1.0 }
 }
 
-/// Ahead at 0.2 m/s for 2.5 s, on motors with a line.
+/// Ahead at 0.2 m/s for 2.5 s, on motors with a torque line.
 const AHEAD: &str = "[twist]\nvx_m_s = 0.2\nrest_s = 0\nramp_s = 0.2\nsettle_s = 0.2\n[run]\nduration_s = 2.5\n\
                      [motors.dc]\nstall_torque_n_m = 1.5\nno_load_rate_rad_s = 8\n";
 
-/// Every kind of fault from 1 s to 1.5 s: its sentence has the scenario's numbers, and what it says that the fault did is what the run differs by from one
-/// without it.
+/// Every kind of fault from 1 s to 1.5 s: its sentence has the scenario's numbers, and its reported
+/// effect is the difference from a run without it.
 #[test]
 fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
     let window = "from_s = 1, until_s = 1.5";
@@ -159,7 +159,8 @@ fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
             length_m(places, " ahead") - length_m(places, " back"),
             length_m(places, " to the left") - length_m(places, " to the right"),
         ];
-        // Half of the last digit that is printed, which is that of the floor; three floors of what is not printed.
+        // Half of the last printed digit, which is that of the resolution; three times the
+        // resolution for what is not printed.
         let apart = told.run.summary.effects.get("faults.0", "apart_m");
         let least_m = 3.0 * apart.expect("it was left out").floor;
         for (said_m, did_m) in said.iter().zip(did) {
@@ -171,7 +172,7 @@ fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
     }
 }
 
-/// In closed loop what counts is the distance from the reference.
+/// In closed loop the distance from the reference counts.
 #[test]
 fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
     let line =
@@ -188,7 +189,7 @@ fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
         .expect("a reference");
     let said = told.line("Without the pose sensor that is off by 50.0 mm");
     let said_mm = number(said, "would have been ", "mm");
-    // Half of the second digit behind the point.
+    // Half of the second decimal.
     assert!(
         (said_mm - 1e3 * would_m).abs() < 6e-3,
         "{said}: {would_m} m"
@@ -212,7 +213,8 @@ fn low(center_z_m: f64) -> impl Fn(String) -> String {
 const SHORT: &str =
     "[twist]\nvx_m_s = 0.3\nrest_s = 0.2\nramp_s = 0.2\nsettle_s = 0.2\n[run]\nduration_s = 1.5\n";
 
-/// Treads that sag more than the clearance of a box above the floor. A box that touches it at rest is refused before.
+/// Treads that sag more than the clearance of a box above the floor. A box that touches it at rest
+/// is refused earlier.
 #[test]
 fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
     let tread = "[rollers.tread]\nstiffness_n_m = 5e4\n";
@@ -236,7 +238,7 @@ fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
             (number(line, "and the chassis", "N") - chassis_n).abs() < 0.1,
             "{line}: {chassis_n} N"
         );
-        // Together they carry the robot, which neither rises nor falls: to what settling takes.
+        // Together they carry the robot, which has no vertical motion: within the settling.
         assert!(
             ((wheels_n + chassis_n) / WEIGHT_N - 1.0).abs() < 0.01,
             "{wheels_n} + {chassis_n} N"
@@ -246,7 +248,7 @@ fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
             (share - chassis_n / (wheels_n + chassis_n)).abs() < 1e-3,
             "{share}"
         );
-        // What was asked for is held against what came, and nothing is put down to slip.
+        // The command is compared with the motion, and nothing is attributed to slip.
         assert!(
             told.says("Ahead the command was 0.3000 m/s, and it reached "),
             "{:#?}",
@@ -264,7 +266,7 @@ fn a_robot_on_its_chassis_is_told_before_all_else_and_without_shares_of_slip() {
     assert!(free.says("by the ideal kinematics"), "{:#?}", free.lines);
 }
 
-/// The whole weight rests on the wheels of a robot that stands on them, and no more than the normal forces of its wheels.
+/// A standing robot's whole weight is on its wheels, and equals their normal forces.
 #[test]
 fn a_robot_on_its_wheels_has_all_its_weight_on_them() {
     let told = Told::shipped(SHORT);
@@ -353,7 +355,7 @@ fn a_jump_is_told_with_its_height_and_its_landing() {
         .fold(0.0, f64::max)
         - rest_m;
     let said_m = length_m(first, " above where");
-    // It leaves the ground a little before the row that sees it so.
+    // It leaves the ground slightly before the row that shows it.
     assert!(
         most_m > 0.1 && (said_m - most_m).abs() < 0.03,
         "{first}: {most_m} m"
@@ -394,8 +396,9 @@ fn a_robot_that_drives_off_the_ground_fell() {
     );
 }
 
-/// A wall is higher than a wheel's radius; a kerb is not, and yet too high for these motors. The chassis stands out before the wheels: level with
-/// them it would share the wall with their rollers, in any of many ways.
+/// A wall is higher than a wheel's radius; a kerb is lower, but too high for these motors. The
+/// chassis protrudes beyond the wheels: flush with them it would share the wall with their rollers
+/// in an indeterminate way.
 #[test]
 fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
     let longer = |shipped: String| shipped.replace("size_m = [0.40,", "size_m = [0.42,");
@@ -426,8 +429,8 @@ fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
             "{line}: {held_n} N"
         );
         assert!(held_n > 1.0, "{held_n} N");
-        // When it has come to rest, what holds it back is what friction pushes it on with: the sum of the wheels' own columns, to what a
-        // last tremble takes.
+        // At rest, the wall's force equals the friction that pushes the robot against it: the sum
+        // of the wheels' columns, within the remaining oscillation.
         let rests_n = told.mean(2.0, 2.5, |r| {
             -r.support.expect("it is recorded").obstacles_x_n
         });
@@ -449,7 +452,8 @@ fn a_robot_at_a_wall_or_a_kerb_is_told_to_stand_there_and_not_to_cross_it() {
     }
 }
 
-/// 0.01 N m (1 - w / 4) against the bearings' 0.001 N m s end far below the 10 rad/s that 0.5 m/s ask for.
+/// 0.01 N m (1 - w / 4) against the bearings' 0.001 N m s end far below the 10 rad/s that 0.5 m/s
+/// need.
 #[test]
 fn motors_that_cannot_are_told_against_what_was_asked() {
     let told = Told::shipped(
@@ -469,12 +473,13 @@ fn motors_that_cannot_are_told_against_what_was_asked() {
         )),
         "{line}"
     );
-    // What was asked comes out of sums over the window: a thousand roundings.
+    // The commanded mean comes from sums over the window: a thousand roundings.
     let ratio = told.run.summary.twist_ratio_asked.vx.expect("it was asked");
     assert!((ratio - mean / 0.5).abs() < 1e-12, "{ratio}");
 }
 
-/// Gain times period 1.8 under loops that follow slowly: the warning before the run, and the first sentence after it.
+/// Gain times period 1.8 with loops that follow slowly: the warning before the run, and the first
+/// sentence after it.
 #[test]
 fn an_unstable_guidance_is_told_first_and_warned_of() {
     let text = |gain: f64| {
@@ -501,7 +506,7 @@ fn an_unstable_guidance_is_told_first_and_warned_of() {
     );
 }
 
-/// What slides without friction costs nothing, and nothing is said to be 0 % of nothing.
+/// Sliding without friction costs nothing, and no share of zero is reported.
 #[test]
 fn sliding_without_friction_costs_nothing() {
     let told = Told::shipped(
@@ -516,7 +521,7 @@ fn sliding_without_friction_costs_nothing() {
     assert!(!told.says("takes 0.0 %"), "{:#?}", told.lines);
 }
 
-/// Both directions are told where something happens, too.
+/// Both directions are reported also beside an event.
 #[test]
 fn every_direction_is_told_beside_an_event() {
     let told = Told::shipped(
@@ -533,8 +538,8 @@ fn every_direction_is_told_beside_an_event() {
     }
 }
 
-/// A box that is pushed along takes its friction over its way, mu m g d, and no wheel slides for it: the answer says where the loss lies. What the
-/// chassis rubs on its front is none, as both go straight on.
+/// A box that is pushed along dissipates mu m g d of friction over its path, without wheel slip:
+/// the answer says where the loss is. The chassis's front does not rub, as both go straight on.
 #[test]
 fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
     const CRATE: &str = "[[world.bodies]]\nname = 'crate'\nbox = { size_m = [0.2, 0.2, 0.12] }\n\
@@ -547,7 +552,8 @@ fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
     assert!(way_m > 0.25, "{way_m}");
     let line = told.line("No wheel lost grip; ");
     let rubbed_j = number(line, "grip; ", " J");
-    // Three digits are printed; for a moment after the first touch the chassis presses on the box from above too, as it pitches.
+    // Three digits are printed; for a moment after the first touch the pitching chassis also
+    // presses on the box from above.
     let expected_j = 0.3 * 2.0 * 9.81 * way_m;
     assert!(
         (rubbed_j - expected_j).abs() < 0.01 * expected_j,
@@ -561,7 +567,8 @@ fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
     assert!(!alone.says("friction of"), "{:#?}", alone.lines);
 }
 
-/// A run that ends before its mean velocities begin has no shares of the motion, but what slid in it is told all the same.
+/// A run that ends before its mean velocities begin has no shares of the motion, but its sliding is
+/// reported.
 #[test]
 fn a_run_too_short_for_means_tells_what_slid() {
     let told = Told::shipped(

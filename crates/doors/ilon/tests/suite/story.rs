@@ -1,4 +1,5 @@
-//! The answer names what carried the robot off: a slope, and the distance to a real robot that a log measured.
+//! The answer names the cause of the robot's deviation: a slope, and the difference from a real
+//! robot that a log measured.
 
 use crate::support;
 
@@ -43,7 +44,7 @@ fn a_log_that_measured_the_real_robot_is_drawn_beside_the_simulated_one() {
     let rows: String = (0..=40)
         .map(|k| {
             let t_s = 0.05 * f64::from(k);
-            // The real robot goes a tenth less far than it was told to.
+            // The real robot goes a tenth less far than commanded.
             format!("{t_s:.2},0.3,0,0,{:.4},0,0\n", 0.27 * t_s)
         })
         .collect();

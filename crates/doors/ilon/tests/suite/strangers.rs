@@ -1,4 +1,5 @@
-//! Scenarios and robots of strangers: what they may read, what of it is shown, and what their names can do to a log.
+//! Untrusted scenarios and robots: which files they may read, which content is shown, and the
+//! effect of their names in a log.
 
 use crate::support;
 
@@ -6,12 +7,13 @@ use std::fs;
 
 use support::{FAILS, Folder, HOLDS, ended_with};
 
-/// A secret, as a file of the machine holds it, in a form that no robot, scenario or path has.
+/// The content of a secret file of the machine, in a form that no robot, scenario or path has.
 const SECRET: &str = "root:x:0:0:SECRET:/root:/bin/bash\nTOKEN=SECRET\n";
 
 const CIRCLE: &str = "\n[reference.waypoints]\nfile = \"FILE\"\nspeed_m_s = 0.1\n";
 
-/// A folder with a part that may be read, `in`, which holds a good scenario and its robot, and a secret beside it.
+/// A folder with a readable part, `in`, which holds a valid scenario and its robot, and a secret
+/// beside it.
 fn confined() -> Folder {
     let folder = Folder::new();
     folder.write("in/robot.urdf", &folder.read("robot.urdf"));
@@ -20,7 +22,7 @@ fn confined() -> Folder {
     folder
 }
 
-/// Writes `in/s.toml`, with its robot, what else stands in its section, and what follows.
+/// Writes `in/s.toml`, with its robot, further keys of that section, and further text.
 fn scenario(folder: &Folder, robot: &str, of_robot: &str, further: &str) {
     let text = format!(
         "[robot]\nfile = \"{robot}\"\n{of_robot}\n[twist]\nvx_m_s = 0.2\nrest_s = 0.1\nramp_s = 0.1\nsettle_s = 0.1\n\
@@ -170,7 +172,7 @@ fn of_files_of_another_kind_nothing_is_shown() {
         study(&folder, file);
         secrets(&["identify", "in/i.toml"]);
     }
-    // As a scenario itself, where a link leads to it.
+    // As a scenario itself, through a link.
     for file in [
         "secret",
         "settings.xml",
@@ -451,7 +453,7 @@ fn one_line_files_of_any_length_are_refused_with_the_place_at_fault() {
     assert!(told.len() < 6000, "{} bytes", told.len());
 }
 
-/// What `compare` and `report` read of a run lies in the sandbox too, and no link of a stranger leads out of it.
+/// `compare` and `report` read files of a run only within the sandbox, also through links.
 #[cfg(unix)]
 #[test]
 fn runs_are_read_inside_of_the_sandbox_only() {

@@ -1,4 +1,5 @@
-//! Standard output and standard error as they are in pipes and on full disks: whoever stops listening costs nobody a run.
+//! Standard output and standard error in pipes and on full disks: a closed or full stream never
+//! costs a run.
 
 use crate::support;
 
@@ -7,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use support::{Folder, HOLDS};
 
-/// The four files that a whole run leaves.
+/// The four files of a complete run.
 const WHOLE: [&str; 4] = [
     "report.html",
     "scenario.toml",
@@ -15,7 +16,8 @@ const WHOLE: [&str; 4] = [
     "trace.parquet",
 ];
 
-/// Runs a command whose standard error nobody reads any more, as behind `2>&1 | head -1`; gives its exit code.
+/// Runs a command whose standard error is closed, as behind `2>&1 | head -1`; returns its exit
+/// code.
 fn unheard(mut command: Command) -> Option<i32> {
     let mut child = command
         .stdout(Stdio::null())
@@ -81,9 +83,9 @@ fn a_full_disk_behind_standard_error_costs_nothing_and_behind_standard_output_is
     let mut run = folder.command(&["run", "good.toml", "--out", "b"]);
     let status = run.stdout(full()).stderr(Stdio::null()).status();
     assert_eq!(status.expect("it runs").code(), Some(2));
-    // The results are there; what could not be printed was the table.
+    // The results exist; only the table could not be printed.
     assert_eq!(folder.names("b"), WHOLE);
-    // Help and version are what was asked for, too.
+    // Help and version are requested output, too.
     for asked in [
         &["--help"][..],
         &["--version"],

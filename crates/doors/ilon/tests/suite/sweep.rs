@@ -1,4 +1,4 @@
-//! `ilon sweep` as a person meets it: killed and started again, divided and merged, and with studies that cannot be run.
+//! `ilon sweep`: killed and restarted, divided and merged, and with invalid studies.
 
 use crate::support;
 
@@ -16,7 +16,7 @@ fn study(folder: &Folder, further: &str) {
 
 const FLOORS: &str = "[axes]\nworld.floor.friction = { from = 0.02, to = 0.8, steps = 24 }\n";
 
-/// A number that differs from call to call, of a generator with a fixed start.
+/// A pseudo-random number of a generator with a fixed start.
 fn next(state: &mut u64) -> u64 {
     *state = state
         .wrapping_mul(6_364_136_223_846_793_005)
@@ -50,7 +50,7 @@ fn killed_at_thirty_moments_it_loses_no_row_makes_none_twice_and_none_wrong() {
         let rows = log.iter().filter(|byte| **byte == b'\n').count();
         assert!(rows >= rows_before, "a row was lost");
         rows_before = rows;
-        // Some kills shall meet each part of it: from time to time it begins anew.
+        // Kills should hit each part of the study, so from time to time it begins anew.
         if rows == 24 && kills % 3 == 0 {
             std::fs::remove_dir_all(folder.path("killed")).expect("the folder is there");
             rows_before = 0;
@@ -112,7 +112,7 @@ fn shards_are_made_side_by_side_and_merged() {
     ended_with(0, &folder.ilon(&["sweep", "study.toml", "--out", "whole"]));
     let of = |run: &str| std::fs::read(folder.path(run).join("runs.parquet")).expect("rows");
     assert!(of("parts") == of("whole"));
-    // Without --out it is not known where several go.
+    // Without --out the place of several results is undefined.
     let refused = ended_with(2, &folder.ilon(&["sweep", "--merge", "parts", "whole"]));
     assert!(refused.contains("add --out DIR"), "{refused}");
     let refused = ended_with(2, &folder.ilon(&["sweep", "--merge", "nowhere"]));
@@ -124,7 +124,7 @@ fn shards_are_made_side_by_side_and_merged() {
 
 #[test]
 fn a_full_disk_ends_it_in_words_and_what_was_run_stays() {
-    // A limit on the size of files stands for the disk: writing beyond it fails as on a full one.
+    // A file size limit simulates a full disk: writing beyond it fails.
     let folder = Folder::new();
     study(&folder, FLOORS);
     let limited = |blocks: &str| {
@@ -196,7 +196,7 @@ fn check_holds_a_study_against_its_share_of_runs() {
         failed.contains("to see it: ilon sweep study.toml"),
         "{failed}"
     );
-    // A scenario's settings are no study's.
+    // Settings of a scenario are not those of a study.
     let refused = ended_with(
         2,
         &folder.ilon(&["check", "study.toml", "--set", "run.duration_s=1"]),
@@ -308,7 +308,7 @@ fn quiet_it_prints_nothing_but_what_is_asked_for() {
     ended_with(0, &output);
     let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON alone");
     assert_eq!((&json["runs"], stderr(&output).as_str()), (&1.into(), ""));
-    // A shard and what is gathered of it too; a fault is said all the same.
+    // A shard, and its merged result; errors are still printed.
     let shard = [
         "sweep",
         "study.toml",

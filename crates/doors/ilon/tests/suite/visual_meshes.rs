@@ -1,4 +1,4 @@
-//! The meshes by which a robot is seen go with its trace, and change nothing else.
+//! The visual meshes of a robot are stored with its trace, and change nothing else.
 
 use crate::support;
 

@@ -1,10 +1,10 @@
-//! What a person says beside a robot's file: packages, mending, and rollers for wheels that have none.
+//! Options for a robot's file: packages, repairs, and rollers for wheels without them.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A base with four plain wheels, as mobile bases are usually published: the wheels' size in a mesh of a package, and an
-/// inertia that no body can have.
+/// A base with four plain wheels, as mobile bases are usually published: the wheels' size in a mesh
+/// of a package, and an impossible inertia.
 const BASE: &str = r#"<robot name="base">
   <link name="base_link">
     <inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial>
@@ -100,7 +100,7 @@ fn json(output: &Output) -> serde_json::Value {
 const CYLINDER: &str = r#"<cylinder radius="0.05" length="0.04"/>"#;
 const MESH: &str = r#"<mesh filename="package://parts/disc.obj" scale="0.001 0.001 0.001"/>"#;
 
-/// Sideways over the X of mecanum wheels, which plain wheels could not do at all.
+/// Sideways on mecanum wheels in X arrangement, which plain wheels could not do at all.
 const SIDEWAYS: &str = "\
 [robot]
 file = \"../robots/base.urdf\"
@@ -126,15 +126,16 @@ fn a_scenario_puts_rollers_into_plain_wheels_and_drives_sideways() {
     bench.write("scenarios/sideways.toml", SIDEWAYS);
     let ran = bench.ilon(&["run", "scenarios/sideways.toml", "--out", "out", "--json"]);
     let summary = json(&ran);
-    // The robot moves as its touching rollers say, but for the creep of a light load: within one per cent. Equation (7)
-    // takes the contact to be below the wheel's centre, while it wanders along each roller by up to half of its length.
+    // The robot moves by its contact kinematics, except for the creep of a light load: within one
+    // per cent. Equation (7) takes the contact to be below the wheel's centre, while it moves along
+    // each roller by up to half of its length.
     let ratio = |of: &str| summary[of]["vy"].as_f64().unwrap();
     let (contact, ideal) = (ratio("twist_ratio_contact"), ratio("twist_ratio_ideal"));
     assert!((contact - 1.0).abs() < 0.01, "{contact}");
     assert!((ideal - 1.0).abs() < 0.1, "{ideal}");
     assert!(err(&ran).contains("given 9 rollers"), "{}", err(&ran));
 
-    // The scenario that is written beside the results names the same files from there.
+    // The scenario in the results folder names the same files from there.
     let again = bench.ilon(&["run", "out/scenario.toml", "--out", "again", "--json"]);
     assert_eq!(
         json(&again)["twist_ratio_ideal"],
@@ -210,7 +211,7 @@ fn inspect_puts_rollers_into_plain_wheels_and_draws_them() {
         err(&refused)
     );
 
-    // Rollers want an angle, and an angle wants rollers.
+    // Rollers need an angle, and an angle needs rollers.
     for lone in [
         ["--rollers", "9"],
         ["--gamma-x-deg", "45"],

@@ -1,9 +1,9 @@
-//! Words that an engineer whose first language is not English would stumble over: none of them is printed, or stands on a page.
+//! Idioms that non-native readers would not understand are neither printed nor on a page.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Idioms that once were in the program, each with what says the same plainly.
+/// Idioms of earlier versions, each with a plain equivalent.
 const WORDS: [(&str, &str); 24] = [
     ("one's own", "your own"),
     ("whoever", "anybody who"),
@@ -37,7 +37,7 @@ const COMMANDS: [&str; 14] = [
     "generate", "export", "bench", "live", "schema",
 ];
 
-/// Runs with a story each: open and closed loop, slip, a box, a push, weak motors, a joint.
+/// Runs with different answers: open and closed loop, slip, a box, a push, weak motors, a joint.
 const SCENARIOS: [&str; 6] = [
     "mecanum4_lateral",
     "mecanum4_wet_floor",
@@ -58,7 +58,7 @@ fn ilon(folder: &Path, arguments: &[&str]) -> String {
     out + &err
 }
 
-/// What a person reads of a page: no scripts, styles, data and tags.
+/// The visible text of a page, without scripts, styles, data and tags.
 fn read(html: &str) -> String {
     let mut text = String::new();
     let mut rest = html;
@@ -76,7 +76,7 @@ fn read(html: &str) -> String {
     text + rest
 }
 
-/// Asserts that none of the words is in a text, of which spaces and line breaks are the same.
+/// Asserts that none of the words is in a text, with spaces and line breaks equivalent.
 fn assert_plain(of: &str, text: &str) {
     let text = text
         .split_whitespace()

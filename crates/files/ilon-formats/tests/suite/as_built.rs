@@ -1,5 +1,5 @@
-//! Robots as people build them: joints to the world above the base, rollers for show, wheels that
-//! do not fit the others.
+//! Robots as users build them: joints to the world above the base, decorative rollers, wheels that
+//! do not match the others.
 
 use ilon_formats::{Fault, Handedness, LoadOptions, LoadRobot, Remedy, RobotError};
 use ilon_robot::Robot;
@@ -27,7 +27,7 @@ fn joint(name: &str, kind: &str, [parent, child]: [&str; 2], origin: &str, axis:
 
 const DISC: &str = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
 
-/// Wheels with a disc, below a link each.
+/// Wheels with a disc, each below a link.
 fn wheels(named: &str, below: &str) -> String {
     let wheel = |(name, x, y): (&str, f64, f64)| {
         let name = format!("{named}_{name}");
@@ -60,8 +60,7 @@ fn gammas(robot: &Robot) -> Vec<f64> {
         .collect()
 }
 
-/// Slides along x and y and a turn, each with a link of its own, above wheels with and without
-/// rollers.
+/// Slides along x and y and a turn, each with its own link, above wheels with and without rollers.
 #[test]
 fn joints_to_the_world_above_the_base_are_no_wheel() {
     let to_world = |last: &str| {
@@ -81,7 +80,7 @@ fn joints_to_the_world_above_the_base_are_no_wheel() {
     };
     let found = robot(&[&to_world("base"), BASE, &wheels("mecanum", "base")]).unwrap();
     assert_eq!(gammas(&found), [-45.0, 45.0, 45.0, -45.0]);
-    // Rollers of their own stay rollers of the wheels.
+    // Modelled rollers stay rollers of the wheels.
     let small = crate::common::small();
     let plain = Robot::from_urdf_str(&small, "small.urdf").unwrap();
     let below = small.replace("</robot>", &format!("{}</robot>", to_world("base_link")));
@@ -96,7 +95,7 @@ fn joints_to_the_world_above_the_base_are_no_wheel() {
     assert_eq!(rollers(&found), rollers(&plain));
 }
 
-/// A cylinder on a cross joint in the hub, and two on its rim: they turn nothing on the floor, and
+/// A cylinder on a cross joint in the hub, and two on its rim: they do not roll on the floor, and
 /// are part of the wheel.
 #[test]
 fn rollers_for_show_are_part_of_their_wheels() {
@@ -194,8 +193,8 @@ fn a_file_without_wheels_says_what_was_looked_at() {
     assert!(said.len() < 2 * 240);
 }
 
-/// Wheels that weigh nothing and show nothing: a radius alone does not make them wheels, so that it
-/// is not asked for alone; what stands in the way is said.
+/// Wheels without mass and shape: a radius alone does not make them wheels, so it is not requested
+/// alone; the obstacle is reported.
 #[test]
 fn a_question_that_no_answer_helps_says_what_stands_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
@@ -225,13 +224,13 @@ fn a_question_that_no_answer_helps_says_what_stands_in_the_way() {
         blocked.contains("neither it nor anything fixed to it has mass"),
         "{blocked}"
     );
-    // With mass it is a question of the radius alone.
+    // With mass only the radius is requested.
     let question = diagnose(&all(&|name| link(name, "")));
     assert_eq!(
         (&question.asked[..], question.in_the_way),
         (&[Remedy::WheelRadius { guess_m: None }][..], None)
     );
-    // Wheels in a line: whichever rollers are said, they do not stand in an X.
+    // Wheels in a line: with any rollers, they do not form an X.
     let line = all(&|name| link(name, DISC))
         .replace("mecanum_", "plain_")
         .replace("-0.18", "0.18");
@@ -243,7 +242,7 @@ fn a_question_that_no_answer_helps_says_what_stands_in_the_way() {
     );
 }
 
-/// Arguments without a value are asked for at once.
+/// Arguments without a value are requested together.
 #[test]
 fn all_arguments_that_are_missing_are_asked_for_at_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -271,7 +270,7 @@ fn all_arguments_that_are_missing_are_asked_for_at_once() {
     assert_eq!(names, ["half", "other"]);
 }
 
-/// `<insert_block>` without its prefix puts nothing in: all wheels would stand in one place. The
+/// `<insert_block>` without its prefix inserts nothing: all wheels would be in one place. The
 /// repair reads it.
 #[test]
 fn blocks_of_xacro_without_their_prefix_are_repaired() {
@@ -306,8 +305,8 @@ fn blocks_of_xacro_without_their_prefix_are_repaired() {
     );
 }
 
-/// The axis of the roller on the ground, by the direction of more friction, whichever of the two is
-/// named first. In the frame of the wheel it turns with it, which is said.
+/// The axis of the roller on the ground is the direction of larger friction, in whichever order the
+/// two are given. In the wheel's frame it turns with the wheel, which is remarked.
 #[test]
 fn directions_of_friction_are_read_in_either_order() {
     let text = |fdir1: &dyn Fn(f64) -> String| {
@@ -335,8 +334,7 @@ fn directions_of_friction_are_read_in_either_order() {
             [-45.0, 45.0, 45.0, -45.0]
         );
     }
-    // In the wheel's own frame: proposed where it is oblique, and else what a plain wheel may have
-    // too.
+    // In the wheel's own frame: proposed if it is oblique; otherwise a plain wheel may have it too.
     let turning = |side: f64| format!("<mu1>1</mu1><mu2>0</mu2><fdir1>1 {side} 0</fdir1>");
     let error = robot(&[&text(&turning)]).unwrap_err();
     let help = error.help();
@@ -359,9 +357,9 @@ fn directions_of_friction_are_read_in_either_order() {
     );
 }
 
-/// Rollers whose joints are fixed are one fault, which a repair mends; the chassis is held against
-/// the floor of the rollers and not of the hub. Joints that stop after a turn are taken to turn on,
-/// and remarked; stops that nobody reaches are not.
+/// Fixed roller joints are one fault, which a repair fixes; the chassis's clearance is relative to
+/// the floor of the rollers, not of the hub. Joints with a stop after a turn are treated as
+/// continuous, with a remark; unreachable stops are ignored.
 #[test]
 fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
     let plain = crate::common::small();
@@ -407,8 +405,8 @@ fn rollers_that_do_not_turn_are_a_fault_and_stops_a_remark() {
     assert_eq!(stopped("1e16"), 0);
 }
 
-/// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm, are
-/// the wheel's, and a hub of 42 mm with the inertia of such a disc is none.
+/// Three rollers of four have a shape: the ring of their axes, 38 mm, and their radius, 12 mm,
+/// determine the wheel; a hub of 42 mm with the inertia of such a disc does not.
 #[test]
 fn a_hub_is_no_clue_where_rollers_are_known() {
     let mut text = crate::common::small();

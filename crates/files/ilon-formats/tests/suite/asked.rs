@@ -1,5 +1,5 @@
-//! The questions about a file that leaves something open: all at once; and what
-//! files say that needs no asking.
+//! Questions about an ambiguous file, all at once; and information in files that makes questions
+//! unnecessary.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use ilon_formats::{Diagnosis, Fault, Handedness, LoadOptions, LoadRobot, Remedy}
 use ilon_robot::Robot;
 use test_case::test_case;
 
-/// A chassis of 8 kg whose inertia is that of a box of 0.4 x 0.2 x 0.1 m, to two digits.
+/// A chassis of 8 kg with the inertia of a box of 0.4 x 0.2 x 0.1 m, to two digits.
 const BODY: &str = r#"<link name="base_link"><inertial><mass value="8"/><inertia ixx="0.033" ixy="0" ixz="0" iyy="0.11" iyz="0" izz="0.13"/></inertial></link>"#;
 /// A solid disc of 0.5 kg and 50 mm: 0.5 * 0.5 kg * (50 mm)^2 = 6.25e-4 kg m^2.
 const AS_DISC: &str =
@@ -16,7 +16,7 @@ const AS_DISC: &str =
 const AS_BALL: &str = r#"<inertia ixx="5e-4" ixy="0" ixz="0" iyy="5e-4" iyz="0" izz="5e-4"/>"#;
 const MESH: &str = r#"<collision><geometry><mesh filename="MESH"/></geometry></collision>"#;
 const DISC: &str = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
-/// The same, turned the wrong way: about x, where the joint turns about y.
+/// The same, turned wrongly: about x, whereas the joint turns about y.
 const ACROSS: &str = r#"<collision><origin rpy="0 1.5707963267948966 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
 const ABOUT_Y: &str = r#"<axis xyz="0 1 0"/>"#;
 const PLACES: [(&str, f64, f64); 4] = [
@@ -26,7 +26,7 @@ const PLACES: [(&str, f64, f64); 4] = [
     ("rear_right", -0.15, -0.13),
 ];
 
-/// Four wheels at a height above the base, with an inertia and something more inside each.
+/// Four wheels at a height above the base, with an inertia and additional content in each.
 fn wheels(z: f64, inertia: &str, inside: &str) -> String {
     let each = PLACES.iter().map(|(name, x, y)| {
         format!(
@@ -48,9 +48,9 @@ fn diagnosed(folder: &Path, name: &str, text: &str) -> Diagnosis {
     Robot::diagnose(&path, &LoadOptions::default(), |_| true)
 }
 
-/// What a mecanum file leaves open, and the radius that is proposed for its wheels, in millimetres:
-/// a cylinder across the axis is a clue of its own, and an inertia that is the same about all axes
-/// is that of a ball, r = sqrt(5 I / (2 m)) = 50 mm.
+/// Questions about a mecanum file, and the radius that is proposed for its wheels, in millimetres.
+/// A cylinder across the axis is a clue, and an inertia that is equal about all axes is that of a
+/// ball, r = sqrt(5 I / (2 m)) = 50 mm.
 #[test_case(0.05, AS_DISC, ACROSS, Some(50.0); "a cylinder across the axis, its height and its inertia")]
 #[test_case(0.0, AS_BALL, ACROSS, Some(50.0); "a cylinder across the axis and a ball")]
 #[test_case(0.0, "<inertia ixx=\"1e-3\" ixy=\"0\" ixz=\"0\" iyy=\"1.6e-3\" iyz=\"0\" izz=\"1e-3\"/>", ACROSS, None; "a cylinder across the axis that nothing confirms")]
@@ -63,12 +63,12 @@ fn clues_that_are_turned_or_round(z: f64, inertia: &str, inside: &str, radius_mm
     let proposed = diagnosis
         .proposal
         .and_then(|options| options.wheel_radius_m);
-    // To a tenth of a millimetre, which is what is proposed.
+    // To a tenth of a millimetre, as proposed.
     assert_eq!(proposed.map(|m| (1e4 * m).round() / 10.0), radius_mm);
 }
 
-/// Plain wheels whose mesh is not there on a chassis without an inertia: rollers, radius and repair
-/// are one question.
+/// Plain wheels with a missing mesh on a chassis without inertia: rollers, radius and repair are
+/// one question.
 #[test]
 fn all_that_is_missing_is_asked_at_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -102,12 +102,12 @@ fn all_that_is_missing_is_asked_at_once() {
     )));
     assert!(has(|fault| matches!(fault, Fault::NoRollers { .. })));
     assert!(has(|fault| matches!(fault, Fault::WheelSizeUnknown { .. })));
-    // What comes of a stand-in's size is nobody's fault.
+    // Consequences of a stand-in's size are not faults.
     assert!(!has(|fault| matches!(
         fault,
         Fault::ChassisBelowFloor { .. }
     )));
-    // Answered, the file is read.
+    // With the answer, the file is read.
     let rollers = ilon_formats::WheelOptions::new(9, Handedness::XDeg(45.0));
     options.wheels = Some(rollers.on(PLACES.map(|place| place.0.to_owned()).to_vec()));
     options.wheel_radius_m = Some(0.08);
@@ -115,8 +115,8 @@ fn all_that_is_missing_is_asked_at_once() {
     assert_eq!(robot.robot.wheels[0].radius_m, 0.08);
 }
 
-/// Rollers that are known and a radius that is not: the question holds the proposal for the one and
-/// asks for the other.
+/// Known rollers and an unknown radius: the question contains the proposal for the first and asks
+/// for the second.
 #[test]
 fn what_is_known_stands_in_the_question() {
     let folder = tempfile::tempdir().unwrap();
@@ -128,9 +128,8 @@ fn what_is_known_stands_in_the_question() {
     assert_eq!(rollers.gamma, Handedness::XDeg(45.0));
 }
 
-/// Four parallel wheels in the X that are all called omni wheels: no other rollers than a mecanum
-/// wheel's let them move sideways. Where only two are called so, the others may be driven plain
-/// ones.
+/// Four parallel wheels in the X that are all called omni wheels: only mecanum rollers let them
+/// move sideways. If only two are called so, the others may be plain driven ones.
 #[test_case("", Some(45.0))]
 #[test_case("rear", None)]
 fn parallel_wheels_that_are_called_omni_wheels(plain: &str, gamma_deg: Option<f64>) {
@@ -149,8 +148,7 @@ fn parallel_wheels_that_are_called_omni_wheels(plain: &str, gamma_deg: Option<f6
     assert_eq!(gamma, gamma_deg.map(Handedness::XDeg));
 }
 
-/// The settings that a plug-in names for its controllers say what drives the wheels, and how large
-/// they are.
+/// The settings of a plug-in's controllers tell what drives the wheels, and their size.
 #[test_case("mecanum_drive_controller/MecanumDriveController", true)]
 #[test_case("diff_drive_controller/DiffDriveController", false)]
 fn controllers_say_which_wheels_they_drive(kind: &str, is_mecanum: bool) {
@@ -170,7 +168,7 @@ fn controllers_say_which_wheels_they_drive(kind: &str, is_mecanum: bool) {
         .ok()
         .map(|loaded| loaded.inferred.expect("rollers").gamma);
     assert_eq!(gamma, is_mecanum.then_some(Handedness::XDeg(45.0)));
-    // With a mesh that is not there, the setting and the inertia agree on 50 mm.
+    // With a missing mesh, the setting and the inertia agree on 50 mm.
     let text = text.replace(DISC, MESH);
     let diagnosis = diagnosed(folder.path(), "r.urdf", &text);
     let radius_m = diagnosis
@@ -179,7 +177,7 @@ fn controllers_say_which_wheels_they_drive(kind: &str, is_mecanum: bool) {
     assert_eq!(radius_m, is_mecanum.then_some(0.05));
 }
 
-/// A mesh by its path on another machine lies in the package that the path names.
+/// A mesh with a path of another machine is found in the package that the path names.
 #[test]
 fn a_mesh_of_another_machine_is_found_in_its_package() {
     let folder = tempfile::tempdir().unwrap();
@@ -211,7 +209,7 @@ fn a_mesh_of_another_machine_is_found_in_its_package() {
         let robot = read(mesh).unwrap().robot;
         assert!((robot.wheels[0].radius_m - 0.05).abs() < 1e-6);
     }
-    // What lies in no package around the file stays missing, by the name that it has.
+    // A file in no package around stays missing, under its own name.
     let missing = read("/home/ada/src/another/meshes/tyre.obj").unwrap_err();
     let words = missing.others()[0].to_string();
     assert!(
@@ -220,7 +218,7 @@ fn a_mesh_of_another_machine_is_found_in_its_package() {
     );
 }
 
-/// A xacro file of before 2014 is named as one, and a repair reads it.
+/// A xacro file from before 2014 is recognised, and a repair reads it.
 #[test]
 fn xacro_without_prefixes_is_read_by_a_repair() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,7 +238,7 @@ fn xacro_without_prefixes_is_read_by_a_repair() {
     );
     let proposal = diagnosis.proposal.expect("a repair");
     assert!(proposal.repair && proposal.wheel_radius_m.is_none());
-    // Calls without a prefix are calls too, and it is said.
+    // Calls without a prefix are calls too, with a remark.
     let path = folder.path().join("old.mecanum.xacro");
     std::fs::write(&path, &text).unwrap();
     let mut options = LoadOptions::default();
@@ -254,7 +252,7 @@ fn xacro_without_prefixes_is_read_by_a_repair() {
     assert!(said, "{:?}", robot.remarks);
 }
 
-/// Wheels without shape and mass: nothing says their size, and it is asked for with the rest.
+/// Wheels without shape and mass: their size is unknown, and is requested with the rest.
 #[test]
 fn wheels_of_nothing_are_asked_about_whole() {
     let folder = tempfile::tempdir().unwrap();
@@ -265,8 +263,8 @@ fn wheels_of_nothing_are_asked_about_whole() {
     assert_eq!(question.asked.len(), 2, "{:?}", question.asked);
 }
 
-/// A value that only names things needs no asking: what speaks of a name is given one, and anything
-/// else a number.
+/// An argument used only in names needs no question: one whose name suggests a text gets a text,
+/// any other a number.
 #[test_case("robot_name", "robot")]
 #[test_case("wheel_count", "0")]
 fn arguments_that_only_name_things(name: &str, value: &str) {
@@ -283,8 +281,8 @@ fn arguments_that_only_name_things(name: &str, value: &str) {
     assert!(diagnosis.question.is_none());
 }
 
-/// Wheels on fixed joints whose meshes are not there: called wheels, with the axis that their
-/// joints state, they are asked about.
+/// Wheels on fixed joints with missing meshes: called wheels, with the axis that their joints
+/// state, they are asked about.
 #[test]
 fn fixed_wheels_whose_meshes_are_missing_are_asked_about() {
     let folder = tempfile::tempdir().unwrap();
@@ -294,7 +292,7 @@ fn fixed_wheels_whose_meshes_are_missing_are_asked_about() {
     let diagnosis = diagnosed(folder.path(), "r.urdf", &text);
     let proposal = diagnosis.proposal.expect("height and inertia agree");
     assert_eq!(proposal.wheel_radius_m, Some(0.05));
-    // Without the axis, or of what is called nothing like a wheel, nothing is taken for one.
+    // Without the axis, or without a name like a wheel's, nothing is taken for one.
     for other in [
         text.replace(ABOUT_Y, ""),
         text.replace("mecanum_right", "m"),
@@ -304,7 +302,7 @@ fn fixed_wheels_whose_meshes_are_missing_are_asked_about() {
     }
 }
 
-/// An arm above a steered base turns about an upright joint too, and is no wheel of it.
+/// An arm above a steered base also turns about a vertical joint, and is no wheel of it.
 #[test]
 fn an_arm_is_no_steered_wheel() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,7 @@
-//! The robots that ship with the project are what the generator writes from the descriptions beside
-//! them.
+//! The shipped robots are the generator's output for the descriptions beside them.
 //!
-//! After a change of a description or of the generator, write them again with `cargo test -p
-//! ilon-robot --test suite assets:: -- --ignored` and look at what changed.
+//! After a change of a description or of the generator, write them again with
+//! `cargo test -p ilon-robot --test suite assets:: -- --ignored` and check the changes.
 
 use std::path::{Path, PathBuf};
 
@@ -44,8 +43,8 @@ fn committed_robots_are_what_the_generator_writes() {
     }
 }
 
-/// The first words that differ, numbers by more than 1e-13 of themselves: sines and roots may round
-/// otherwise on another machine, and the files hold fifteen digits.
+/// The first words that differ, numbers by more than a relative 1e-13: sines and roots may be
+/// rounded differently on another machine, and the files hold fifteen digits.
 fn first_difference<'a>(p: &'a str, q: &'a str) -> Option<(&'a str, &'a str)> {
     let words = |text: &'a str| text.split([' ', '"', '\n']);
     let alike = |(a, b): &(&str, &str)| {

@@ -1,4 +1,4 @@
-//! What the loader makes of the robots that ship with the project, against figures derived by hand.
+//! The models of the shipped robots, against figures derived by hand.
 
 use crate::common;
 
@@ -73,7 +73,7 @@ fn mecanum4_is_read_as_described() {
             assert_relative_eq!(roller.length_m, length_m, epsilon = TOLERANCE);
             assert_eq!(roller.mass_kg, 0.01);
             assert_eq!(roller.joint.damping_n_m_s, 1e-6);
-            // The hub axis and the roller's axis stand at 90 deg - 45 deg.
+            // The angle between hub axis and roller axis is 90 deg - 45 deg.
             assert_relative_eq!(
                 roller.axis_in_hub.z.abs(),
                 FRAC_1_SQRT_2,
@@ -124,8 +124,8 @@ fn mecanum6_has_six_wheels_on_one_floor() {
     }
 }
 
-/// The models are the same to the last bit on every machine and after every change of the loader.
-/// Where one is meant to change, the test prints the new figures.
+/// The models are bit-identical on every machine and after every change of the loader. After an
+/// intended change, the test prints the new figures.
 #[test]
 fn every_shipped_robot_loads_to_the_same_bits() {
     let expected: [(&str, u64, u64); 7] = [

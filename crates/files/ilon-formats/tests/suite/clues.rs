@@ -1,5 +1,4 @@
-//! What is proposed for files that leave the size of their wheels, or their rollers, open: nothing
-//! that only one clue speaks for.
+//! Proposals for files without wheel sizes or rollers: none is based on a single clue.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,8 +8,8 @@ use ilon_robot::Robot;
 use nalgebra::Vector3;
 use test_case::test_case;
 
-/// Four wheels of 50 mm as their inertia has it, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50 mm)^2 =
-/// 6.25e-4 kg m^2.
+/// Four wheels of 50 mm by their inertia, solid discs of 0.5 kg: 0.5 * 0.5 kg * (50
+/// mm)^2 = 6.25e-4 kg m^2.
 const MASS: &str = r#"<inertial><mass value="0.5"/><inertia ixx="3.5e-4" ixy="0" ixz="0" iyy="6.25e-4" iyz="0" izz="3.5e-4"/></inertial>"#;
 const BODY: &str = r#"<link name="base_link"><inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial></link>"#;
 const MESH: &str = r#"<collision><geometry><mesh filename="MESH"/></geometry></collision>"#;
@@ -35,7 +34,7 @@ const PLACES: [(&str, f64, f64); 4] = [
 ];
 const ABOUT_Y: &str = r#"<axis xyz="0 1 0"/>"#;
 
-/// Four wheels at a height above the base, with something inside each.
+/// Four wheels at a height above the base, with additional content in each.
 fn wheels(z: f64, inside: &str) -> String {
     let each = PLACES.iter().map(|(name, x, y)| {
         link(name, inside) + &joint(name, "continuous", [*x, *y, z], 0.0, ABOUT_Y)
@@ -54,8 +53,8 @@ fn diagnosed(folder: &Path, name: &str, text: &str) -> (std::path::PathBuf, Diag
     (path, diagnosis)
 }
 
-/// A mesh that is not there, at the height of its axis above the base, with something more in the
-/// file; the radius that is proposed for it, in millimetres.
+/// A missing mesh, the height of its axis above the base, additional content of the file, and the
+/// proposed radius, in millimetres.
 #[test_case(0.0, "wheel.stl", "", None; "the inertia alone")]
 #[test_case(0.0965, "wheel.stl", "", None; "a height that the inertia denies")]
 #[test_case(0.05, "wheel.stl", "", Some(50.0); "height and inertia")]
@@ -87,7 +86,7 @@ fn a_radius_is_proposed_where_two_clues_agree(
         .proposal
         .as_ref()
         .and_then(|options| options.wheel_radius_m);
-    // To a tenth of a millimetre, which is what is proposed.
+    // To a tenth of a millimetre, as proposed.
     assert_eq!(proposed.map(|m| (1e4 * m).round() / 10.0), radius_mm);
     let fault = diagnosis
         .faults
@@ -98,7 +97,7 @@ fn a_radius_is_proposed_where_two_clues_agree(
         });
     let clues = fault.expect("the radius is asked for");
     assert!(!clues.clues.is_empty(), "each has an inertia");
-    // Where it is taken, the robot says what spoke for it.
+    // If it is accepted, the robot's remarks name the clues.
     if let Some(options) = diagnosis.proposal {
         let taken = Robot::load_with(&path, &options).unwrap().robot;
         let said = taken
@@ -109,7 +108,7 @@ fn a_radius_is_proposed_where_two_clues_agree(
     }
 }
 
-/// Rollers without geometry on a ring of 67 mm: no smaller wheel carries them.
+/// Rollers without geometry on a ring of 67 mm: no smaller wheel can carry them.
 #[test_case(0.0179, None)]
 #[test_case(0.08, Some(0.08))]
 fn a_wheel_reaches_beyond_the_axes_of_its_rollers(radius_m: f64, proposed_m: Option<f64>) {
@@ -150,7 +149,7 @@ fn a_wheel_reaches_beyond_the_axes_of_its_rollers(radius_m: f64, proposed_m: Opt
     assert_eq!(clues.proposed_m(), proposed_m);
 }
 
-/// Wheels that look outward on a ring, as they stand in a robot of three omni wheels.
+/// Wheels on a ring that face outward, as on a robot of three omni wheels.
 fn outward(name: &str) -> String {
     let each = (0..3).map(|i| {
         let angle = std::f64::consts::TAU * f64::from(i) / 3.0 + 0.2;
@@ -195,16 +194,16 @@ fn wheels_of_two_kinds_in_one_file_are_given_each_their_own_gamma() {
         gamma_of(&robot(&format!("{BODY}{mecanum}"))),
         Some(Handedness::XDeg(45.0))
     );
-    // Mecanum wheels that do not stand as such are asked about.
+    // Mecanum wheels in another arrangement are asked about.
     assert_eq!(
         gamma_of(&robot(&format!("{BODY}{}", outward("mecanum")))),
         None
     );
 }
 
-/// A robot that is called a mecanum one, with each wheel turned by the angle that its rollers have:
-/// as omni wheels its four would turn it by another lever arm than it has. It is asked about,
-/// unless its wheels themselves are called omni wheels.
+/// A robot that is called a mecanum one, with each wheel turned by its rollers' angle: as omni
+/// wheels the four would have another lever arm. It is asked about, unless its wheels themselves
+/// are called omni wheels.
 #[test_case("mecanum_bot", "", "wheel", false; "the robot's name")]
 #[test_case("r", "<gazebo><plugin filename=\"libmecanum_drive.so\"/></gazebo>", "wheel", false; "a plug-in")]
 #[test_case("mecanum_bot", "", "omni_wheel", true; "wheels that are called omni wheels")]
@@ -240,9 +239,9 @@ fn a_mecanum_robot_whose_hubs_are_not_parallel_is_asked_about(
     }
 }
 
-/// Plain wheels on parallel axes roll as they are. What nothing calls mecanum is asked about, and
-/// no rollers are invented for it; one word in a name, a mesh, the robot's name or a plug-in is
-/// enough to propose some.
+/// Plain wheels on parallel axes roll as they are. Without the word mecanum they are asked about,
+/// and no rollers are proposed; one word in a name, a mesh, the robot's name or a plug-in suffices
+/// for a proposal.
 #[test_case("", None; "nothing said")]
 #[test_case("name", Some(45.0); "a wheel's name")]
 #[test_case("robot", Some(45.0); "the robot's name")]
@@ -273,7 +272,7 @@ fn rollers_are_proposed_only_where_the_file_speaks_for_them(clue: &str, gamma_de
     assert_eq!(is_asked, gamma_deg.is_none(), "{asked:?}");
 }
 
-/// A file that has rollers, and leaves them out unless an argument asks for them.
+/// A file that has rollers, but only if an argument requests them.
 #[test_case("<xacro:arg name=\"rollers\" default=\"false\"/>", "$(arg rollers)", "rollers", "true"; "a truth value")]
 #[test_case("<xacro:arg name=\"roller_type\" default=\"basic\"/>", "${'$(arg roller_type)' == 'full'}", "roller_type", "full"; "a text that is compared")]
 #[test_case("<xacro:arg name=\"kind\" default=\"basic\"/><xacro:property name=\"k\" value=\"$(arg kind)\"/>", "${k in ['real', 'full']}", "kind", "real"; "a property that stands for it")]
@@ -339,7 +338,7 @@ fn a_joint_between_chassis_and_wheels_that_is_held_is_remarked_with_the_wheels_t
         wheels(0.0, DISC)
     );
     let text = robot(&rocker.replace("front_", "mecanum_front_"));
-    // The front wheels hang by the rocker.
+    // The front wheels are on the rocker.
     let text = ["left", "right"].iter().fold(text, |text, side| {
         let from =
             format!("<parent link=\"base_link\"/><child link=\"mecanum_front_{side}_link\"/>");
@@ -391,7 +390,7 @@ fn a_fixed_wheel_turns_about_the_axis_that_its_joint_states() {
         options.wheel_radius_m = radius_m;
         Robot::from_urdf_str_with(text, "r.urdf", &options)
     };
-    // Round about every axis, and what is not there.
+    // Symmetric about every axis, and a missing shape.
     assert_eq!(
         named(&fixed(ball), None).unwrap().robot.wheels[0].radius_m,
         0.05
@@ -406,7 +405,7 @@ fn a_fixed_wheel_turns_about_the_axis_that_its_joint_states() {
         named(&missing, Some(0.06)).unwrap().robot.wheels[0].radius_m,
         0.06
     );
-    // Without an axis there is none, and what would help is said.
+    // Without an axis there is no wheel, and the message says what would help.
     let bare = named(&fixed(ball).replace(ABOUT_Y, ""), None).unwrap_err();
     assert!(
         bare.to_string()
@@ -415,7 +414,7 @@ fn a_fixed_wheel_turns_about_the_axis_that_its_joint_states() {
     );
 }
 
-/// All that does not turn: wheels, a motor's mount before each, and the rollers on them.
+/// Fixed parts: wheels, a motor mount before each, and the rollers on them.
 #[test]
 fn brackets_and_rollers_that_do_not_turn_are_no_wheels_beside_the_real_ones() {
     let mut text = format!("{BODY}{}", wheels(0.0, DISC).replace("continuous", "fixed"));
@@ -502,7 +501,7 @@ fn shapes_without_a_size_are_left_out_by_a_repair() {
             .iter()
             .any(|r| r.text.contains("left out: it has no size"))
     );
-    // A radius below 0 is nobody's to guess.
+    // A negative radius is never replaced by a guess.
     let wrong = text.replace(r#"<box size="0 0 0"/>"#, r#"<sphere radius="-1"/>"#);
     assert!(Robot::from_urdf_str_with(&wrong, "r.urdf", &options).is_err());
 }
@@ -540,8 +539,8 @@ fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {
 }
 
 /// A wheel as one mesh in the frame of its link, whose axis is y: a spindle for each of its
-/// rollers, whose ends have a share of its radius, and a hub. Of every third roller the facets may
-/// lie closer together towards one end.
+/// rollers, with a given ratio of its end radius to its middle radius, and a hub. On every third
+/// roller the facets may be denser towards one end.
 fn drawn(wheel: &ilon_robot::Wheel, ends: f64, is_uneven: bool) -> String {
     const AROUND: usize = 24;
     const ALONG: usize = 8;
@@ -597,9 +596,9 @@ fn shipped() -> Robot {
     Robot::load(file).expect("the shipped robot")
 }
 
-/// A wheel rolls on its rollers' middles: the ends of those that are drawn as cylinders reach
-/// farther, and count no more than how many facets are drawn where. Ring and roller of a wheel of
-/// 50 mm make 50 mm; coordinates are read in f32.
+/// A wheel rolls on its rollers' middles: the ends of rollers drawn as cylinders reach further and
+/// do not count, nor does the distribution of facets. Ring and roller of a wheel of 50 mm make
+/// 50 mm; coordinates are read in f32.
 #[test_case(0.6, false; "barrels")]
 #[test_case(1.0, false; "cylinders")]
 #[test_case(1.0, true; "cylinders of other facets")]
@@ -627,13 +626,12 @@ fn a_mesh_of_rollers_is_as_large_as_they_are_in_their_middles(ends: f64, is_unev
         radii_m.iter().all(|m| (m - 0.05).abs() < 1e-7),
         "{radii_m:?}"
     );
-    // To the last bit: a rigid robot stands on three of four wheels that are not.
+    // Bit for bit: a rigid robot with four unequal wheels stands on three.
     assert!(radii_m.iter().all(|m| *m == radii_m[0]), "{radii_m:?}");
 }
 
-/// Four wheels that nobody calls anything are read as their meshes draw them: so many rollers, so
-/// thick, at that angle, and handed as they stand. Where one mesh is drawn on all of them, that is
-/// said.
+/// Four wheels without telling names are read as their meshes show: number, thickness and angle of
+/// the rollers, with handedness by place. If one mesh is drawn on all of them, that is remarked.
 #[test_case(|i| i, "", None; "each wheel's own")]
 #[test_case(|i| i, "", Some(0.055); "what touches is larger than what is shown")]
 #[test_case(|_| 0, " (handed otherwise than in the usual X, in which they stand)", None; "one mesh on all")]
@@ -665,8 +663,8 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
         (rollers.rollers, rollers.gamma),
         (9, Handedness::XDeg(45.0))
     );
-    // To a tenth of a millimetre, as the message says; as thick in its wheel as in the drawing, whose radius
-    // is 50 mm.
+    // To a tenth of a millimetre, as in the message; scaled from the drawing, whose radius is
+    // 50 mm.
     let radius_m = shipped.wheels[0].rollers[0].radius_m * touches_m.unwrap_or(0.05) / 0.05;
     assert!((rollers.roller_radius_m.expect("a radius") - radius_m).abs() < 1e-4);
     for (wheel, drawn) in loaded.robot.wheels.iter().zip(&shipped.wheels) {
@@ -683,8 +681,7 @@ fn rollers_that_a_mesh_shows_are_taken(of: fn(usize) -> usize, but: &str, touche
     assert!(said.iter().any(|line| line.contains(&words)), "{said:?}");
 }
 
-/// Omni wheels beside mecanum wheels on axes of the same direction: what each is called tells them
-/// apart.
+/// Omni wheels beside mecanum wheels on parallel axes: their names distinguish them.
 #[test]
 fn an_omni_wheel_on_the_axis_of_mecanum_wheels_is_no_mecanum_wheel() {
     let mecanum = wheels(0.0, DISC)
@@ -711,8 +708,7 @@ fn an_omni_wheel_on_the_axis_of_mecanum_wheels_is_no_mecanum_wheel() {
     }
 }
 
-/// Four wheels, each below a joint that turns about an upright axis: without end, or within limits
-/// as those of most servos.
+/// Four wheels, each below a joint with a vertical axis: continuous, or limited as on most servos.
 fn steered(kind: &str) -> String {
     let inertial = MASS;
     let each = PLACES.iter().map(|(name, x, y)| {
@@ -726,8 +722,8 @@ fn steered(kind: &str) -> String {
     each.collect()
 }
 
-/// Wheels that are steered move a robot in all directions without rollers, and such robots are
-/// called omnidirectional too.
+/// Steered wheels move a robot in all directions without rollers, and such robots are called
+/// omnidirectional too.
 #[test_case("continuous"; "without end")]
 #[test_case("revolute"; "within limits")]
 fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers(kind: &str) {
@@ -744,8 +740,8 @@ fn steered_wheels_of_a_robot_that_is_called_omnidirectional_are_given_no_rollers
     assert_eq!(diagnosis.proposal, None);
 }
 
-/// Joints that move a whole base over the plane, as learners write them above robots whose wheels
-/// do not turn, steer none of its wheels: those of a fork for each do.
+/// Joints that move a whole base over the plane, as above robots for learning whose wheels do not
+/// turn, steer none of its wheels; those of a fork for each wheel do.
 #[test_case(false; "one for the base")]
 #[test_case(true; "one for each wheel")]
 fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
@@ -778,9 +774,8 @@ fn a_joint_that_turns_the_whole_base_steers_no_wheel(are_forks: bool) {
     assert_eq!(is_steered, are_forks, "{:?}", diagnosis.faults[0].fault());
 }
 
-/// Of four parallel wheels of a robot that is called omnidirectional mecanum rollers are proposed,
-/// for no others let it move sideways: not where it is driven as one of plain wheels, and never
-/// silently.
+/// For four parallel wheels of a robot called omnidirectional, mecanum rollers are proposed, as no
+/// others let it move sideways: not if its plug-in drives plain wheels, and never silently.
 #[test_case("omni_bot", "", Some(45.0); "omni")]
 #[test_case("HolonomicBase", "", Some(45.0); "holonomic")]
 #[test_case("nonholonomic_base", "", None; "its contrary")]
@@ -803,8 +798,8 @@ fn a_robot_that_is_called_omnidirectional(name: &str, plugin: &str, gamma_deg: O
     assert_eq!(help.contains(&words), gamma_deg.is_some(), "{help}");
 }
 
-/// A comment that stands above wheels as their heading says what they are, to be confirmed: not one
-/// that tells a story, and not of wheels that are driven as plain ones.
+/// A comment above wheels that reads as their heading tells what they are, subject to confirmation:
+/// not a longer text, and not for wheels that are driven as plain ones.
 #[test_case("===== MECANUM WHEELS =====", "", true; "a heading")]
 #[test_case("the base once had mecanum wheels, and was slow, so they were replaced", "", false; "a story")]
 #[test_case("<mecanum/>", "", false; "what is commented out")]
@@ -830,7 +825,7 @@ fn a_heading_says_what_wheels_are(comment: &str, plugin: &str, does: bool) {
     );
 }
 
-/// A number of rollers that nothing shows is said to be assumed, where it is proposed.
+/// A proposed number of rollers without evidence is called assumed.
 #[test]
 fn what_is_assumed_of_a_proposal_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -844,8 +839,8 @@ fn what_is_assumed_of_a_proposal_is_said() {
     );
 }
 
-/// A plug-in that moves the base however it likes proves nothing, but is named where rollers are
-/// asked about.
+/// A plug-in that moves the base in any way proves nothing, but is named when rollers are asked
+/// about.
 #[test]
 fn a_hint_that_is_not_enough_is_listed() {
     let folder = tempfile::tempdir().unwrap();
@@ -860,8 +855,8 @@ fn a_hint_that_is_not_enough_is_listed() {
     );
 }
 
-/// Wheels on fixed joints that say about which axis they would turn, with cylinders that lie across
-/// it: cylinder and inertia agree on the radius.
+/// Wheels on fixed joints with an axis, with cylinders that lie across it: cylinder and inertia
+/// agree on the radius.
 #[test]
 fn a_fixed_wheel_whose_cylinder_lies_across_its_axis_is_a_wheel() {
     let folder = tempfile::tempdir().unwrap();
@@ -898,13 +893,13 @@ fn the_wrists_of_two_arms_are_no_steered_wheels() {
     );
 }
 
-/// How thick a mesh shows rollers says nothing for a wheel whose radius is still to be said.
+/// The roller thickness in a mesh is not usable for a wheel with unknown radius.
 #[test]
 fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
     let shipped = shipped();
     let folder = tempfile::tempdir().unwrap();
     let mut inside = BODY.to_owned();
-    // What touches is larger than what is shown, and lies across the axis.
+    // The collision shape is larger than the visual one, and lies across the axis.
     let across =
         r#"<collision><geometry><cylinder radius="0.07" length="0.04"/></geometry></collision>"#;
     for ((name, x, y), wheel) in PLACES.iter().zip(&shipped.wheels) {
@@ -914,8 +909,7 @@ fn rollers_of_a_wheel_of_unknown_size_are_asked_for_without_their_thickness() {
         inside += &link(name, &(shown + across));
         inside += &joint(name, "continuous", [*x, *y, 0.0], 0.0, ABOUT_Y);
     }
-    // An inertia as that of a disc of 60 mm agrees with neither: 0.5 * 0.5 kg * (60 mm)^2 = 9e-4 kg
-    // m^2.
+    // An inertia as of a disc of 60 mm agrees with neither: 0.5 * 0.5 kg * (60 mm)^2 = 9e-4 kg m^2.
     let text = robot(&inside).replace("iyy=\"6.25e-4\"", "iyy=\"9e-4\"");
     let text = text.replace("3.5e-4", "5e-4");
     let (_, diagnosis) = diagnosed(folder.path(), "base.urdf", &text);

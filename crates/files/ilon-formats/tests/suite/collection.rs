@@ -1,6 +1,6 @@
-//! Every robot file of a folder named by `ILON_ROBOTS`: each must load, or be refused in words that
-//! say where and how to repair it; and what is proposed must work. `ILON_ROBOTS=~/urdf cargo test
-//! -p ilon-robot --test suite collection:: -- --nocapture` prints what was made of them.
+//! Every robot file of a folder named by `ILON_ROBOTS`: each must load, or be refused with a
+//! message that says where and how to repair it; and proposals must work. `ILON_ROBOTS=~/urdf cargo
+//! test -p ilon-robot --test suite collection:: -- --nocapture` prints the results.
 
 use crate::common;
 
@@ -90,7 +90,7 @@ fn report(loaded: &Result<Loaded, ilon_formats::RobotError>) {
         );
         assert!(w.radius_m.is_finite() && w.radius_m > 0.0 && w.hub.mass_kg > 0.0);
         for r in &w.rollers {
-            // The outermost sphere of every barrel must be there.
+            // The outermost sphere of every barrel must exist.
             let end_m = w.barrel(r).sphere_radius_m(0.5 * r.length_m);
             assert!(r.radius_m > 0.0 && r.length_m > 0.0 && end_m > 0.0, "{r:?}");
             assert!(r.axial_inertia_kg_m2 > 0.0 && r.transverse_inertia_kg_m2 > 0.0);

@@ -1,5 +1,5 @@
-//! What is overridden of single wheels of a description is read back of those wheels, and of no
-//! other; and what is said of drives.
+//! Overrides for single wheels of a description apply to those wheels only; and drives of a
+//! description.
 
 use crate::common;
 
@@ -20,7 +20,7 @@ fn place_rad(wheel: &Wheel, roller: usize) -> f64 {
     center.y.atan2(center.x)
 }
 
-/// How far the rollers stand on about the hub axis, in shares of a pitch.
+/// The rollers' phase about the hub axis, in shares of a pitch.
 fn phase(wheel: &Wheel) -> f64 {
     let pitch_rad = TAU / wheel.rollers.len() as f64;
     (place_rad(wheel, 0) / pitch_rad).rem_euclid(1.0)
@@ -50,7 +50,7 @@ fn the_rollers_of_one_wheel_stand_further_on() {
 fn a_phase_turns_the_way_that_a_positive_rate_turns_the_wheel() {
     let robot = robot("[overrides.wheel_1]\nphase_deg = 10").unwrap();
     let first = robot.wheels.iter().find(|w| w.name == "wheel_1").unwrap();
-    // Places are counted about the hub axis from straight down.
+    // Positions count about the hub axis from straight down.
     let nearest = (0..8)
         .map(|i| place_rad(first, i))
         .min_by(|p, q| p.abs().total_cmp(&q.abs()));
@@ -124,7 +124,7 @@ fn the_ratio_of_a_transmission_is_read() {
                         <mechanicalReduction>-19.2</mechanicalReduction></actuator></transmission></robot>";
     let robot = Robot::from_urdf_str(&small().replace("</robot>", transmission), "r.urdf").unwrap();
     let ratios: Vec<f64> = robot.wheels.iter().map(|w| w.drive.gear_ratio).collect();
-    // The sign says which way the motor turns, which is the wheel's own affair.
+    // The sign is the motor's direction, which is internal to the wheel.
     assert_eq!(ratios, [1.0, 19.2, 1.0]);
 }
 

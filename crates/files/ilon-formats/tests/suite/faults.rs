@@ -1,7 +1,7 @@
-//! Bad robots: each fault is told with its file, line, element and mend.
+//! Invalid robots: each fault is reported with its file, line, element and repair.
 //!
-//! Every case is a good robot with one thing changed, so that the fault told is the change. A list
-//! of cases, and as long as there are faults.
+//! Every case is a valid robot with one change, so that the reported fault is the change. A list of
+//! cases, as long as there are faults.
 
 use crate::common;
 
@@ -220,7 +220,7 @@ fn a_missing_inertia_is_reported_at_its_inertial() {
 
 #[test]
 fn an_inertia_that_no_body_has_is_reported_with_its_moments() {
-    // Of the moments 1, 1 and 3 kg m^2 the last exceeds the sum of the others: it would take
+    // Of the moments 1, 1 and 3 kg m^2 the last exceeds the sum of the others: it would need
     // negative mass.
     let text = with_first_inertia(r#"ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3""#);
     assert_eq!(
@@ -235,13 +235,13 @@ fn an_inertia_that_no_body_has_is_reported_with_its_moments() {
 
 #[test]
 fn an_inertia_that_is_not_positive_definite_is_reported() {
-    // Diagonal elements above zero, but eigenvalues 1 +- 2.
+    // Positive diagonal elements, but eigenvalues 1 +- 2.
     let text = with_first_inertia(r#"ixx="1" ixy="2" ixz="0" iyy="1" iyz="0" izz="1""#);
     let error = fault_of(&text);
     let Fault::InertiaNotPositive { least } = error.fault() else {
         panic!("{error}")
     };
-    // Two digits are lost at most by the eigensolver on numbers of order one.
+    // The eigensolver loses at most two digits on numbers of order one.
     assert!((least + 1.0).abs() < 1e-13);
 }
 
@@ -343,7 +343,7 @@ fn gaps_between_rollers_are_reported_in_degrees() {
 
 #[test]
 fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() {
-    // Balls of 20 mm on a ring of 38 mm: 2 * 38 mm * sin(22.5 deg) = 29.08 mm from one to the next.
+    // Balls of 20 mm on a ring of 38 mm: 2 * 38 mm * sin(22.5 deg) = 29.08 mm between neighbours.
     let ball = r#"<collision><geometry><sphere radius="0.02"/></geometry></collision>"#;
     let mut text = String::new();
     for line in small().lines() {
@@ -356,7 +356,7 @@ fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() 
         }
         text += "\n";
     }
-    // The wheels reach 58 mm from their hubs now.
+    // The wheels now reach 58 mm from their hubs.
     let robot = Robot::from_urdf_str(&text, "crowd.urdf").expect("a robot with a doubt");
     let crowded = robot
         .remarks
@@ -381,9 +381,9 @@ fn rollers_that_stand_closer_than_they_are_thick_are_remarked_with_their_line() 
 
 #[test]
 fn wheels_at_different_heights_are_reported() {
-    // Three wheels 200 mm around the middle, the first of them raised: the other two stand 100 mm
-    // behind the middle, so that it leans over the 300 mm between by atan(10 mm / 300 mm) = 1.91
-    // deg, which is taken and remarked, and by 6.7 deg for 35 mm.
+    // Three wheels 200 mm around the middle, the first of them raised: the other two are 100 mm
+    // behind the middle, so that it tilts over the 300 mm between by atan(10
+    // mm / 300 mm) = 1.91 deg, which is accepted with a remark, and by 6.7 deg for 35 mm.
     let text = small();
     let raised = |z: &str| text.replacen("xyz=\"0.2 0 0.05\"", &format!("xyz=\"0.2 0 {z}\""), 1);
     let robot = Robot::from_urdf_str(&raised("0.06"), "small.urdf").expect("a little uneven");
@@ -425,7 +425,7 @@ fn millimetres_are_recognised() {
         "small: `wheel.radius_m` is 50, but must be a length in metres, below 5: 50 mm are 0.05"
     );
     // Every length of a URDF a thousand times larger: the wheel measures 50 m. Axes are directions,
-    // of whatever length.
+    // of any length.
     let mut text = small();
     for attribute in ["xyz=\"", "radius=\"", "length=\"", "size=\""] {
         let mut parts = text.split(attribute);
@@ -511,8 +511,8 @@ fn a_description_out_of_range_is_refused(good: &str, bad: &str, message: &str) {
 
 #[test]
 fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
-    // A roller of 10 g and 24 mm across, with the inertia of a metre: the radius of gyration is 1
-    // m.
+    // A roller of 10 g and 24 mm diameter with an inertia for one metre: the radius of gyration is
+    // 1 m.
     let heavy = r#"<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>"#;
     let mut text = String::new();
     let mut of_roller = false;
@@ -536,8 +536,8 @@ fn inertias_far_beyond_the_size_of_many_rollers_are_reported_at_once() {
     assert!(Robot::from_urdf_str_with(&text, "small.urdf", &options).is_ok());
 }
 
-/// What is asked of each wheel looks at all others: a file of thousands that turn is refused
-/// before, and so is one with a DTD, in words of its own.
+/// Each wheel is compared with all others, so a file with thousands is refused earlier, and so is
+/// one with a DTD, with its own message.
 #[test]
 fn thousands_of_wheels_and_a_dtd_are_refused_in_words() {
     let links: String = (0..2000)

@@ -1,5 +1,5 @@
-//! A robot in SDF or MJCF is the robot that it is in URDF: the same one is written in all three,
-//! each in its own way of placing things, and read back. As long as three formats are.
+//! A robot in SDF or MJCF is the same as in URDF: it is written in all three formats, each with its
+//! own way of placing elements, and read back. The file is as long as three formats need.
 
 use crate::common;
 
@@ -28,7 +28,7 @@ fn numbers(text: &str) -> Vec<f64> {
         .collect()
 }
 
-/// The pose that a URDF's `<origin>` says.
+/// The pose of a URDF's `<origin>`.
 fn origin(node: Node) -> Isometry3<f64> {
     let read = |attribute| {
         let values = numbers(text(node, "origin", attribute));
@@ -41,7 +41,7 @@ fn origin(node: Node) -> Isometry3<f64> {
     )
 }
 
-/// Joints and links of a URDF, with what each format needs of them.
+/// Joints and links of a URDF, with the data that each format needs.
 struct Parts<'a, 'i> {
     links: Vec<Node<'a, 'i>>,
     joints: Vec<Node<'a, 'i>>,
@@ -75,7 +75,7 @@ impl<'a, 'i> Parts<'a, 'i> {
 
 // --- SDF.
 
-/// Yaw is taken first and undone, so that nothing is lost where the frame stands upright.
+/// Yaw is computed first and removed, so that no accuracy is lost when the frame is vertical.
 fn roll_pitch_yaw(pose: &Isometry3<f64>) -> [f64; 3] {
     let m = pose.rotation.to_rotation_matrix().into_inner();
     let yaw = m[(1, 0)].atan2(m[(0, 0)]);
@@ -91,7 +91,7 @@ fn sdf_pose(pose: &Isometry3<f64>) -> String {
     format!("<pose>{} {} {} {roll} {pitch} {yaw}</pose>", p.x, p.y, p.z)
 }
 
-/// The inertial and the collisions of a link. Their poses are of the link in both formats.
+/// The inertial and the collisions of a link. Their poses are relative to the link in both formats.
 fn sdf_link(link: Node) -> String {
     let mut out = String::new();
     if let Some(inertial) = child(link, "inertial") {
@@ -128,14 +128,14 @@ fn sdf_link(link: Node) -> String {
     out
 }
 
-/// How an SDF says where links are and which way axes point.
+/// How an SDF places links and defines axes.
 #[derive(Clone, Copy, PartialEq)]
 enum Style {
     /// Links in the model's frame, axes in the joint's.
     Modern,
     /// Links relative to the links above them, axes expressed in the model's frame by name.
     Relative,
-    /// As before SDF 1.5: axes in the model's frame without a word.
+    /// As before SDF 1.5: axes in the model's frame by default.
     Old,
 }
 
@@ -298,7 +298,7 @@ fn mjcf(urdf: &str) -> String {
         if let Some(limit) = child(*joint, "limit") {
             let name = joint.attribute("name").unwrap();
             let effort: f64 = limit.attribute("effort").unwrap().parse().unwrap();
-            // A gear of two doubles what the motor gives.
+            // A gear of two doubles the motor's torque.
             let range = 0.5 * effort;
             writeln!(
                 out,
@@ -310,16 +310,16 @@ fn mjcf(urdf: &str) -> String {
     out + "</actuator>\n</mujoco>\n"
 }
 
-// --- Holding one against the other.
+// --- Comparison.
 
-/// Written with all digits and turned by angles and back: some roundings of numbers of at most a
-/// few units.
+/// Written with all digits and converted to angles and back: several rounding errors of numbers of
+/// at most a few units.
 const TOLERANCE: f64 = 1e-11;
 
 fn same_mass(p: &MassProperties, q: &MassProperties) {
     assert!((p.mass_kg - q.mass_kg).abs() < TOLERANCE);
     assert!((p.center_of_mass_m - q.center_of_mass_m).norm() < TOLERANCE);
-    // Moments of small parts are far below one, and are held in shares of themselves.
+    // Moments of small parts are far below one, so the comparison is relative.
     let off = (p.inertia_kg_m2 - q.inertia_kg_m2).norm();
     assert!(off < 1e-10 * q.inertia_kg_m2.norm(), "{off}");
 }
@@ -355,7 +355,7 @@ fn same(p: &Robot, q: &Robot) {
     }
 }
 
-/// The small robot with losses everywhere, and a wheel that differs.
+/// The small robot with losses everywhere, and a different wheel.
 fn described() -> String {
     let text = SPEC
         .replace("[rollers]", "damping_n_m_s = 0.01\nfriction_n_m = 0.02\n[rollers]\ndamping_n_m_s = 1e-5\nfriction_n_m = 1e-4")
@@ -399,14 +399,14 @@ fn an_mjcf_is_the_robot_of_its_urdf() {
 fn what_an_mjcf_says_in_its_own_way_is_read() {
     let plain = mjcf(&small());
     let same_as_plain = |text: &str| same(&load(text, "small.xml"), &load(&plain, "small.xml"));
-    // Defaults by class, and what stands at the joint before them.
+    // Defaults by class, and attributes at the joint, which override them.
     let damped = plain.replace(" damping=\"0\"", "");
     let with_default = damped.replace(
         "<worldbody>",
         "<default><joint damping=\"0\"/></default><worldbody>",
     );
     same_as_plain(&with_default);
-    // Shapes that touch nothing are none; masses come from `<inertial>` all the same.
+    // Shapes without contact are ignored; masses still come from `<inertial>`.
     let ghost = plain
         .replace("</worldbody>", "")
         .replacen(
@@ -416,7 +416,7 @@ fn what_an_mjcf_says_in_its_own_way_is_read() {
         )
         .replace("<actuator>", "</worldbody><actuator>");
     same_as_plain(&ghost);
-    // Degrees and Euler angles: a turn of the whole robot's frame by nothing.
+    // Degrees and Euler angles: a zero rotation of the robot's frame.
     let turned = plain
         .replacen("quat=\"1 0 0 0\"", "euler=\"0 0 0\"", 1)
         .replace("angle=\"radian\"", "angle=\"degree\"");
@@ -452,7 +452,7 @@ fn a_part_of_an_mjcf_may_stand_in_another_file() {
     );
 }
 
-/// Models that keep each part in a file of its own have more than fifty.
+/// Models with each part in its own file have more than fifty files.
 #[test]
 fn an_mjcf_may_stand_in_many_files() {
     const PARTS: usize = 120;
@@ -473,7 +473,7 @@ fn an_mjcf_may_stand_in_many_files() {
     same(&Robot::load(&path).unwrap(), &load(&plain, "small.xml"));
 }
 
-/// Files that are included may not be larger together than one may be: 16 MiB.
+/// All included files together may not exceed the limit for one: 16 MiB.
 #[test]
 fn what_an_mjcf_includes_is_bounded_in_all() {
     let folder = tempfile::tempdir().unwrap();
@@ -546,8 +546,8 @@ fn what_has_no_counterpart_is_refused(text: &str, words: &str) {
     assert!(!error.help().is_empty());
 }
 
-/// A geom by its ends is that by its place, its turn and half its length: what it weighs by its
-/// volume, and what it touches with.
+/// A geom given by its ends equals one given by position, rotation and half length: in its mass by
+/// volume, and in its contacts.
 #[test_case("capsule", "0.02 0.15")]
 #[test_case("cylinder", "0.02 0.15")]
 #[test_case("box", "0.02 0.02 0.15")]
@@ -583,7 +583,7 @@ fn a_geom_of_an_mjcf_may_be_said_by_its_ends(kind: &str, size: &str) {
     assert!(ends.mass_kg() > without.mass_kg() + 0.1);
 }
 
-/// Three omni wheels of twelve rollers round a disc; `wheels(rollers)` is what stands in the
+/// Three omni wheels of twelve rollers around a disc; `wheels(rollers)` is the content of the
 /// chassis.
 fn omni_mjcf(wheels: &str, motors: &str) -> String {
     format!(
@@ -593,7 +593,7 @@ fn omni_mjcf(wheels: &str, motors: &str) -> String {
     )
 }
 
-/// A wheel whose axle is x, with what turns on it.
+/// A wheel whose axle is x, with its content.
 fn omni_wheel(end: &str, rollers: &str) -> String {
     format!(
         "<body name=\"wheel{end}\" pos=\"0.15 0 0\"><joint name=\"drive{end}\" axis=\"1 0 0\"/>\
@@ -610,9 +610,9 @@ fn omni_roller(end: &str) -> String {
     )
 }
 
-/// MuJoCo's own way of writing wheels of rollers, one `<replicate>` in another: the robot is that
-/// of a file which writes each body, at angles by sine and cosine, under the names that MuJoCo
-/// gives; a motor that is said once drives each of its copies.
+/// MuJoCo's own way of writing wheels with rollers, nested `<replicate>` elements: the robot is
+/// that of a file with each body written out, at angles by sine and cosine, with MuJoCo's names; a
+/// single motor drives each of its copies.
 #[test]
 fn what_an_mjcf_replicates_is_written_out() {
     let turned = |axis: Vector3<f64>, angle: f64, inside: &str| {
@@ -657,7 +657,7 @@ fn what_an_mjcf_replicates_is_written_out() {
     assert_eq!(by_hand.wheels.len(), 3);
     assert_eq!(by_hand.wheels[2].motor.velocity_rad_s, 30.0);
 
-    // Radians, and another sequence that means the same turn.
+    // Radians, and another sequence for the same rotation.
     let in_radians = replicated
         .replace("angle=\"degree\"", "angle=\"radian\" eulerseq=\"ZYX\"")
         .replace(
@@ -688,15 +688,15 @@ fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
     assert!(error.to_string().contains(words), "{error}");
 }
 
-/// A wheel of four, with an ellipsoid to show, in a file of its own beside the robot's, or within
-/// it. Its frame is the model's.
+/// A wheel of four, with an ellipsoid as visual, in its own file beside the robot's, or within it.
+/// Its frame is the model's.
 fn sdf_wheel() -> String {
     r#"<link name="hub"><inertial><mass>0.5</mass><inertia><ixx>0.0004</ixx><iyy>0.0006</iyy><izz>0.0004</izz></inertia></inertial>
 <collision name="c"><pose>0 0 0 1.5707963267948966 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.04</length></cylinder></geometry></collision></link>"#
         .to_owned()
 }
 
-/// A base with four wheels, each a model of its own; `wheel` writes one with a name and a pose.
+/// A base with four wheels, each its own model; `wheel` writes one with a name and a pose.
 fn sdf_of_models(wheel: impl Fn(&str, &str) -> String, link: impl Fn(&str) -> String) -> String {
     let places = [
         ("fl", 0.2, 0.18),
@@ -718,7 +718,7 @@ fn sdf_of_models(wheel: impl Fn(&str, &str) -> String, link: impl Fn(&str) -> St
     )
 }
 
-/// Where wheels stand, and their angles.
+/// Positions of the wheels, and their angles.
 fn stand(robot: &Robot) -> Vec<(String, [f64; 3], f64)> {
     let round = |x: f64| (1e9 * x).round() / 1e9 + 0.0;
     let of = |w: &ilon_robot::Wheel| {
@@ -771,7 +771,7 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
         },
         |name| format!("wheel_{name}::hub"),
     );
-    // Merged, the links keep their names, so that each wheel is a file of its own.
+    // If merged, the links keep their names, so that each wheel is its own file.
     let merged = sdf_of_models(
         |name, pose| {
             std::fs::create_dir_all(at(name)).unwrap();
@@ -813,7 +813,7 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
         error.file().ends_with("model.sdf") && error.line() == Some(3),
         "{error}"
     );
-    // What is missing is named, and left out where that is asked for.
+    // A missing file is named, and left out if requested.
     std::fs::remove_file(at("wheel/model.sdf")).unwrap();
     let error = Robot::load(at("included.sdf")).unwrap_err();
     assert!(
@@ -824,8 +824,8 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
     );
 }
 
-/// An ellipsoid that is round across its longest axis stands for itself by balls: at its middle it
-/// is as thick as its half axis.
+/// A solid of revolution about its longest axis is approximated by balls: at its middle it is as
+/// thick as its half axis.
 #[test]
 fn ellipsoids_of_sdf_are_read() {
     let text = sdf_of_models(
@@ -851,7 +851,7 @@ fn ellipsoids_of_sdf_are_read() {
     );
 }
 
-/// The lines of a file that another includes are its own.
+/// Line numbers of an included file are its own.
 #[test]
 fn lines_of_included_mjcf_are_those_of_their_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -879,7 +879,7 @@ fn lines_of_included_mjcf_are_those_of_their_files() {
     std::fs::write(at("r.xml"), format!("<mujoco>\n<include file=\"parts.xml\"/>\n<worldbody>\n{base}{wheels}</body></worldbody></mujoco>\n")).unwrap();
     let error = Robot::load(at("r.xml")).unwrap_err();
     assert_eq!(error.line(), Some(5), "{error}");
-    // The same where the wheels stand in the included file.
+    // The same with the wheels in the included file.
     std::fs::write(
         at("wheels.xml"),
         format!("<mujocoinclude>\n{padding}{wheels}</mujocoinclude>\n"),

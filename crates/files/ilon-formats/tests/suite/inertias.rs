@@ -1,5 +1,5 @@
-//! Inertias that no body of the mass and shapes has: remarked, and mended from the shapes where a
-//! repair is asked for.
+//! Inertias that are impossible for the mass and shapes: remarked, and computed from the shapes
+//! with the repair.
 
 use crate::common;
 
@@ -7,10 +7,10 @@ use ilon_formats::{LoadOptions, LoadRobot};
 use ilon_robot::Robot;
 use test_case::test_case;
 
-/// Of a wheel of 0.5 kg, radius 0.05 m and width 0.04 m about y: across (3 r^2 + w^2) m / 12, along
-/// m r^2 / 2.
+/// A wheel of 0.5 kg, radius 0.05 m and width 0.04 m about y: across (3 r^2 + w^2) m / 12, along m
+/// r^2 / 2.
 const WHEEL: [f64; 3] = [3.791_667e-4, 6.25e-4, 3.791_667e-4];
-/// Of a box of 10 kg, 0.4 x 0.3 x 0.1 m: m (b^2 + c^2) / 12.
+/// A box of 10 kg, 0.4 x 0.3 x 0.1 m: m (b^2 + c^2) / 12.
 const BOX: [f64; 3] = [0.083_333, 0.141_667, 0.208_333];
 
 fn text(base: [f64; 3], wheel: [f64; 3]) -> String {
@@ -76,8 +76,8 @@ fn inertias_of_the_shapes_are_not_doubted() {
     assert!((of_wheel(&robot)[0] - WHEEL[1]).abs() < 1e-9);
 }
 
-// Reach of the wheel hypot(0.05, 0.02) = 53.9 mm: 1.01 of it, and 2.4 times. Of the box half of its
-// diagonal, 255 mm from its middle, which lies 50 mm above the centre of mass.
+// Extent of the wheel hypot(0.05, 0.02) = 53.9 mm: 1.01 of it, and 2.4 times. Of the box half of
+// its diagonal, 255 mm from its middle, which lies 50 mm above the centre of mass.
 #[test_case(BOX, [0.0005, 0.00149, 0.00148], "radius of gyration"; "a wheel just beyond its reach")]
 #[test_case(BOX, [0.008, 0.008, 0.008], "radius of gyration"; "a wheel 2.4 times beyond")]
 #[test_case([0.4, 0.7, 0.99], WHEEL, "radius of gyration"; "a chassis just beyond")]
@@ -101,13 +101,13 @@ fn impossible_inertias_are_remarked_and_mended(base: [f64; 3], wheel: [f64; 3], 
         "{:?}",
         of_wheel(&robot)
     );
-    // What is not at fault stays.
+    // Valid values are kept.
     let chassis = robot.chassis.mass.inertia_kg_m2.diagonal();
     assert!((0..3).all(|i| near(chassis[i], BOX[i])), "{chassis}");
 }
 
-/// A tenth of m r^2 / 2 about the axle and all of the rest across it: no other order of the moments
-/// fits, and no wheel has that. A third about it is more than doubt allows, too; a wheel whose
+/// A tenth of m r^2 / 2 about the axle and correct moments across it: no permutation of the moments
+/// fits, and no wheel has that. A third about it is also outside the tolerance; a wheel whose
 /// length is its diameter (6 / 7) is not.
 #[test]
 fn a_moment_about_the_axle_that_lacks_a_power_of_ten_is_doubted() {

@@ -1,5 +1,4 @@
-//! Files as other people write them, each in its own way, with joints between bodies: which roles
-//! and numbers they get.
+//! Files in various authors' styles, with joints between bodies: their roles and numbers.
 
 use std::path::Path;
 
@@ -12,7 +11,7 @@ fn robot(file: &str) -> Robot {
     Robot::load(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-/// Four springs alike: from classes and degrees of MJCF, and from SDF. MuJoCo counts `springref`
+/// Four equal springs: from classes and degrees of MJCF, and from SDF. MuJoCo counts `springref`
 /// and `range` from `ref`.
 #[test_case("classes.xml", JointKind::Slides, [3500.0, -0.01, 90.0, 0.0], 0.03)]
 #[test_case("trailing.xml", JointKind::Turns, [45.0, -13f64.to_radians(), 1.2, 0.0], 20f64.to_radians())]
@@ -36,7 +35,8 @@ fn springs_are_those_of_the_file(
     }
 }
 
-/// Both rockers are free, and one turns against the other: `<mimic>` of URDF, `<equality>` of MJCF.
+/// Both rockers are free, and one turns opposite to the other: `<mimic>` of URDF, `<equality>` of
+/// MJCF.
 #[test_case("diff_bar.urdf", 1)]
 #[test_case("equality.xml", 0)]
 fn a_differential_bar_couples_two_free_rockers(file: &str, follower: usize) {
@@ -50,8 +50,8 @@ fn a_differential_bar_couples_two_free_rockers(file: &str, follower: usize) {
     assert_eq!((coupling.factor, coupling.offset), (-1.0, 0.0));
 }
 
-/// A lift in two stages, of which one follows the other, is driven: it is held until a person says
-/// so.
+/// A lift in two stages, one of which follows the other, is driven: it is held until the user sets
+/// its role.
 #[test]
 fn a_lift_with_an_effort_is_held() {
     let robot = robot("lift.urdf");
@@ -60,8 +60,8 @@ fn a_lift_with_an_effort_is_held() {
     assert!(remarks.any(|remark| remark.subject.contains("lift_stage_2")));
 }
 
-/// A spring in a joint that carries no wheel moves; an endless one that nothing holds is a part of
-/// the chassis.
+/// A spring in a joint that carries no wheel moves; a free continuous joint is a part of the
+/// chassis.
 #[test]
 fn a_camera_on_a_spring_tilts() {
     let robot = robot("pan_tilt.sdf");

@@ -1,5 +1,5 @@
-//! Axes and wheels that are level but for the rounding of their file's numbers, and those that
-//! somebody means to be off.
+//! Axes and wheels that are level within the rounding of their file's numbers, and those that are
+//! tilted intentionally.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use ilon_formats::{Handedness, LoadOptions, LoadRobot, WheelOptions};
 use ilon_robot::Robot;
 use nalgebra::Vector3;
 
-/// A wheel's joint: place in metres, `rpy` of its frame in radians, and axis in it.
+/// A wheel's joint: position in metres, `rpy` of its frame in radians, and axis in it.
 struct Placed {
     at_m: [f64; 3],
     rpy: &'static str,
@@ -25,8 +25,8 @@ fn exact() -> [Placed; 4] {
     })
 }
 
-/// The file of such a robot, which hangs by a base joint of that `rpy`, with ten rollers at 45
-/// degrees put in.
+/// The file of such a robot, below a base joint of that `rpy`, with ten rollers at 45 degrees
+/// added.
 fn robot(wheels: &[Placed], base_rpy: &str) -> Robot {
     let mut text = format!(
         "<robot name=\"four\"><link name=\"foot\"/><joint name=\"base\" type=\"fixed\"><origin rpy=\"{base_rpy}\"/><parent link=\"foot\"/>\
@@ -52,15 +52,15 @@ fn robot(wheels: &[Placed], base_rpy: &str) -> Robot {
     loaded.unwrap_or_else(|e| panic!("{e}")).robot
 }
 
-/// What is said of what was taken as level.
+/// The remark about levelled parts.
 fn said(robot: &Robot) -> Option<&str> {
     let mut remarks = robot.remarks.iter();
     let of_level = remarks.find(|remark| remark.text.starts_with("taken as level"));
     of_level.map(|remark| remark.text.as_str())
 }
 
-/// The largest lean of an axis against the body's plane, in radians, and the largest height of a
-/// lowest point above another, in metres.
+/// The largest tilt of an axis against the body's plane, in radians, and the largest height
+/// difference of lowest points, in metres.
 fn off(robot: &Robot) -> (f64, f64) {
     let lean = |of: &ilon_robot::Wheel| (of.body_from_hub.rotation * Vector3::z()).z.abs();
     let wheels = || robot.wheels.iter();
@@ -73,7 +73,7 @@ fn off(robot: &Robot) -> (f64, f64) {
 /// Rounding of frames in f64.
 const EXACT: f64 = 1e-15;
 
-/// An export of CAD: two axes lean by 0.04 mrad, one axle is 6 um lower than the others.
+/// A CAD export: two axes are tilted by 0.04 mrad, one axle is 6 um lower than the others.
 #[test]
 fn what_an_export_of_cad_rounds_is_level_and_said() {
     assert_eq!(said(&robot(&exact(), "0 0 0")), None);
@@ -86,7 +86,7 @@ fn what_an_export_of_cad_rounds_is_level_and_said() {
     assert!(lean_rad < EXACT && apart_m < EXACT, "{lean_rad} {apart_m}");
     let pose = levelled.standing_pose().unwrap();
     assert_eq!((pose.roll_rad, pose.pitch_rad), (0.0, 0.0));
-    // Where an axis points in the plane is no matter of level: it stays.
+    // The heading of an axis in the plane is not changed.
     let heading = levelled.wheels[0].axis();
     assert!((heading.x / heading.y - 1.2e-4).abs() < 1e-12);
     let text = said(&levelled).unwrap();
@@ -98,8 +98,8 @@ fn what_an_export_of_cad_rounds_is_level_and_said() {
     assert!(figures.iter().all(|of| text.contains(of)), "{text}");
 }
 
-/// Half pi with three digits lets an axis lean by 0.8 mrad, pi with three by 1.6 mrad; the wheel's
-/// middle stays where it is, its axis points the same way.
+/// Half pi with three digits tilts an axis by 0.8 mrad, pi with three by 1.6 mrad; the wheel's
+/// middle and the axis's heading are kept.
 #[test]
 fn axes_of_rounded_turns_are_level() {
     let turns = [
@@ -162,8 +162,8 @@ fn what_is_meant_stays() {
     }
 }
 
-/// A base joint of half a quarter turn too little leans the whole robot: axes and lowest points
-/// stay in one plane.
+/// An inexact quarter turn in a base joint tilts the whole robot: axes and lowest points stay in
+/// one plane.
 #[test]
 fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
     let leans_rad = 0.0008_f64;
@@ -172,13 +172,13 @@ fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
     let (lean_rad, apart_m) = off(&leaning);
     assert!((lean_rad - leans_rad.sin()).abs() < 1e-12);
     assert!((apart_m - 2.0 * 0.076 * leans_rad.sin()).abs() < 1e-9);
-    // One axle that is 6 um too low in it is brought into that plane.
+    // One axle that is 6 um too low in it is moved into that plane.
     let mut wheels = exact();
     wheels[2].at_m[2] -= 6e-6;
     let levelled = robot(&wheels, "0.0008 0 0");
     let pose = levelled.standing_pose().unwrap();
-    // The plane is that of three wheels: with the low one among them it leans by 6 um over 152 mm,
-    // 0.04 mrad.
+    // The plane is that of three wheels: with the low one among them it is tilted by 6 um over
+    // 152 mm, 0.04 mrad.
     assert!(
         (pose.roll_rad.abs() - leans_rad).abs() < 5e-5,
         "{}",
@@ -189,7 +189,7 @@ fn a_robot_that_leans_as_a_whole_stays_in_its_plane() {
         .iter()
         .map(|of| pose.gap_m(of))
         .fold(0.0, f64::max);
-    // Axes that lean by 0.04 mrad against that plane were turned too, which is of second order in
-    // the height.
+    // Axes tilted by 0.04 mrad against that plane were turned too, a second-order effect on the
+    // height.
     assert!(gap_m < 1e-9, "{gap_m}");
 }

@@ -1,5 +1,4 @@
-//! Joints that are neither a wheel's nor a roller's: which of them move, what is read of them, and
-//! which are refused.
+//! Joints of neither wheels nor rollers: which of them move, their properties, and refusals.
 
 use ilon_formats::{JointOptions, LoadOptions, LoadRobot, Loaded, RoleOption};
 use ilon_robot::{JointKind, JointRole, JointServo, JointSpring, Robot};
@@ -10,8 +9,8 @@ const MASS: &str = r#"<inertial><mass value="0.5"/><inertia ixx="3.5e-4" ixy="0"
 const DISC: &str = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision>"#;
 const LIMIT: &str = r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/>"#;
 
-/// Four wheels of which the front ones hang by joint `rock` of a kind, about an axis, with
-/// something in it, and a link of a mass.
+/// Four wheels, of which the front ones are on joint `rock` of a kind, about an axis, with
+/// additional content, and a link of a mass.
 fn text((kind, axis): (&str, &str), inside: &str, mass: &str) -> String {
     let mut text = format!(
         r#"<robot name="r"><link name="base_link"><inertial><mass value="8"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.15"/></inertial></link>
@@ -72,12 +71,12 @@ fn a_rocker_that_nothing_drives_is_free_with_its_limits_and_damping() {
     let carriers: Vec<_> = robot.wheels.iter().map(|wheel| wheel.carrier).collect();
     assert_eq!(carriers, [Some(0), Some(0), None, None]);
     assert!(remarked(&robot, "joint `rock`", "free: nothing drives it"));
-    // Its body is no part of the chassis any more.
+    // Its body is no longer a part of the chassis.
     assert!((robot.chassis.mass.mass_kg - 8.0).abs() < 1e-12);
     assert!((robot.mass_kg() - 10.5).abs() < 1e-12);
 }
 
-/// What something drives, and what could only fall to its stop, is held.
+/// A joint that is driven, or that could only fall to its stop, is held.
 #[test_case(("revolute", "1 0 0"), r#"<limit lower="-0.1" upper="0.1" effort="5" velocity="1"/>"#; "a joint with an effort")]
 #[test_case(("revolute", "0 1 0"), LIMIT; "an arm with its wheels on its axis")]
 #[test_case(("prismatic", "0 0 1"), LIMIT; "a slide whose spring nobody says")]
@@ -106,7 +105,7 @@ fn a_spring_that_is_asked_for_is_there() {
     assert_eq!((joint.kind, joint.damping), (JointKind::Slides, 20.0));
     let spring = joint.spring().expect("it is sprung");
     assert_eq!(spring.force_at(0.01), -43.0);
-    // What it stores is what it gives back: the mean force over the way.
+    // The stored energy is the work that it returns: the mean force over the path.
     let stored_j = joint.stored_j(0.01) - joint.stored_j(0.0);
     assert!((stored_j - 0.01 * 0.5 * (3.0 + 43.0)).abs() < 1e-12);
 }
@@ -151,7 +150,7 @@ fn a_joint_that_is_not_there_and_one_of_a_wheel_are_refused() {
     assert!(error.contains("a wheel's or a roller's own"), "{error}");
 }
 
-/// A differential bar as URDF has it: a joint that follows another.
+/// A differential bar in URDF: a joint that mimics another.
 #[test]
 fn a_mimic_joint_is_coupled_to_the_joint_that_it_follows() {
     let mut text = text(ROCKER, LIMIT, MASS);
@@ -175,8 +174,8 @@ fn a_mimic_joint_is_coupled_to_the_joint_that_it_follows() {
 
 const DRIVEN: &str = r#"<limit lower="-0.1" upper="0.1" effort="5" velocity="2"/>"#;
 
-/// A servo has the limits of the file and the gains of what it moves, so that naming the role is
-/// enough.
+/// A servo has the limits of the file and gains for the moving inertia, so that naming the role is
+/// sufficient.
 #[test]
 fn a_driven_joint_has_the_limits_of_its_file_and_gains_of_what_it_moves() {
     let driven = with(|o| o.role = Some(RoleOption::Driven));
@@ -224,8 +223,8 @@ fn what_no_servo_can_be_is_refused_in_words(asked: JointOptions, words: &str) {
     assert!(error.contains(words) && error.contains("rock"), "{error}");
 }
 
-/// Four wheels of which the front ones hang by joint `rock`, in SDF; `dynamics` is what is in that
-/// joint.
+/// Four wheels, of which the front ones are on joint `rock`, in SDF; `dynamics` is the content of
+/// that joint.
 fn sdf(dynamics: &str) -> String {
     let inertial = |mass: f64| {
         format!(
@@ -256,7 +255,7 @@ fn sdf(dynamics: &str) -> String {
     text + "</model></sdf>"
 }
 
-/// Gazebo acts with -stiffness (q - reference) - damping times the rate, and so do we.
+/// The force is -stiffness (q - reference) - damping times the rate, as in Gazebo.
 #[test]
 fn a_spring_of_sdf_is_read() {
     let dynamics = "<dynamics><damping>60</damping><friction>2</friction><spring_stiffness>4000</spring_stiffness>\
@@ -268,10 +267,10 @@ fn a_spring_of_sdf_is_read() {
     let spring = joint.spring().expect("it is sprung");
     assert!((spring.force_at(0.01) + 4000.0 * 0.016).abs() < 1e-9);
     assert!(remarked(&robot, "joint `rock`", "4000 N/m about -0.006 m"));
-    // Without stiffness it is held, as a slide that nothing bears.
+    // Without stiffness it is held, as a slide without support.
     let dynamics = "<dynamics><spring_stiffness>0</spring_stiffness></dynamics>";
     assert!(load(&sdf(dynamics), &[]).unwrap().robot.joints.is_empty());
-    // What the scenario says has the last word.
+    // The scenario overrides it.
     let held = with(|o| o.role = Some(RoleOption::Held));
     let dynamics = "<dynamics><spring_stiffness>4000</spring_stiffness></dynamics>";
     let robot = load(&sdf(dynamics), &[("rock", held)]).unwrap().robot;
@@ -299,8 +298,8 @@ fn mjcf(attributes: &str, default: &str) -> String {
     )
 }
 
-/// MuJoCo acts with -stiffness (q - springref), where the body is drawn at q = ref, angles in
-/// degrees; classes hand their values down.
+/// MuJoCo's force is -stiffness (q - springref), with the body drawn at q = ref, angles in degrees;
+/// attributes are inherited from classes.
 #[test]
 fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     let attributes = r#"springref="3" ref="1" range="-9 11" limited="true" frictionloss="0.2""#;
@@ -325,14 +324,13 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     let plain = load(&mjcf(r#"springdamper="0.1 1" range="-9 11""#, ""), &[]);
     let plain = plain.unwrap().robot;
     assert!(remarked(&plain, "joint `rock`", "`springdamper`"));
-    // A rest that no joint reaches would pull without end.
+    // A rest position that the joint cannot reach would pull permanently.
     let far = r#"stiffness="40" springref="-9223372036854775808" range="-9 11""#;
     let far = load(&mjcf(far, ""), &[]).unwrap().robot;
     assert!(remarked(&far, "joint `rock`", "which no joint reaches"));
 }
 
-/// A rocker that is held for something that is wrong with it says what, and what would make it
-/// free.
+/// A rocker that is held because of an error reports it, with what would make it free.
 #[test_case(r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, "exchange them"; "limits the wrong way round")]
 #[test_case(LIMIT, "", "which has no mass"; "no mass")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
@@ -356,7 +354,7 @@ fn a_mimic_by_no_number_is_refused() {
     assert!(refused.contains("multiplier"), "{refused}");
 }
 
-/// `<ilon_spring>` is the spring that URDF has no word for.
+/// `<ilon_spring>` defines the spring that URDF cannot express.
 #[test]
 fn a_spring_beside_a_joint_is_read() {
     let said = |spring: &str| {
@@ -405,8 +403,8 @@ fn a_stiffness_of_mjcf_that_cannot_be_is_remarked() {
     );
 }
 
-/// A lift that a person drives, whose two further stages mimic it: the second by way of the first,
-/// and stands before it in the file.
+/// A lift driven by the user, whose two further stages mimic it: the second one through the first,
+/// which it precedes in the file.
 fn stages(first: &str, second: &str, mass: &str) -> String {
     let stage = |name: &str, parent: &str, limit: &str, mimics: &str| {
         format!(
@@ -439,9 +437,9 @@ fn role(role: RoleOption) -> JointOptions {
     }
 }
 
-/// What mimics a joint that moves follows it, and a servo's gains are of all that moves with it: at
-/// 1 m/s of the lift its stage goes at -1 m/s and the next at -2 m/s, each of 0.5 kg, so that twice
-/// the energy is 0.5 (1 + 1 + 4) J.
+/// A joint that mimics a moving joint follows it, and a servo's gains are for all that moves with
+/// it: at 1 m/s of the lift its stage moves at -1 m/s and the next at -2 m/s, each of 0.5 kg, so
+/// that twice the energy is 0.5 (1 + 1 + 4) J.
 #[test]
 fn joints_that_mimic_one_that_moves_follow_it() {
     let text = stages(WIDE, WIDE, MASS);
@@ -474,7 +472,7 @@ fn joints_that_mimic_one_that_moves_follow_it() {
     );
     let servo = robot.joints[0].servo().expect("it is driven");
     assert!((servo.stiffness / JointServo::stiffness_for(inertia) - 1.0).abs() < 1e-12);
-    // Where the lift is held, so is all that mimics it; and a person may hold a follower.
+    // If the lift is held, so are its followers; and the user may hold a follower.
     assert!(load(&text, &[]).unwrap().robot.joints.is_empty());
     let held = [
         ("lift", role(RoleOption::Driven)),
@@ -483,7 +481,7 @@ fn joints_that_mimic_one_that_moves_follow_it() {
     assert_eq!(load(&text, &held).unwrap().robot.joints.len(), 1);
 }
 
-/// A follower that cannot move says why, and so does what would follow it.
+/// A follower that cannot move reports why, and so do its own followers.
 #[test_case(r#"lower="0" upper="0""#, WIDE, MASS, "first", "is not below its upper one", 1; "no way")]
 #[test_case(WIDE, r#"lower="1" upper="-1""#, MASS, "second", "is not below its upper one", 2; "limits the wrong way round")]
 #[test_case(WIDE, WIDE, "", "first", "which has no mass", 1; "no mass")]

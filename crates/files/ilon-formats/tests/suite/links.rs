@@ -1,4 +1,4 @@
-//! The links of a URDF as viewers need them.
+//! The links of a URDF for viewers.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -77,7 +77,7 @@ fn what_is_no_one_tree_is_none(start: &str, joints: &[(&str, &str)]) {
     assert_eq!(link_tree(&text), None);
 }
 
-/// A shape has the colour of its own material, or of the one that the robot knows by that name.
+/// A shape has the colour of its own material, or of the robot's material of that name.
 #[test]
 fn what_a_link_shows_is_read_with_its_colour() {
     let text = "<robot><material name='red'><color rgba='1 0 0 1'/></material><link name='a'>\
@@ -99,8 +99,8 @@ fn what_a_link_shows_is_read_with_its_colour() {
     assert_eq!(mesh.color, Some([0.0, 0.0, 1.0, 1.0]));
 }
 
-/// A description has a joint of each wheel and roller, and its links are those of its text, with
-/// the block for a controller manager too.
+/// A description has a joint for each wheel and roller, and its links are those of its text, also
+/// with the block for a controller manager.
 #[test]
 fn a_description_has_all_wheels_and_rollers() {
     let path = concat!(

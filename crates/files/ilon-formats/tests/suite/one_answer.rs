@@ -1,5 +1,4 @@
-//! What a careful engineer would answer for a stranger's file, where it has one answer, and nothing
-//! where it has none.
+//! The answer of a careful engineer for an ambiguous file if there is only one, and otherwise none.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -32,7 +31,7 @@ fn wheel(name: &str, kind: &str, place: [f64; 3], axis: &str, radius_m: f64) -> 
     )
 }
 
-/// Four wheels that are called mecanum wheels and stand as such.
+/// Four wheels that are called mecanum wheels and arranged as such.
 fn mecanum_wheels() -> String {
     let wheels = PLACES.iter().map(|(name, x, y)| {
         let name = format!("mecanum_{name}");
@@ -66,8 +65,8 @@ fn said(diagnosis: &Diagnosis) -> String {
     diagnosis.faults.iter().map(of).collect()
 }
 
-/// Round segments of two arms on level axes that are not parallel, as omni wheels stand: they turn
-/// within limits, and are called no wheels. Under names of wheels they are asked about.
+/// Round segments of two arms on level axes that are not parallel, as omni wheels have: they turn
+/// within limits, and are not called wheels. With names of wheels they are asked about.
 #[test_case("joint", false)]
 #[test_case("wheel", true)]
 fn segments_of_arms_are_no_wheels(called: &str, are_wheels: bool) {
@@ -153,8 +152,7 @@ fn without_rollers(numbers: &[usize]) -> String {
 }
 
 /// Of eight rollers, 45 degrees apart, one or two are part of the hub's mesh: the others leave a
-/// gap of 45 or 90 degrees, which neither longer rollers nor the file's own shapes make a wheel
-/// that rolls.
+/// gap of 45 or 90 degrees, which neither longer rollers nor the file's own shapes can close.
 #[test_case(&[3], 1, 45.0)]
 #[test_case(&[3, 4], 2, 90.0)]
 fn a_wheel_that_lacks_rollers_is_not_proposed(lacks: &[usize], count: usize, gap_deg: f64) {
@@ -176,8 +174,8 @@ fn a_wheel_that_lacks_rollers_is_not_proposed(lacks: &[usize], count: usize, gap
     assert!((widest_gap_deg - gap_deg).abs() < 0.01, "{widest_gap_deg}");
     let repair = options(|o| o.repair = true);
     assert!(Robot::from_urdf_str_with(&text, "r.urdf", &repair).is_err());
-    // Whoever takes the file's own shapes hears what the wheel does: at half of the gap from
-    // straight down it hangs rho (1 - cos) lower.
+    // With the file's own shapes the remark describes the wheel: at half of the gap from straight
+    // down it hangs rho (1 - cos) lower.
     let as_modelled = options(|o| o.rollers = RollerForms::AsModelled);
     let read = Robot::from_urdf_str_with(&text, "r.urdf", &as_modelled).unwrap();
     let dip_mm = 50.0 * (1.0 - (0.5 * gap_deg).to_radians().cos());
@@ -194,8 +192,8 @@ fn a_wheel_that_lacks_rollers_is_not_proposed(lacks: &[usize], count: usize, gap
     );
 }
 
-/// A name in short is enough to propose mecanum rollers, and too little to take them; a part of a
-/// word is none.
+/// An abbreviation suffices to propose mecanum rollers, but not to accept them; a part of a word
+/// does not.
 #[test_case("mini_mec_robot", "", true)]
 #[test_case("r3s-MEC", "", true)]
 #[test_case("mechanic_robot", "", false)]
@@ -220,8 +218,7 @@ fn mecanum_wheels_in_short(name: &str, more: &str, is_proposed: bool) {
     );
 }
 
-/// A size and a kind that stand in the name of what the hub holds: the wheel proper may be a link
-/// of its own.
+/// A size and a kind in the name of the hub's content: the wheel proper may be a link of its own.
 #[test]
 fn a_hub_holds_the_wheel_that_is_called_after_its_size() {
     let places = (0..3).map(|i| TAU * f64::from(i) / 3.0);
@@ -245,8 +242,8 @@ fn a_hub_holds_the_wheel_that_is_called_after_its_size() {
     assert_eq!(proposal.wheel_radius_m, Some(0.0508));
 }
 
-/// An argument that nobody gives a value, and what depends on it: only settings of another program,
-/// the wheels' mass, or which of two robots it is.
+/// An argument without a value, and what depends on it: only settings of another program, the
+/// wheels' mass, or which of two robots it is.
 #[test_case(r#"<gazebo><x>$(arg place)</x></gazebo>"#, "0.5", true; "where a simulator puts it")]
 #[test_case(r#"<xacro:if value="$(arg place)"><gazebo/></xacro:if>"#, "0.5", true; "a truth value")]
 #[test_case("", "${0.5 + 0.1 * $(arg place)}", false; "a mass")]
@@ -279,8 +276,7 @@ fn an_argument_may_have_any_value_where_the_robot_is_the_same(
     );
 }
 
-/// A package that only the default of an argument names is no hindrance where nothing is read of
-/// it.
+/// A package named only by an argument's default may be missing if nothing is read from it.
 #[test]
 fn a_package_that_an_argument_names_may_be_missing() {
     let argument = r#"<xacro:arg name="settings" default="$(find nowhere)/controllers.yaml"/><gazebo><parameters>$(arg settings)</parameters></gazebo>"#;
@@ -297,7 +293,7 @@ fn a_package_that_an_argument_names_may_be_missing() {
     );
 }
 
-/// A pose of a place alone is one that turns nothing, as SDF has what is not said.
+/// A pose with only a position has no rotation, as SDF's default.
 #[test]
 fn a_place_alone_is_a_pose_in_sdf() {
     let sdf = |turn: &str| {
@@ -318,7 +314,7 @@ fn a_place_alone_is_a_pose_in_sdf() {
     assert_eq!(read(""), read(" 0 0 0"));
 }
 
-/// Files that were written under Windows name folders by backslashes. MuJoCo reads them everywhere.
+/// Files written under Windows have backslashes in paths. MuJoCo reads them everywhere.
 #[test]
 fn a_mesh_is_found_by_a_path_of_windows() {
     let folder = tempfile::tempdir().unwrap();
@@ -338,8 +334,8 @@ fn a_mesh_is_found_by_a_path_of_windows() {
     assert_eq!(read(r"meshes\top.obj"), read("meshes/top.obj"));
 }
 
-/// A body of MJCF whose mesh alone says what it weighs: the twelve triangles of a box weigh what
-/// MuJoCo's box does, 1000 kg/m^3.
+/// A body of MJCF with a mesh as its only mass: the twelve triangles of a box have the mass of
+/// MuJoCo's box, 1000 kg/m^3.
 #[test]
 fn a_body_of_an_mjcf_weighs_what_its_mesh_does() {
     let folder = tempfile::tempdir().unwrap();
@@ -374,7 +370,7 @@ fn a_body_of_an_mjcf_weighs_what_its_mesh_does() {
             .chassis
             .mass
     };
-    // Meshes are read in f32, whose rounding is 6e-8; their moments are of its third power.
+    // Meshes are read in f32, whose rounding is 6e-8; their moments depend on its third power.
     let (of_mesh, of_box) = (
         read(r#"type="mesh" mesh="box""#),
         read(r#"type="box" size="0.1 0.2 0.05""#),
@@ -384,16 +380,16 @@ fn a_body_of_an_mjcf_weighs_what_its_mesh_does() {
     assert!(
         (of_mesh.inertia_kg_m2 - of_box.inertia_kg_m2).norm() < 1e-6 * of_box.inertia_kg_m2.norm()
     );
-    // Half of the weight by half of the density, and any by a mass.
+    // Half of the mass at half of the density, and any value by a mass.
     let half = read(r#"type="mesh" mesh="box" density="500""#);
     assert!((half.mass_kg / of_box.mass_kg - 0.5).abs() < 1e-6);
     let given = read(r#"type="mesh" mesh="box" mass="2""#);
     assert!((given.mass_kg - 2.0).abs() < 1e-12);
 }
 
-/// Mecanum wheels as some model them: a ball that turns below each wheel, about the axis of the
-/// roller which touches the ground. gamma is the angle from the hub's axis, y, to the rolling
-/// direction, which is across that axis.
+/// Simplified mecanum wheels: a ball that turns below each wheel, about the axis of the roller on
+/// the ground. gamma is the angle from the hub's axis, y, to the rolling direction, which is across
+/// that axis.
 #[test_case([1.0, -1.0], -45.0)]
 #[test_case([1.0, 1.0], 45.0)]
 #[test_case([0.5, -0.8660254037844386], -60.0)]
@@ -427,9 +423,8 @@ fn one_joint_turns_in_place_of_rollers(front_left: [f64; 2], gamma_deg: f64) {
     assert!(read.remarks.iter().any(speaks));
 }
 
-/// A plug-in that moves a base in all directions and a name that alone is too little agree on
-/// wheels that turn and do not steer; either alone says too little, and a fixed wheel is no
-/// witness.
+/// A plug-in that moves a base in all directions and a weak name agree on wheels that turn and do
+/// not steer; either alone is insufficient, and a fixed wheel does not count.
 #[test_case("mecabot", "continuous", "drive", true)]
 #[test_case("bot", "continuous", "omni_steering", true)]
 #[test_case("bot", "continuous", "drive", false)]
@@ -458,8 +453,8 @@ fn a_base_that_is_moved_in_all_directions(name: &str, kind: &str, plugin: &str, 
     assert_eq!(says, is_proposed);
 }
 
-/// A truth value that nobody gives, with which the file says which wheels it has, and without which
-/// it does not: that is the one. Of a number the one with which the file can be read is none.
+/// A boolean argument without a value: the file contains the wheels only with one of the two, which
+/// is chosen. A number is not chosen in this way.
 #[test_case(r#"<xacro:if value="$(arg simulated)"><gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo></xacro:if>"#, Some("true"))]
 #[test_case(r#"<xacro:unless value="$(arg simulated)"><gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo></xacro:unless>"#, Some("false"))]
 #[test_case(r#"<gazebo><plugin name="mecanum_drive" filename="x.so"/></gazebo><link name="tip"><collision><geometry><sphere radius="$(arg simulated)"/></geometry></collision></link><joint name="t" type="fixed"><parent link="base_link"/><child link="tip"/><origin xyz="0 0 2"/></joint>"#, None)]
@@ -477,7 +472,7 @@ fn a_truth_value_with_which_a_file_says_more(more: &str, value: Option<&str>) {
     assert_eq!(given.map(String::as_str), value, "{}", said(&diagnosis));
 }
 
-/// What an included file of MJCF includes lies beside it or beside the first.
+/// An include in an included file of MJCF is relative to that file or to the first.
 #[test]
 fn an_include_within_an_include_is_sought_beside_both() {
     let folder = tempfile::tempdir().unwrap();
@@ -503,9 +498,9 @@ fn an_include_within_an_include_is_sought_beside_both() {
     }
 }
 
-/// A package that was renamed: the one folder around the file that holds all that is missing of it
-/// is proposed, before anything is left out. Where two folders hold it, or none, rollers that are
-/// missing are not made up for.
+/// A renamed package: the only folder near the file that holds all missing files is proposed,
+/// before anything is left out. If two folders hold them, or none, missing rollers are not
+/// replaced.
 #[test_case(&["description"], true)]
 #[test_case(&["description", "old/description"], true; "another that is farther below")]
 #[test_case(&["description", "copy"], false; "two that are as near")]

@@ -1,15 +1,15 @@
-//! Rollers as they are made, against what geometry says of them on paper.
+//! Real roller shapes, against closed-form geometry.
 //!
 //! Symbols as in `ilon_robot::barrel_profile`: rho the wheel's radius, a the ring's, k = cos gamma,
 //! phi the angle of a roller from straight down. The roller's axis then has the component w = k
-//! sin(phi) along "down", and a roller reaches a cos(phi) + h(w), h its own reach along w.
+//! sin(phi) along "down", and a roller reaches a cos(phi) + h(w), h its own extent along w.
 
 use std::f64::consts::{PI, TAU};
 
 use ilon_formats::{LoadRobot, RobotError, Spec, generate};
 use ilon_robot::*;
 
-/// A robot described in a few lines: four mecanum wheels or three omni wheels of radius 50 mm with
+/// A robot from a short description: four mecanum wheels or three omni wheels of radius 50 mm with
 /// nine or eight rollers.
 fn robot(gamma_deg: f64, rollers: &str) -> Result<Robot, RobotError> {
     let wheels = if gamma_deg == 0.0 {
@@ -37,15 +37,14 @@ const RHO: f64 = 0.05;
 const R: f64 = 0.012;
 const A: f64 = RHO - R;
 
-/// What the file's fifteen digits, and angles that its reader works back from them, leave of a
-/// length.
+/// Error of a length by the file's fifteen digits, and by angles that its reader derives from them.
 const DIGITS_M: f64 = 1e-12;
 
 fn wheel(gamma_deg: f64, rollers: &str) -> Wheel {
     robot(gamma_deg, rollers).unwrap().wheels.remove(0)
 }
 
-/// Angles from straight down of the roller that is lowest there, over half of what it serves.
+/// Angles from straight down at which a roller is the lowest, over half of its range.
 fn angles(count: usize) -> impl Iterator<Item = f64> {
     (-20..=20).map(move |i| PI / count as f64 * f64::from(i) / 20.0)
 }
@@ -168,7 +167,7 @@ fn unequal_rollers_repeat_with_the_turn_of_the_wheel() {
         .map(|off| (off * 1e12) as i64)
         .collect::<std::collections::HashSet<_>>();
     assert_eq!(distinct.len(), 9, "{radii_m:?}");
-    // Where a roller stands straight down the hub is as much higher as that roller is thicker.
+    // With a roller straight down the hub is higher by that roller's excess thickness.
     for (roller, off_m) in wheel.rollers.iter().zip(&radii_m) {
         let height_m = wheel.hub_height_m(-roller.place_rad());
         assert!((height_m - RHO - off_m).abs() < DIGITS_M);
@@ -188,7 +187,7 @@ fn draws_are_even_over_the_tolerance_and_follow_seed_and_name() {
         .collect();
     let mean = draws.iter().sum::<f64>() / 4000.0;
     let variance = draws.iter().map(|x| x * x).sum::<f64>() / 4000.0;
-    // Even draws have variance 1/3 and fourth moment 1/5: their means are off by 1/sqrt(3 n) and
+    // Uniform draws have variance 1/3 and fourth moment 1/5: their means are off by 1/sqrt(3 n) and
     // sqrt(4/45 n); four of these.
     assert!(mean.abs() < 4.0 / (3.0 * 4000.0_f64).sqrt(), "{mean}");
     assert!(
@@ -225,7 +224,7 @@ fn what_a_description_says_of_its_rollers_goes_through_the_file() {
         .find(|r| r.name == "front_left_roller_2")
         .unwrap();
     assert!((second.radius_m - R - 5e-4).abs() < DIGITS_M);
-    // Made once more as it is, nothing changes but by rounding.
+    // Applied again with the same values, nothing changes except by rounding.
     let mut again = wheel.clone();
     again.make_rollers(wheel.made.clone(), None).unwrap();
     for (a, b) in wheel.rollers.iter().zip(&again.rollers) {
@@ -236,7 +235,8 @@ fn what_a_description_says_of_its_rollers_goes_through_the_file() {
 
 #[test]
 fn a_robot_with_gaps_stands_on_what_is_lowest() {
-    // Four wheels with a roller straight down at wheel angle zero stand on their middles.
+    // Four wheels with a roller straight down at wheel angle zero stand on the middles of these
+    // rollers.
     let mecanum = robot(45.0, "length_factor = 0.7").unwrap();
     let stands = mecanum.standing_pose().unwrap();
     assert!((stands.height_m).abs() < 1e-9, "{}", stands.height_m);

@@ -1,4 +1,4 @@
-//! What is generated is read back as it was described, however the file chooses its frames.
+//! Generated files are read back as the description, with any choice of frames.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -47,7 +47,7 @@ prop_compose! {
         longer in 0.0..1.0,
         surface in (0.0..0.2, prop::option::of((1e3..1e8, prop::option::of(0.0..1e4), prop::option::of(1e-3..0.1)))),
     ) -> Spec {
-        // Between the least radius at which neighbours meet and 0.45 of the wheel.
+        // Between the smallest radius at which neighbours meet and 0.45 of the wheel.
         let least_m = radius_m * (1.0 - (PI / (per_row * rows) as f64).cos());
         let roller_radius_m = least_m + thickness * (0.45 * radius_m - least_m);
         let ring_m = radius_m - roller_radius_m;
@@ -81,7 +81,7 @@ prop_compose! {
                 mass_kg: masses_kg.2,
                 damping_n_m_s: losses.2,
                 friction_n_m: losses.3,
-                // Up to nine tenths of the way to where the barrel tapers to nothing.
+                // Up to nine tenths of the length at which the barrel tapers to zero.
                 length_factor: 1.0 + 0.9 * longer * (most_tan / (PI / (per_row * rows) as f64).tan() - 1.0),
                 crown: 1.0,
                 profile_m: None,
@@ -90,7 +90,7 @@ prop_compose! {
                 radius_seed: 0,
                 radius_offsets_m: BTreeMap::new(),
                 rolling_resistance: surface.0,
-                // Letters that XML has to escape.
+                // Characters that XML has to escape.
                 material: (longer > 0.5).then(|| "rubber <60> & \"cord\"".to_owned()),
                 axial_play_m: 0.1 * surface.0 * roller_radius_m,
                 bearings: (surface.0 > 0.5).then_some(RollerBearings::Bushings),
@@ -111,22 +111,22 @@ prop_compose! {
     }
 }
 
-/// Relative error that is allowed: fifteen digits in the file, lost to cancellation at steep gamma,
-/// where the axes of hub and roller are nearly parallel, by a factor of up to 1 / cos(75 deg)^2 =
-/// 15, and by the chain of frames.
+/// Tolerance, relative: fifteen digits in the file, reduced by cancellation at steep gamma, where
+/// the axes of hub and roller are nearly parallel, by a factor of up to 1 / cos(75 deg)^2 = 15, and
+/// by the chain of frames.
 const TOLERANCE: f64 = 1e-11;
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= TOLERANCE * (1.0 + b.abs())
 }
 
-/// Words and numbers of a robot as they are shown, without its remarks.
+/// Words and numbers of a robot's debug text, without its remarks.
 fn words_and_numbers(robot: &Robot) -> (Vec<String>, Vec<f64>) {
     let mut bare = Robot {
         remarks: Vec::new(),
         ..robot.clone()
     };
-    // Which of them is first where one points straight up is a matter of rounding.
+    // If a roller points straight up, rounding decides which is the first.
     for wheel in &mut bare.wheels {
         wheel.rollers.sort_by(|p, q| p.name.cmp(&q.name));
     }
@@ -156,8 +156,8 @@ fn alike(built: &Robot, read: &Robot) {
     }
 }
 
-/// The shipped descriptions, with crowned, turned and short rollers among them; and some that are
-/// refused, which both ways do.
+/// The shipped descriptions, with crowned, turned and short rollers among them; and some that both
+/// ways refuse.
 #[test]
 fn shipped_descriptions_are_built_as_they_are_read() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
@@ -196,8 +196,8 @@ fn shipped_descriptions_are_built_as_they_are_read() {
     assert!(described(&path, &options).expect("it is read").is_none());
 }
 
-/// Rockers across, along and askew, springs, arms either way, and several at once: under wheels of
-/// one radius and, raised, of another.
+/// Rockers across, along and oblique, springs, arms in both directions, and several at once: with
+/// wheels of one radius and, raised, of another.
 #[test]
 fn suspensions_are_built_as_they_are_read() {
     let sprung = "law.sprung = { stiffness_n_m = 4000, damping_n_s_m = 120, friction_n = 0.5, preload_n = 20, travel_m = 0.02 }";
@@ -244,14 +244,14 @@ fn suspensions_are_built_as_they_are_read() {
     }
 }
 
-/// Robots drawn for each property: more where they are read fast.
+/// Random robots per property: more in optimised builds.
 const CASES: u32 = if cfg!(debug_assertions) { 12 } else { 64 };
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: CASES, failure_persistence: None, rng_seed: RngSeed::Fixed(1973), ..ProptestConfig::default() })]
 
-    /// What is built at once is what is written and read: the same words, and the same numbers but
-    /// for rounding.
+    /// A robot built directly equals the one that is written and read: the same words, and the same
+    /// numbers except for rounding.
     #[test]
     fn a_robot_that_is_built_is_the_one_that_is_read(spec in spec()) {
         let built = build(&spec).expect("in range");
@@ -284,7 +284,7 @@ proptest! {
             prop_assert!(close(wheel.joint.damping_n_m_s, spec.wheel.damping_n_m_s));
             prop_assert!(close(wheel.joint.friction_n_m, spec.wheel.friction_n_m));
             prop_assert!(close(wheel.drive.gear_ratio, spec.wheel.gear_ratio));
-            // A rotor's inertia is far below 1, so that it is held in shares of itself.
+            // A rotor's inertia is far below 1, so the comparison is relative.
             let rotor = spec.wheel.rotor_inertia_kg_m2;
             prop_assert!((wheel.drive.rotor_inertia_kg_m2 - rotor).abs() <= TOLERANCE * rotor);
             prop_assert!(close(wheel.drive.gear_efficiency, spec.wheel.gear_efficiency));
@@ -330,13 +330,13 @@ proptest! {
     ) {
         let text = generate(&spec).expect("in range");
         let robot = Robot::from_urdf_str(&text, "random.urdf").expect("it loads");
-        // Compound roll, pitch and yaw: every link turned at random.
+        // Compound roll, pitch and yaw: every link is rotated at random.
         let turned = reframed(&text, |i, _| {
             let (r, p, y) = turns[i % turns.len()];
             UnitQuaternion::from_euler_angles(r, p, y)
         });
         same_robot(&robot, &Robot::from_urdf_str(&turned, "turned.urdf").expect("it loads"))?;
-        // Every link along the body's axes, and the joint's axis turned instead.
+        // Every link along the body's axes, with the joint's axis rotated instead.
         let unturned = reframed(&text, |_, body_from_link| body_from_link.inverse());
         same_robot(&robot, &Robot::from_urdf_str(&unturned, "unturned.urdf").expect("it loads"))?;
     }
@@ -352,7 +352,7 @@ fn same_robot(p: &Robot, q: &Robot) -> Result<(), TestCaseError> {
         prop_assert!((v.hub.inertia_kg_m2 - w.hub.inertia_kg_m2).norm() < TOLERANCE);
         prop_assert_eq!(v.rollers.len(), w.rollers.len());
         for a in &v.rollers {
-            // The order can differ where a roller stands on the seam at +-pi.
+            // The order can differ for a roller at the discontinuity at +-pi.
             let b = w
                 .rollers
                 .iter()
@@ -379,14 +379,15 @@ fn same_robot(p: &Robot, q: &Robot) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The same robot with the frame of every link but the root turned: `turn` gets the joint's index
-/// and the link's orientation in the body, and gives the new frame's orientation in the old one.
+/// The same robot with the frame of every link except the root rotated: `turn` receives the joint's
+/// index and the link's orientation in the body, and returns the new frame's orientation in the old
+/// one.
 fn reframed(
     text: &str,
     turn: impl Fn(usize, UnitQuaternion<f64>) -> UnitQuaternion<f64>,
 ) -> String {
     let mut robot = urdf_rs::read_from_string(text).expect("a generated robot");
-    // The generator writes each joint after its parent link, so that one pass from the top sees
+    // The generator writes each joint after its parent link, so that one pass from the top visits
     // parents first.
     let mut body_from_old =
         std::collections::HashMap::from([("base_link".to_owned(), UnitQuaternion::identity())]);
@@ -426,7 +427,7 @@ fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
 }
 
 fn set(pose: &mut urdf_rs::Pose, to: &Isometry3<f64>) {
-    // Yaw first and undone: the arc sine of the textbook loses half of the digits near a pitch of
+    // Yaw first, and removed: the textbook's arc sine loses half of the digits near a pitch of
     // 90 degrees.
     let m = to.rotation.to_rotation_matrix();
     let yaw = m[(1, 0)].atan2(m[(0, 0)]);

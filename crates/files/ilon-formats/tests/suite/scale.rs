@@ -24,6 +24,6 @@ fn a_robot_of_s_times_the_size_has_units_that_grow_as_froude_has_it() {
     assert!((other.speed_m_s() / one.speed_m_s() / s.sqrt() - 1.0).abs() < 1e-12);
     let stiffer = other.stiffness_n_m(1e-6) / one.stiffness_n_m(1e-6);
     assert!((stiffer / s.powi(2) - 1.0).abs() < 1e-12);
-    // Without gravity nothing would press on anything, and no time would be short.
+    // Without gravity there would be no contact force, and no time scale.
     assert_eq!(Scale::of(&robot, 0.0), Scale::of(&robot, 0.981));
 }

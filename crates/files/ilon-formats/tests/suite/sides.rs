@@ -1,9 +1,9 @@
-//! Robots whose wheels do not stand or roll where their names and the frame say.
+//! Robots whose wheels are placed or roll in contradiction to their names and the frame.
 
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 
-/// Four bare mecanum wheels, each with its name, its place and its joint's axis.
+/// Four plain mecanum wheels, each with its name, its position and its joint's axis.
 fn remarks(wheels: [(&str, f64, f64); 4], axis: &str) -> String {
     let wheel = |(name, x, y): (&str, f64, f64)| {
         format!(
@@ -76,7 +76,7 @@ fn exchanged_names_turned_frames_and_hubs_along_x_are_remarked() {
         said.contains("the front of the robot lies along -x"),
         "{said}"
     );
-    // Turned by half a turn: both, and neither is exchanged.
+    // Rotated by half a turn: both are remarked, and no wheels are exchanged.
     let said = remarks(
         [
             ("fl", -0.2, -0.18),

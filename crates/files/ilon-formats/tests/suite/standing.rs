@@ -1,5 +1,4 @@
-//! How a robot stands on a plane, on wheels of whatever height and size, against what follows on
-//! paper.
+//! The pose of a standing robot, on wheels of any height and size, against closed forms.
 
 use crate::common;
 
@@ -10,8 +9,8 @@ use ilon_formats::{Fault, LoadRobot, RollerForms, Spec, generate};
 use ilon_robot::{Robot, StandingPose};
 use proptest::prelude::*;
 
-/// Distance of the wheels of the small robot from its middle, in metres: they stand ahead and 120
-/// degrees to both sides.
+/// Distance of the wheels of the small robot from its middle, in metres: one is ahead and two at
+/// 120 degrees to both sides.
 const RING_M: f64 = 0.2;
 
 fn trike() -> Robot {
@@ -34,7 +33,7 @@ fn raise(robot: &mut Robot, wheel: usize, by_m: f64) {
     robot.wheels[wheel].body_from_hub.translation.z += by_m;
 }
 
-/// Moves the robot's centre of mass to a place, by that of its chassis.
+/// Moves the robot's centre of mass, by that of its chassis.
 fn balance(robot: &mut Robot, x_m: f64, y_m: f64) {
     let now = robot.center_of_mass_m();
     let share = robot.mass_kg() / robot.chassis.mass.mass_kg;
@@ -46,7 +45,7 @@ fn standing(robot: &Robot) -> StandingPose {
     robot.standing_pose().expect("it stands")
 }
 
-/// The wheel at a place, in the signs of its x and y.
+/// The wheel in the quadrant with these signs of x and y.
 fn at(robot: &Robot, x: f64, y: f64) -> usize {
     let place = |i: &usize| {
         let p = robot.wheels[*i].position_m();
@@ -67,9 +66,9 @@ fn a_level_robot_stands_level_to_the_last_bit() {
 
 /// The wheel ahead is raised by h, or smaller by h. With the nose down by p, and the hub's axis
 /// along x, the ring of rollers reaches (rho - b) cos p + b down from its hub; from the hubs
-/// behind, whose axes are turned by 120 degrees, (rho - b) sqrt(1 - sin^2 p / 4) + b. All three end
-/// on the plane where 1.5 R sin p = h cos p + (rho - b) sqrt(1 - sin^2 p / 4) - (rho_0 - b_0) cos
-/// p - (b_0 - b).
+/// behind, whose axes are turned by 120 degrees, (rho - b) sqrt(1 - sin^2 p / 4) + b. All three
+/// end on the plane where 1.5 R sin p = h cos p + (rho - b) sqrt(1 - sin^2 p / 4) - (rho_0 - b_0)
+/// cos p - (b_0 - b).
 #[test]
 fn three_wheels_of_unequal_height_carry_the_robot_all() {
     for (h, smaller) in [
@@ -98,7 +97,7 @@ fn three_wheels_of_unequal_height_carry_the_robot_all() {
         let left = 1.5 * RING_M * p.sin();
         let right =
             h * p.cos() + (rho - b) * (1.0 - p.sin().powi(2) / 4.0).sqrt() - (rho_0 - b) * p.cos();
-        // The hubs of the URDF are rounded to a few digits less than double precision has.
+        // The hubs of the URDF are rounded to slightly fewer digits than double precision.
         assert!((left - right).abs() < 1e-12, "{left} {right}");
         assert!(pose.roll_rad.abs() < 1e-9);
         let mut supporting = pose.supporting;
@@ -115,8 +114,7 @@ fn three_wheels_of_unequal_height_carry_the_robot_all() {
     }
 }
 
-/// A wheel that is raised hangs at that height, as long as the robot's weight is on the
-/// other three.
+/// A raised wheel hangs at that height, while the robot's weight is on the other three.
 #[test]
 fn four_wheels_of_which_one_is_too_high_stand_level_on_the_others() {
     let mut robot = mecanum();
@@ -129,9 +127,9 @@ fn four_wheels_of_which_one_is_too_high_stand_level_on_the_others() {
     assert!((pose.gap_m(&robot.wheels[short]) - 0.006).abs() < 1e-12);
 }
 
-/// With its weight ahead on the left, where the wheel is short, the robot leans on that wheel and
-/// its neighbours: of the corners of a rectangle the one across is lifted as far as the short one
-/// is short.
+/// With its weight ahead on the left, where the wheel is short, the robot stands on that wheel and
+/// its neighbours: the opposite corner of the rectangle is lifted by as much as the short one is
+/// short.
 #[test]
 fn four_wheels_with_the_weight_on_the_short_one_lean_on_it() {
     let d = 0.006;
@@ -142,7 +140,7 @@ fn four_wheels_with_the_weight_on_the_short_one_lean_on_it() {
     let pose = standing(&robot);
     assert!(!pose.supporting.contains(&across));
     assert!(pose.supporting.contains(&short));
-    // The lowest points move with the lean in its square, d^2 / 0.15 m = 2.4e-4 m at the very most.
+    // The lowest points move with the square of the tilt, d^2 / 0.15 m = 2.4e-4 m at the very most.
     assert!((pose.gap_m(&robot.wheels[across]) - d).abs() < 1e-4);
     // The diagonal of the neighbours stays; the plane falls by d over the rest: slopes d/0.8 along
     // x and d/0.6 along y, of which both end at the short wheel: 0.2 d/0.4 + 0.15 d/0.3 = d.
@@ -168,7 +166,7 @@ fn wheels_in_one_line_carry_nothing() {
     assert_eq!(robot.standing_pose(), None);
 }
 
-/// The pose turns the body so that the plane's normal is its own up.
+/// The pose rotates the body so that the plane's normal is its own up.
 #[test]
 fn the_rotation_of_a_pose_carries_up_to_the_vertical() {
     let mut robot = trike();
@@ -179,7 +177,7 @@ fn the_rotation_of_a_pose_carries_up_to_the_vertical() {
     assert!(pose.roll_rad.abs() > 1e-3 && pose.pitch_rad.abs() > 1e-3);
 }
 
-/// Rollers as modelled, spheres say, end where their spheres end, not on a ring.
+/// Rollers as modelled, such as spheres, end at their shapes, not on a ring.
 #[test]
 fn wheels_as_modelled_stand_on_their_shapes() {
     let text = small();
@@ -253,8 +251,8 @@ fn a_robot_that_leans_a_little_is_read_with_a_remark() {
         .iter()
         .find(|r| r.text.contains("equally low"));
     let said = said.expect("a remark").text.clone();
-    // 0.005 m over 0.3 m are 0.955 degrees; the ring of the wheels behind, which lean across, adds
-    // 4e-6 m.
+    // 0.005 m over 0.3 m are 0.955 degrees; the ring of the wheels behind, which are tilted across,
+    // adds 4e-6 m.
     assert!(said.contains("0.96 deg"), "{said}");
 }
 

@@ -1,4 +1,4 @@
-//! Files of strangers: what they may read, and what reading them may cost.
+//! Untrusted files: which files they may read, and the cost of reading them.
 
 use crate::common;
 
@@ -40,7 +40,7 @@ fn with_mesh(mesh: &str) -> String {
     small().replace(&roller, &format!("<mesh filename=\"{mesh}\"/>"))
 }
 
-/// The geometry of the rollers of the small robot, which all have the same.
+/// The geometry of the rollers of the small robot, which is the same for all.
 fn roller_geometry() -> String {
     let text = small();
     let start = text
@@ -79,7 +79,7 @@ fn the_meshes_of_a_confined_robot_are_confined_too() {
         let told = told(mesh, &options);
         assert!(told.contains(outside), "{mesh}: {told}");
     }
-    // Inside it is read, and so is the other where all may be.
+    // Inside it is read, and so is the other if all files may be.
     let anywhere = LoadOptions::default();
     for (mesh, options) in [("a.stl", &options), ("../secret.stl", &anywhere)] {
         let told = told(mesh, options);
@@ -87,7 +87,7 @@ fn the_meshes_of_a_confined_robot_are_confined_too() {
     }
 }
 
-/// A xacro file: the small robot with something more inside.
+/// A xacro file: the small robot with additional content.
 fn xacro(more: &str) -> String {
     let text = small().replacen(
         "<robot ",
@@ -137,14 +137,14 @@ fn what_a_confined_xacro_file_includes_is_confined_too() {
             refused.contains("lies outside of what may be read"),
             "{outside}: {refused}"
         );
-        // Where all may be read, it is no fault.
+        // If all files may be read, it is no fault.
         let anywhere = read(&outside, &LoadOptions::default());
         assert!(
             !anywhere.is_err_and(|e| e.contains("lies outside")),
             "{outside}"
         );
     }
-    // A package outside is not found, nor do patterns find what lies there.
+    // A package outside is not found, and patterns find nothing there.
     let refused = read(&include("$(find q)/part.xacro"), &options).unwrap_err();
     assert!(refused.contains("`q`"), "{refused}");
     let pattern = read(&include("../*.xacro"), &options).unwrap();

@@ -1,5 +1,5 @@
-//! The meshes by which a robot is seen: read whatever their kind, made small, remarked where they
-//! cannot be drawn, and no part of the model.
+//! Visual meshes of a robot: read in any format, simplified, remarked if they cannot be drawn, and
+//! no part of the model.
 
 use crate::common;
 
@@ -110,7 +110,7 @@ fn polygons() -> Vec<u8> {
     ))
 }
 
-/// A robot whose chassis is seen as a mesh, read beside these files.
+/// A robot with a mesh as its chassis's visual, read beside these files.
 fn shown_as(mesh: &str, files: &[(&str, Vec<u8>)]) -> (Loaded, VisualMeshes) {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, bytes) in files {
@@ -134,7 +134,7 @@ fn read_in(folder: &Path, mesh: &str, access: FileAccess) -> (Loaded, VisualMesh
 }
 
 #[test_case("box.stl", binary_stl(&triangles(), "made by hand"); "binary")]
-// SolidWorks and others begin binary files as the text form begins.
+// Binary files of SolidWorks and others begin as the text form does.
 #[test_case("box.STL", binary_stl(&triangles(), "solid box"); "binary that calls itself solid")]
 #[test_case("box.stl", text_stl(); "text")]
 #[test_case("box.obj", obj(); "polygons of obj")]
@@ -151,8 +151,8 @@ fn a_mesh_of_any_kind_is_seen_as_it_is(name: &str, bytes: Vec<u8>) {
     vertices.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
     let mut corners = CORNERS;
     corners.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
-    // Places are kept to half of 1/65535 of the box, 2.3 um of 0.3 m; COLLADA's are sums of f32
-    // numbers around 100 before that.
+    // Positions have a resolution of half of 1/65535 of the box, 2.3 um of 0.3 m; COLLADA's are
+    // sums of f32 numbers around 100 before that.
     for (vertex, corner) in vertices.iter().zip(corners) {
         for k in 0..3 {
             assert!(
@@ -262,7 +262,7 @@ fn a_mesh_of_many_triangles_is_simplified_and_its_size_stays() {
     for k in 0..2 {
         assert!(low[k] >= 0.0 && low[k] < 0.015 && high[k] <= 1.0 && high[k] > 0.985);
     }
-    // What a page and a trace carry of it.
+    // The form in a page and a trace.
     let json = serde_json::to_string(&looks).expect("JSON");
     assert!(json.len() < 250_000, "{}", json.len());
     assert_eq!(

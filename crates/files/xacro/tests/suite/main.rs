@@ -1,3 +1,3 @@
-//! The tests of `xacro-expand` from outside, one module for each subject, in one program.
+//! The tests of `xacro-expand` from outside, one module per subject, in one program.
 
 mod xacro;

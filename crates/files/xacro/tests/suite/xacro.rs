@@ -1,5 +1,5 @@
-//! xacro: what is made of the cases in `tests/cases` is what the xacro of ROS makes of them
-//! (`tests/real.py` compares the two), and what has no end is ended.
+//! Expansion of the cases in `tests/cases` equals that of ROS xacro (`tests/real.py` compares the
+//! two), and endless input is refused.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -33,7 +33,7 @@ fn expanded(
     expand(path, &text, &settings, host).map(|expanded| expanded.text)
 }
 
-/// A text in quotes, as JSON has it.
+/// A text in JSON quotes.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
@@ -136,14 +136,14 @@ fn what_xacro_refuses_is_refused() {
     }
 }
 
-/// An expression with others of it inside, so many levels deep.
+/// A nested expression of a number of levels.
 fn nested(innermost: &str, around: &str, levels: usize) -> String {
     (0..levels).fold(innermost.to_owned(), |inner, _| {
         around.replace("{}", &inner)
     })
 }
 
-/// Ten times ten times ... the same: a kilobyte that is gigabytes when it is written out.
+/// Ten times ten times ... the same: one kilobyte that expands to gigabytes.
 fn alias_bomb() -> String {
     let level = |i: usize| {
         let aliases = vec![format!("*a{i}"); 10].join(", ");
@@ -158,7 +158,7 @@ fn deep_aliases() -> String {
     "a0: &a0 [0]\n".to_owned() + &(0..50_000).map(level).collect::<String>()
 }
 
-/// Bodies of robots that never end, or end much too late, and what is said of each.
+/// Bodies of robots whose expansion never ends, or ends much too late, and the message for each.
 fn endless() -> Vec<(&'static str, String, &'static str)> {
     let macro_of =
         |body: &str| format!("<xacro:macro name=\"m\" params=\"n\">{body}</xacro:macro>");
@@ -380,8 +380,7 @@ fn endless() -> Vec<(&'static str, String, &'static str)> {
     ]
 }
 
-/// Nothing is expanded for long: each is refused within seconds even without optimization, where an
-/// endless one would never be.
+/// Each is refused within seconds even without optimisation.
 #[test]
 fn what_has_no_end_is_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
@@ -394,7 +393,7 @@ fn what_has_no_end_is_refused_in_words() {
         let error = expanded(&path, &LocalHost::default(), BTreeMap::new()).expect_err(what);
         let words = format!("{error:?}");
         assert!(words.contains(said), "{what}: {words}");
-        // Without optimization, on a machine that does other things too.
+        // Without optimisation, with other load on the machine.
         println!("{what}: {:?}", start.elapsed());
         assert!(
             start.elapsed().as_secs() < 60,
@@ -431,7 +430,7 @@ fn three_thousand_terms_are_added() {
     assert!(text.contains("name=\"3001\""), "{text}");
 }
 
-/// Two expansions of the same file are the same to the byte.
+/// Two expansions of the same file are the same bytes.
 #[test]
 fn the_same_file_is_expanded_the_same() {
     for name in ["wheels", "collections", "yaml"] {
@@ -444,9 +443,8 @@ fn the_same_file_is_expanded_the_same() {
     }
 }
 
-/// Elements without a prefix, as until 2014: as they stand they stay what they are, and it is said
-/// of what then fails; read as they were meant, they come to what the same file with prefixes comes
-/// to.
+/// Elements without a prefix, as until 2014: by default they are kept, and errors that result
+/// mention it; with the option they expand as the same file with prefixes does.
 #[test]
 fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
     let old = r#"<robot><property name="r" value="0.05"/><macro name="ball" params="at"><sphere radius="${r}" at="${at}"/></macro>
@@ -474,8 +472,8 @@ fn elements_without_a_prefix_are_read_as_until_2014_where_that_is_asked_for() {
     let meant = text(new, false).unwrap();
     assert_eq!(shape(&read.text), shape(&meant.text));
     assert!(read.text.contains(r#"at="0.1""#), "{}", read.text);
-    // An element of another program that has the name of a macro is no call of it: it gives
-    // something else, or too little.
+    // A foreign element with the name of a macro is not a call of it: it has other parameters, or
+    // too few.
     for other in [
         r#"<ball type="ray"/>"#,
         "<ball/>",

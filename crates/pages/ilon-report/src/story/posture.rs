@@ -5,7 +5,7 @@
 //! So the posture is found first, from the ground's forces on wheels and chassis
 //! ([`ilon_trace::Support`]) and from the pose.
 
-use ilon_trace::{GroundBox, Header, Record, WheelSample};
+use ilon_trace::{GroundBox, Header, Record, WheelHeader, WheelSample};
 
 use super::phrases::span;
 use super::spells::GAP_S;
@@ -17,6 +17,8 @@ use crate::text::{angle, capital, energy, force, length, percent, speed};
 pub(super) const TIPPED_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// The chassis stands on the ground if it carries more than this share; less is a passing touch.
 const ON_CHASSIS_SHARE: f64 = 1e-3;
+/// The same for a robot on tyres, whose casters are bodies on joints (chosen).
+const BESIDE_TYRES_SHARE: f64 = 0.75;
 /// A robot that achieves less than this share of the commanded motion is blocked.
 const BLOCKED_SHARE: f64 = 0.1;
 /// A wall pushes the robot aside if it pushes with more than this share of the weight, and with
@@ -186,13 +188,18 @@ fn stances(header: &Header, record: &Record, samples: &[WheelSample]) -> [Option
     };
     let in_the_air = carried_n <= LEAST_N && pushed_n <= LEAST_N && !touches;
     let below = samples.iter().all(|sample| sample.hub_height_m < 0.0);
+    // Casters carry their share beside tyres.
+    let on_chassis = match header.wheels.iter().any(WheelHeader::has_tyre) {
+        true => BESIDE_TYRES_SHARE,
+        false => ON_CHASSIS_SHARE,
+    };
     let stands = if in_the_air && below {
         Some(Stance::Fallen)
     } else if lean(record).0 > TIPPED_RAD {
         Some(Stance::Tipped)
     } else if in_the_air {
         Some(Stance::InTheAir)
-    } else if chassis_n - pushed_n > ON_CHASSIS_SHARE * carried_n {
+    } else if chassis_n - pushed_n > on_chassis * carried_n {
         // A wall carries a small part of a chassis that scrapes along it.
         Some(Stance::OnChassis)
     } else {

@@ -1,4 +1,5 @@
-//! A page with a run in three dimensions, from its trace: `cargo run --release --example scene -- TRACE OUT.html`.
+//! Writes a page with a run in three dimensions, from its trace:
+//! `cargo run --release --example scene -- TRACE OUT.html`.
 
 mod page;
 

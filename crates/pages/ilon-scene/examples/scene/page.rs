@@ -1,4 +1,4 @@
-//! A page around one scene, with the timeline that the scene leaves to it.
+//! A page with one scene and a timeline.
 
 use ilon_scene::{Scene, embed};
 

@@ -1,4 +1,5 @@
-// A camera that circles a target: heading and height of its place as angles, distance, all about the vertical.
+// A camera that orbits a target: heading and elevation as angles, and a distance, about the
+// vertical.
 
 const FOV = 0.6;
 
@@ -7,14 +8,15 @@ class Camera {
     Object.assign(this, { yaw, pitch, distance, target: [0, 0, 0] });
   }
 
-  // The eye and the axes of the picture: right, up, and away from the person.
+  // The eye and the axes of the picture: right, up, and towards the viewer.
   axes() {
     const [sy, cy, sp, cp] = [Math.sin(this.yaw), Math.cos(this.yaw), Math.sin(this.pitch), Math.cos(this.pitch)];
     const back = [cp * cy, cp * sy, sp];
     return { right: [-sy, cy, 0], up: [-sp * cy, -sp * sy, cp], back, eye: add(this.target, times(back, this.distance)) };
   }
 
-  // Clip coordinates from places of the floor's frame, which leans by the slope; the picture is moved by parts of its half.
+  // Clip coordinates from points in the floor's frame, which is tilted by the slope; the picture is
+  // shifted by parts of its half.
   matrix(aspect, levelFromFloor, [right_by, up_by]) {
     const { right, up, back, eye } = this.axes();
     const rows = [right, up, back];
@@ -31,7 +33,7 @@ class Camera {
     return clip;
   }
 
-  // The ray through a place of the picture, both coordinates from -1 to 1.
+  // The ray through a point of the picture, both coordinates from -1 to 1.
   ray(x, y, aspect) {
     const { right, up, back, eye } = this.axes();
     const half = Math.tan(FOV / 2);

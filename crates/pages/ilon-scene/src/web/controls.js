@@ -1,5 +1,5 @@
-// Mouse, fingers and keys. On a page that scrolls they take no more than they must: the wheel zooms once the scene has the
-// focus, and one finger drawn up or down scrolls the page.
+// Mouse, touch and keys. On a scrolling page they leave scrolling to the page: the wheel zooms only
+// once the scene has the focus, and one finger moved up or down scrolls the page.
 
 function controls(canvas, act) {
   const listeners = [];

@@ -1,30 +1,32 @@
-// Driving a robot that is shown: by keys, by two sticks for fingers or the mouse, by a gamepad. `ilonDrive(stage, tell, options)` shows the
-// sticks on a stage and tells the twist that is asked for (m/s, m/s, rad/s, in the body frame): at once when it changes, ten times a second while the
-// robot is to move, for it stops without, and once more when it is to stand.
+// Driving the shown robot: by keys, by two joysticks for touch or mouse, by a gamepad.
+// `ilonDrive(stage, tell, options)` shows the joysticks on a stage and reports the commanded twist
+// (m/s, m/s, rad/s, in the body frame): at once when it changes, ten times per second while the
+// robot moves, since it stops without commands, and once more for a stop.
 
 const KEYS = {
   w: [1, 0, 0], s: [-1, 0, 0], a: [0, 1, 0], d: [0, -1, 0], q: [0, 0, 1], e: [0, 0, -1],
   arrowup: [1, 0, 0], arrowdown: [-1, 0, 0], arrowleft: [0, 1, 0], arrowright: [0, -1, 0],
 };
-// What is as near to the middle of a stick is the middle.
+// Dead zone around the centre of a stick; chosen.
 const MIDDLE = 0.12;
 const pushed = (part) => (Math.abs(part || 0) < MIDDLE ? 0 : part);
 const AGAIN_MS = 100;
-// Turning at full stick goes with driving at full stick so: rad/s for each m/s.
+// Yaw rate at full stick over speed at full stick, in rad/s per m/s; chosen.
 const TURN_PER_M = 2.5;
 
-// Whether a key pressed there is meant for what has the focus.
+// Whether a pressed key is meant for the focused element.
 function isTaken({ target, key }) {
   if (!target || !target.matches) return false;
   if (target.matches('input[type="range"]')) return key.startsWith('Arrow');
   return target.matches('input, textarea, select, [contenteditable]') || (key === ' ' && target.matches('button, summary, a'));
 }
 
-// A stick on the stage: what it asks for, ahead and to the left, each from -1 to 1; one that turns goes to its sides alone.
+// A joystick on the stage, with its command ahead and to the left, each from -1 to 1; a turning one
+// moves only sideways.
 function makeStick(stage, side, changed) {
   const stick = document.createElement('div');
   stick.className = `ilon-stick ilon-stick-${side}`;
-  // Who does not see it has the keys.
+  // Users of screen readers have the keys.
   stick.setAttribute('aria-hidden', 'true');
   const thumb = document.createElement('i');
   stick.append(thumb);
@@ -102,7 +104,7 @@ function ilonDrive(stage, tell, { top = () => 0.4 } = {}) {
       held.add(key);
       if (!event.repeat) drive();
     } else return;
-    // Neither the page scrolls by it, nor the scene turns.
+    // Neither the page scrolls, nor the scene rotates.
     event.preventDefault();
     event.stopPropagation();
   });
@@ -112,7 +114,7 @@ function ilonDrive(stage, tell, { top = () => 0.4 } = {}) {
   const again = setInterval(drive, AGAIN_MS);
   stage.classList.add('ilon-driven');
   return {
-    /// Lets go of everything, and takes the sticks away.
+    /// Releases everything, and removes the joysticks.
     end() {
       let_go();
       clearInterval(again);
@@ -123,10 +125,10 @@ function ilonDrive(stage, tell, { top = () => 0.4 } = {}) {
   };
 }
 
-// A person reads no faster.
+// A human reads no faster; chosen.
 const READ_MS = 100;
 
-// Each wheel's slip as it is now: `ilonWheels(box, scene)`. Gives what ends it.
+// Shows each wheel's current slip: `ilonWheels(box, scene)`. Returns a function that ends it.
 function ilonWheels(box, scene) {
   const table = document.createElement('table');
   table.className = 'ilon-wheels';
@@ -168,10 +170,10 @@ function ilonWheels(box, scene) {
   return () => { ended = true; box.replaceChildren(); };
 }
 
-// What a robot does in figures: what they are called, and how they are written. `ilonFigures(box)` gives what shows them; what is not
-// known has no tile.
+// Figures of the robot's state, with names and formats. `ilonFigures(box)` returns a function that
+// shows them; an unknown value has no tile.
 function ilonFigures(box) {
-  // Nobody reads a minus before zeros.
+  // A zero has no minus sign.
   const written = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]*$)/, '');
   const twist = ([vx, vy, omega]) => `${written(vx, 2)}, ${written(vy, 2)} m/s, ${written(omega * 180 / Math.PI, 0)} deg/s`;
   const millimetres = (m) => `${(1000 * m).toFixed(1)} mm`;

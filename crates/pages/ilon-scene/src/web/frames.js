@@ -1,4 +1,4 @@
-// The run over time: columns by name, of equally many values, and their values at any time between.
+// The run over time: columns by name, all of the same length, and their interpolated values.
 
 function bytesOf(base64) {
   const text = atob(base64);
@@ -7,7 +7,8 @@ function bytesOf(base64) {
   return bytes;
 }
 
-// A column is one value for all, or f32, or i16 times a scale, in which the least number stands for no value. All little-endian.
+// A column is one value for all, or f32, or i16 times a scale, with the smallest number for no
+// value. All little-endian.
 function decoded(column, count) {
   if (!column.data) return new Float32Array(count).fill(column.value === undefined ? NaN : column.value);
   const bytes = new DataView(bytesOf(column.data).buffer);
@@ -37,8 +38,8 @@ class Frames {
 
   get end() { return this.count ? this.values[0][this.count - 1] : 0; }
 
-  // Adds a frame: its values in the order of the columns. An earlier time begins a new run, the same time replaces the last frame.
-  // The oldest half is forgotten where there are too many.
+  // Adds a frame: its values in the order of the columns. An earlier time begins a new run, the
+  // same time replaces the last frame. If there are too many, the oldest half is dropped.
   push(frame) {
     if (frame.length !== this.columns.length) {
       throw new Error(`a frame has ${this.columns.length} values, not ${frame.length}`);
@@ -62,7 +63,7 @@ class Frames {
     this.count++;
   }
 
-  // Sets what `get` gives to a time: between frames along the line, for angles along the shorter way round.
+  // Sets the time for `get`: linear between frames, for angles the shorter way round.
   seek(t) {
     if (!this.count) { this.now.fill(NaN); return; }
     const times = this.values[0];
@@ -82,7 +83,7 @@ class Frames {
     });
   }
 
-  // A value now; not a number where there is no such column, or no value in it.
+  // A current value; NaN without such a column, or without a value in it.
   get(name) {
     const i = this.index.get(name);
     return i === undefined ? NaN : this.now[i];

@@ -1,4 +1,5 @@
-// Triangles as { vertices, indices }; a vertex is position, normal, and where it lies around its axis, from 0 to 1.
+// Triangles as { vertices, indices }; a vertex is position, normal, and its place around its axis,
+// from 0 to 1.
 
 // A body of revolution about z from its outline [[z, r], ...]. Edges sharper than 40 degrees stay sharp.
 function lathe(outline, sides) {
@@ -6,7 +7,8 @@ function lathe(outline, sides) {
   for (let k = 0; k + 1 < outline.length; k++) {
     const [dz, dr] = [outline[k + 1][0] - outline[k][0], outline[k + 1][1] - outline[k][1]];
     const length = Math.hypot(dz, dr);
-    // The outline runs towards +z with the body below it: outwards is to the left of its way.
+    // The outline runs towards +z with the body below it: the outside is to the left of its
+    // direction.
     if (length > 0) faces.push({ from: outline[k], to: outline[k + 1], n: [-dr / length, dz / length] });
   }
   const vertices = [];
@@ -72,7 +74,7 @@ function surface({ low, step, vertices: places, triangles }) {
   const normals = [];
   for (let f = 0; 3 * f < corners.length; f++) {
     const [a, b, c] = [0, 1, 2].map((i) => at(corners[3 * f + i]));
-    // As long as the triangle is large: large faces rule where they meet small ones.
+    // Weighted by the triangle's area, so that large faces dominate.
     const n = cross(sub(b, a), sub(c, a));
     normals.push(n);
     for (let i = 0; i < 3; i++) {
@@ -85,7 +87,7 @@ function surface({ low, step, vertices: places, triangles }) {
   corners.forEach((k, corner) => {
     const own = unit(normals[Math.floor(corner / 3)]);
     let n = [0, 0, 0];
-    // A face that is wound the other way counts all the same.
+    // A face with the opposite winding counts equally.
     for (const f of around.get(k)) {
       const along = dot(own, unit(normals[f]));
       if (Math.abs(along) > 0.77) n = add(n, times(normals[f], Math.sign(along)));
@@ -116,8 +118,8 @@ function heightField({ cell_m: cell, points, heights, center_m: [x, y] = [0, 0] 
   return { vertices, indices };
 }
 
-// A flat band along points [x, y, z, t]; a point that is not a number cuts it. A vertex is position, the band's direction in
-// the plane, its side, and the time. Triangles, not a strip: cuts need no care.
+// A flat band along points [x, y, z, t]; NaN cuts it. A vertex is position, the band's direction in
+// the plane, its side, and the time. Triangles, not a strip, so that cuts need no special case.
 function band(points) {
   const vertices = [];
   const indices = [];

@@ -1,4 +1,5 @@
-// Vectors are arrays of 3. A placement is the 3 x 4 matrix of a rigid or scaled motion, row by row: 12 numbers.
+// Vectors are arrays of 3. A placement is the 3 x 4 matrix of a rigid or scaled motion, row by row:
+// 12 numbers.
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -38,7 +39,7 @@ function mul(a, b) {
   return m;
 }
 
-// Of a rigid motion.
+// The inverse of a rigid motion.
 function inverse(a) {
   const back = [a[0], a[4], a[8], 0, a[1], a[5], a[9], 0, a[2], a[6], a[10], 0];
   const at = turn(back, originOf(a));
@@ -61,7 +62,7 @@ function along(at, z) {
   return [x[0], y[0], z[0], at[0], x[1], y[1], z[1], at[1], x[2], y[2], z[2], at[2]];
 }
 
-// Column by column, as WebGL takes it.
+// Column-major, as WebGL expects.
 function perspective(fov, aspect, near, far) {
   const f = 1 / Math.tan(fov / 2);
   return [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];

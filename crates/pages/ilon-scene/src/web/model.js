@@ -1,13 +1,14 @@
-// What there is to see at a time: the robot, its ghost and the forces, as lists of bodies for the renderer.
+// The drawn content at a time: the robot, its ghost and the forces, as lists of bodies for the
+// renderer.
 
-// Which part of the friction limit counts as used up: below it a contact grips.
+// Share of the friction limit from which it counts as reached: below it a contact grips.
 const AT_THE_LIMIT = 0.985;
 // Below this a contact does not slide: the solver's rounding, in m/s.
 const NO_SLIDE_M_S = 1e-3;
 
 const ARROW = { shaft: [[-0.5, 0], [-0.5, 1], [0.5, 1]], head: [[0, 0], [0, 1], [1, 0]] };
 
-// Whether what has a beginning, and an end or none, is there at a time.
+// Whether something with a start, and an end or none, exists at a time.
 const isThere = ({ from_s: from, until_s: until }, t) => t >= from && !(t >= (until ?? Infinity));
 
 class Model {
@@ -20,13 +21,15 @@ class Model {
       wheel.at = fromPose(wheel.body_from_hub);
       wheel.rollers.forEach((roller) => { roller.at = fromPose(roller.hub_from_roller); });
     }
-    // A body on a joint is drawn in the body frame, as it stands at zero, and moved about its joint's axis or along it.
+    // A body on a joint is drawn in the body frame, at its zero position, and moved about its
+    // joint's axis or along it.
     this.parts = this.robot.bodies || [];
     this.parts.forEach((part) => { part.at = fromPose(part.body_from_joint); });
     const load = this.robot.mass_kg * 9.81 / this.robot.wheels.length;
     const radius = Math.max(...this.robot.wheels.map((wheel) => wheel.radius_m));
     this.unit = radius;
-    // The load of a wheel at rest is an arrow of 1.7 radii. Sliding: half a radius for a tenth of a metre per second.
+    // The load of a wheel at rest is an arrow of 1.7 radii. Sliding: half a radius for a tenth of a
+    // metre per second.
     this.meterPerNewton = 1.7 * radius / load;
     this.meterPerSpeed = 5 * radius;
     this.slideMax = 2.5 * radius;
@@ -36,7 +39,7 @@ class Model {
     }
   }
 
-  // All shapes that never change, for a new renderer.
+  // Loads all constant shapes into a new renderer.
   load(renderer) {
     const body = (name, triangles) => renderer.mesh(name, triangles, [3, 3, 1], true);
     body('box', cube());
@@ -56,7 +59,7 @@ class Model {
     if (this.relief) renderer.mesh('relief', heightField(this.relief), [3, 3, 1]);
   }
 
-  // Where the body frame is as each body on a joint carries it.
+  // The body frame as moved by each body on a joint.
   moved(frames, body) {
     const moved = [];
     this.parts.forEach((part, k) => {
@@ -67,7 +70,7 @@ class Model {
     return moved;
   }
 
-  // The state of the robot from the frames now.
+  // The robot's state from the current frames.
   state(frames) {
     const get = (name) => frames.get(name);
     const of = (names) => names.split(' ').map(get);
@@ -79,12 +82,13 @@ class Model {
       const hub = turnedZ(mul(carrier, wheel.at), get(name('angle')));
       const [cx, cy, normal, fx, fy, sx, sy, friction] =
         'contact_x contact_y normal force_x force_y slip_x slip_y friction'.split(' ').map((what) => get(name(what)));
-      // The contact's place, force and sliding are given along the body's axes, turned level.
+      // The contact's place, force and sliding are along the body's axes, projected to the
+      // horizontal.
       const yaw = get('yaw');
       const level = (x, y, z) => [x * Math.cos(yaw) - y * Math.sin(yaw), x * Math.sin(yaw) + y * Math.cos(yaw), z];
       const center = originOf(hub);
       const at = add([get('x'), get('y'), 0], level(cx, cy, 0));
-      // On the circle of the wheel's outline: below the hub, or on its flank where it climbs.
+      // On the circle of the wheel's outline: below the hub, or on its flank while it climbs.
       const axis = turn(hub, [0, 0, 1]);
       const ahead = dot(sub([at[0], at[1], center[2]], center), unit(cross(axis, [0, 0, 1])));
       at[2] = center[2] - Math.sqrt(Math.max(wheel.radius_m ** 2 - ahead ** 2, 0));
@@ -101,12 +105,13 @@ class Model {
     return { t: get('t'), body, parts, wheels, at: originOf(body), yaw: get('yaw') };
   }
 
-  // The wheel's roller that carries the load, seen from the ground: how far its axis leans, how far ahead it touches.
+  // The wheel's loaded roller, seen from the ground: the tilt of its axis, and how far ahead it
+  // touches.
   touch(wheel) {
     const of = this.robot.wheels[wheel.index];
     const at = mul(wheel.hub, of.rollers[wheel.roller].at);
     const axis = turn(at, [0, 0, 1]);
-    // Which way the roller's axis lies where it is straight below: the one that the ideal kinematics counts with.
+    // The direction of the roller's axis when it is straight below: that of the ideal kinematics.
     const level = unit([wheel.axis[0], wheel.axis[1], 0]);
     const [c, s] = [Math.cos(of.gamma_rad), Math.sin(of.gamma_rad)];
     const rolling = [c * level[0] - s * level[1], s * level[0] + c * level[1], 0];
@@ -121,7 +126,8 @@ class Model {
     };
   }
 
-  // Where the ghost is: that of the ideal kinematics, or on another way by its place among those of the scene.
+  // The ghost's pose: by the ideal kinematics, or on an alternative motion by its index among the
+  // scene's.
   ghost(frames, t, way) {
     const poses = way === null || way === undefined ? null : this.data.ways[way].poses;
     if (!poses) return ['ghost_x', 'ghost_y', 'ghost_yaw'].map((name) => frames.get(name));
@@ -165,7 +171,7 @@ class Model {
     if (alone === undefined) {
       robot.chassis.forEach((part) => shape('solid', part, state.body));
       this.parts.forEach((part, k) => part.shapes.forEach((one) => shape('solid', one, state.parts[k])));
-      // Ahead is where this points.
+      // This points ahead.
       arrow('solid', apply(state.body, robot.nose), turn(state.body, [0.9 * u, 0, 0]), 0.06 * u, colors.accent);
     }
     const rollers = (layer, hub, wheel, angles, paint) => {
@@ -199,7 +205,7 @@ class Model {
       const paint = gripping ? colors.grip : colors.sliding;
       put('mark', 'sphere', scaled(along(wheel.at, [0, 0, 1]), 0.09 * u, 0.09 * u, 0.09 * u), paint, [0, 0, 0, 0.6]);
       arrow('mark', wheel.at, times(wheel.force, this.meterPerNewton), 0.045 * u, paint);
-      // The cone within which the force can lie, as high as the load.
+      // The friction cone, as high as the load.
       const height = wheel.normal * this.meterPerNewton;
       const cone = along(wheel.at, [0, 0, 1]);
       put('cone', 'cone', scaled(cone, height * wheel.friction, height * wheel.friction, height), [...paint, 0.16], [0, 0, 0, 0.7]);
@@ -233,7 +239,8 @@ class Model {
     return layers;
   }
 
-  // In the close-up: the touching roller's axis, where it lies over the ground, and the one of the ideal kinematics.
+  // In the close-up: the contacting roller's axis, its projection on the ground, and that of the
+  // ideal kinematics.
   axes(wheel, put, colors) {
     const { at, axis, ideal } = this.touch(wheel);
     const u = this.unit;
@@ -243,23 +250,23 @@ class Model {
     const ground = wheel.at[2] + 0.004 * u;
     rod([wheel.at[0], wheel.at[1], ground], [axis[0], axis[1], 0], 2.4 * u, colors.touching, 0.014 * u);
     rod([wheel.center[0], wheel.center[1], ground], ideal, 2.4 * u, colors.ghost, 0.014 * u);
-    // Straight below the hub, where the ideal kinematics has the contact.
+    // Straight below the hub, where the ideal kinematics places the contact.
     const foot = along([wheel.center[0], wheel.center[1], ground], [0, 0, 1]);
     put('mark', 'sphere', scaled(foot, 0.06 * u, 0.06 * u, 0.03 * u), colors.ghost, [0, 0, 0, 0.7]);
   }
 
-  // Patches, boxes, pushes: what there is of the world at a time.
+  // Patches, boxes, pushes: the world's content at a time.
   ground(t, put, arrow, state, colors) {
     for (const patch of this.floor.patches.filter((patch) => isThere(patch, t))) {
       const [[x, y], [a, b]] = [patch.center_m, patch.sides_m.map((side) => 0.5 * side)];
       put('decal', 'box', [a, 0, 0, x, 0, b, 0, y, 0, 0, 1e-4, 5e-4], [...this.frictionColor(patch.friction, colors), 0.55], [0, 0, 0, 1]);
     }
-    // A box is placed by the middle of its foot, a ramp by its own.
+    // A box is placed by the centre of its base, a ramp by its own centre.
     for (const { center_m: [x, y, z], sides_m: sides, heading_rad: heading, pitch_rad: pitch = 0 } of [...this.floor.boxes, ...this.floor.ramps || []]) {
       put('world', 'box', scaled(fromAngles(x, y, z ?? 0.5 * sides[2], 0, pitch, heading), ...sides.map((side) => 0.5 * side)), colors.box);
     }
     for (const { from_s: from, until_s: until, kind: { push } } of this.data.faults || []) {
-      // A short push is shown for half a second, or nobody sees it.
+      // A short push is shown for half a second, so that it is visible.
       if (!push || !(t >= from && t < Math.max(until, from + 0.5)) || !Number.isFinite(state.at[0])) continue;
       const level = fromAngles(0, 0, 0, 0, 0, push.in_body ? state.yaw : 0);
       const way = times(unit(turn(level, push.impulse_n_s)), 4 * this.unit);
@@ -268,14 +275,14 @@ class Model {
     }
   }
 
-  // Slippery is blue, rough is brown, and as the rest of the floor is no colour at all.
+  // Slippery is blue, rough is brown, and the friction of the rest of the floor has no colour.
   frictionColor(friction, colors) {
     const part = clamp(Math.abs(friction - this.floor.friction) / Math.max(this.floor.friction, 0.1), 0.15, 1);
     const to = friction < this.floor.friction ? colors.wet : colors.rough;
     return colors.floor.map((c, i) => c + (to[i] - c) * part);
   }
 
-  // The whole floor's colour: another friction everywhere is seen.
+  // The whole floor's colour: it shows a change of the overall friction.
   floorColor(t, colors) {
     const now = (this.data.faults || []).filter((fault) => fault.kind.friction_changed && isThere(fault, t)).pop();
     return now ? this.frictionColor(now.kind.friction_changed.friction, colors).map((c, i) => c + 0.6 * (colors.floor[i] - c)) : colors.floor;

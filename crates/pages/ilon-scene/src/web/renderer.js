@@ -1,8 +1,9 @@
-// What knows WebGL: instanced bodies, the floor with its grid, bands. It draws lists, and keeps nothing between pictures but
-// buffers, so that a lost context is made good by making a renderer again.
+// The WebGL part: instanced bodies, the floor with its grid, bands. It draws lists, and keeps only
+// buffers between frames, so that a lost context is restored by making a new renderer.
 
 const SUN = unit([0.35, -0.3, 0.9]);
-// A placement (12), a colour with its opacity (4), and a style (4): stripes around the axis, their width, gloss, own light.
+// A placement (12), a colour with its opacity (4), and a style (4): stripes around the axis, their
+// width, gloss, own light.
 const INSTANCE = 20;
 
 const BODY = [`#version 300 es
@@ -106,8 +107,8 @@ class Renderer {
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
-  // Puts triangles where the graphics can read them. `sizes` are how many numbers each attribute has. Of what is open, both sides are
-  // drawn: meshes of other programs have no outside that could be relied upon.
+  // Uploads triangles. `sizes` are the numbers per attribute. For open meshes both sides are drawn,
+  // as the winding of other programs' meshes is unreliable.
   mesh(name, { vertices, indices }, sizes, instanced, open) {
     const { gl } = this;
     const old = this.meshes.get(name);
@@ -186,7 +187,7 @@ class Renderer {
     this.gl.drawElements(this.gl.TRIANGLES, mesh.count, this.gl.UNSIGNED_INT, 0);
   }
 
-  // One picture into a rectangle of the canvas [x, y, width, height], in pixels from below.
+  // Draws a frame into a rectangle of the canvas [x, y, width, height], in pixels from below.
   picture(view, scene) {
     const { gl } = this;
     const [x, y, width, height] = view.box;
@@ -216,7 +217,7 @@ class Renderer {
     gl.polygonOffset(-1, -2);
     this.layer(layers.decal, { clip, eye });
     if (!scene.relief) {
-      // Each pixel is darkened once, however many bodies shade it.
+      // Each pixel is darkened once, for any number of bodies.
       gl.enable(gl.STENCIL_TEST);
       gl.stencilFunc(gl.EQUAL, 0, 255);
       gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
@@ -228,7 +229,8 @@ class Renderer {
     gl.disable(gl.BLEND);
     gl.enable(gl.CULL_FACE);
     this.layer(layers.world, { clip, eye });
-    // Where the robot itself is seen, nothing of glass is: a ghost a millimetre away would only make a spotted robot.
+    // No glass is drawn over the robot itself: a ghost a millimetre away would only make it
+    // spotted.
     gl.clear(gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.ALWAYS, 1, 255);
@@ -247,11 +249,11 @@ class Renderer {
       this.draw(name, this.bands, band);
     }
     gl.disable(gl.POLYGON_OFFSET_FILL);
-    // What is hidden behind the robot shines through faintly: contacts lie under wheels.
+    // Hidden parts shine faintly through the robot: contacts lie under wheels.
     gl.depthFunc(gl.GREATER);
     this.layer(layers.mark, { clip, eye, fade: 0.25 });
     gl.depthFunc(gl.LEQUAL);
-    // Of what is glass only the nearest surface is seen, and none before or behind the robot.
+    // Of glass only the nearest surface is drawn, and none before or behind the robot.
     gl.enable(gl.CULL_FACE);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilFunc(gl.EQUAL, 0, 255);

@@ -1,4 +1,5 @@
-// The scene that a page makes: `ilonScene(canvas, data, options)`. The time belongs to the page: it calls `seek`.
+// The scene for a page: `ilonScene(canvas, data, options)`. The time belongs to the page, which
+// calls `seek`.
 
 const COLORS = {
   sky: '#eef1f4', floor: '#e3e7eb', line: '#b3bec8', chassis: '#5b6b7a', hub: '#c3c8cd', roller: '#2d3238', touching: '#009e73',
@@ -6,7 +7,7 @@ const COLORS = {
   accent: '#0072b2', box: '#a9a094', wet: '#56a7e0', rough: '#a2845e', shade: '#00000038',
 };
 
-// Colours as the style sheet says them (`--scene-sky`), as three or four numbers from 0 to 1.
+// Colours from the style sheet (`--scene-sky`), as three or four numbers from 0 to 1.
 function readColors(canvas) {
   const pen = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
   const styles = getComputedStyle(canvas);
@@ -39,7 +40,8 @@ function ilonScene(canvas, data, given) {
   const heard = { pick: [], select: [], draw: [], view: [] };
   const tell = (name, ...what) => heard[name].forEach((listener) => listener(...what));
   const context = (more) => canvas.getContext('webgl2', { antialias: true, alpha: false, stencil: true, ...more });
-  // Where the processor must draw, smooth edges would take half of the time, and fine pixels three quarters.
+  // With software rendering, antialiasing would take half of the time, and high resolution three
+  // quarters.
   const quick = context({ antialias: options.antialias !== false, failIfMajorPerformanceCaveat: true });
   const gl = quick || context({ antialias: options.antialias === true });
   const frames = new Frames(data.frames, options.kept);
@@ -60,7 +62,8 @@ function ilonScene(canvas, data, given) {
   const model = new Model(data);
   const reach = data.robot.reach_m;
   const slope = data.ground.slope_rad;
-  // The floor falls towards +x by the slope: gravity stays upright in the picture, and the floor leans.
+  // The floor falls towards +x by the slope: gravity is vertical in the picture, and the floor is
+  // tilted.
   const level = fromAngles(0, 0, 0, 0, slope, 0);
   const camera = new Camera(-0.9, 0.5, 3.7 * reach);
   const close = new Camera(0, 0.3, 1);
@@ -72,7 +75,7 @@ function ilonScene(canvas, data, given) {
   let moved = [0, 0, 0];
   let held = 'main';
   let glide = null;
-  // The view that a button chose, until the person turns away from it: it fits the canvas at every size.
+  // The view chosen by a button, until the user turns the camera: it fits the canvas at every size.
   let fitted = 'follow';
   let waiting = 0;
   let bandsOf = -1;
@@ -94,7 +97,7 @@ function ilonScene(canvas, data, given) {
       if (!x) return;
       const points = [];
       const last = x.length - 1;
-      // More points than these nobody sees, and they are made again while frames come.
+      // More points are not visible, and they are rebuilt while frames arrive.
       const stride = Math.ceil(x.length / 4000);
       for (let k = 0; k <= last; k = k < last ? Math.min(k + stride, last) : k + 1) {
         const old = points[points.length - 1];
@@ -123,15 +126,16 @@ function ilonScene(canvas, data, given) {
     return { width, height, ratio };
   }
 
-  // The close-up's rectangle as the style sheet places it, in the page's pixels from the canvas's upper left corner.
+  // The close-up's rectangle from the style sheet, in the page's pixels from the canvas's upper
+  // left corner.
   const insetBox = () => [note.offsetLeft - canvas.offsetLeft, note.offsetTop - canvas.offsetTop, note.offsetWidth, note.offsetHeight];
 
   const isClose = () => options.inset && options.selected !== null && state && state.wheels[options.selected];
 
   const aspect = () => canvas.clientWidth / Math.max(canvas.clientHeight, 1);
 
-  // Beside the close-up, or above it where the canvas is narrow, the robot stays in the middle: how far the picture moves, as a
-  // part of the canvas's half.
+  // Beside the close-up, or above it on a narrow canvas, the robot stays centred: the shift of the
+  // picture, as a part of the canvas's half.
   function shift() {
     if (!isClose()) return [0, 0];
     const [, , w, h] = insetBox();
@@ -145,7 +149,7 @@ function ilonScene(canvas, data, given) {
       const [left, right, low, high] = [xs, ys].flatMap((v) => v.length
         ? [v.reduce((a, b) => Math.min(a, b)), v.reduce((a, b) => Math.max(a, b))] : [0, 0]);
       const [wide, high_m] = [(right - left) / 2 + 1.3 * reach, (high - low) / 2 + 1.3 * reach];
-      // What is nearer looks larger: by half of the depth.
+      // Near objects look larger: by half of the depth.
       return { yaw: -Math.PI / 2, pitch: 0.85, distance: Math.max(wide / aspect(), high_m) / Math.tan(FOV / 2) + 0.6 * high_m,
         moved: [(left + right) / 2, (low + high) / 2, 0], follow: false };
     }
@@ -194,7 +198,7 @@ function ilonScene(canvas, data, given) {
   function draw() {
     if (!renderer || gl.isContextLost()) return;
     const { width, height, ratio } = sizes();
-    // While frames come, the last few are under the robot.
+    // While frames arrive, the last few are under the robot.
     if (bandsOf < 0 || frames.count < bandsOf || frames.count > bandsOf + (fed ? 6 : 0)) makeBands();
     frames.seek(now);
     state = model.state(frames);
@@ -227,7 +231,8 @@ function ilonScene(canvas, data, given) {
       const box = [x, canvas.clientHeight - y - h, w, h].map((side) => Math.round(side * ratio));
       const wheel = state.wheels[options.selected];
       close.target = apply(level, [wheel.center[0], wheel.center[1], wheel.center[2] - 0.4 * model.unit]);
-      // From outside and across the roller's axis, so that its lean is seen; the person's own turns come on top.
+      // From outside and across the roller's axis, so that its tilt is visible; the user's own
+      // rotation is added.
       const { rolling } = model.touch(wheel);
       const from = sub(wheel.center, state.at);
       const side = rolling[0] * from[0] + rolling[1] * from[1] < 0 ? -1 : 1;
@@ -243,7 +248,7 @@ function ilonScene(canvas, data, given) {
     if (gliding) refresh();
   }
 
-  // The wheel that a ray meets first, as spheres; null where it meets none.
+  // The wheel that a ray hits first, as spheres; null if it hits none.
   function pickAt(x, y) {
     if (!state) return null;
     const [w, h] = [canvas.clientWidth, canvas.clientHeight];
@@ -289,7 +294,7 @@ function ilonScene(canvas, data, given) {
       tell('pick', { wheel, name: wheel === null ? null : model.robot.wheels[wheel].name });
       if (!options.keepSelection) scene.select(wheel === options.selected ? null : wheel);
     },
-    // Whether a key means something here.
+    // Whether a key has a function here.
     key(key, shift) {
       held = 'main';
       const step = { ArrowLeft: [-24, 0], ArrowRight: [24, 0], ArrowUp: [0, -24], ArrowDown: [0, 24] }[key];
@@ -312,9 +317,10 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: ghost, way (which of the scene's other ways the ghost goes, or null), wanted, follow, inset.
+    /// Changes options: ghost, way (the index of the ghost's alternative motion, or null), wanted,
+    /// follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
-    /// The robot from aside ('follow'), the whole run ('whole'), from above ('top').
+    /// The robot from the side ('follow'), the whole run ('whole'), from above ('top').
     view,
     /// Calls a listener: 'pick' ({wheel, name}), 'select' (wheel), 'draw' (state), 'view' (mode).
     on(name, listener) {
@@ -329,11 +335,11 @@ function ilonScene(canvas, data, given) {
       now = frames.end;
       refresh();
     },
-    /// Draws at once. The canvas can be read or copied until the page goes on.
+    /// Draws at once. The canvas can be read or copied until the page continues.
     draw,
-    /// Reads the colours again, when the page has changed its theme.
+    /// Reads the colours again, after a change of the page's theme.
     recolor() { colors = readColors(canvas); refresh(); },
-    /// Ends the scene and gives back what it holds.
+    /// Ends the scene and releases its resources.
     dispose() {
       cleaned.forEach((clean) => clean());
       cleaned = [];
@@ -341,7 +347,7 @@ function ilonScene(canvas, data, given) {
       if (renderer) renderer.dispose();
       renderer = null;
     },
-    /// What was last drawn: time, body, wheels with contact, force and slip.
+    /// The last drawn state: time, body, wheels with contact, force and slip.
     get state() { return state; },
     get options() { return { ...options }; },
     get start() { return frames.start; },
@@ -365,7 +371,7 @@ function ilonScene(canvas, data, given) {
   listen(window.matchMedia('(prefers-color-scheme: dark)'), 'change', scene.recolor);
   const themes = new MutationObserver(scene.recolor);
   themes.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme', 'class'] });
-  // At once: a stretched picture would be seen for a moment.
+  // At once: a stretched picture would be visible for a moment.
   const resized = new ResizeObserver(() => draw());
   resized.observe(canvas);
   cleaned.push(() => themes.disconnect(), () => resized.disconnect(), controls(canvas, act));

@@ -1,6 +1,7 @@
-//! The scene in a real browser: what is drawn, what it answers to, and that the console stays silent.
+//! The scene in a real browser: what is drawn, how it reacts, and that the console stays silent.
 //!
-//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without one the tests say that they were skipped.
+//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without it the tests report
+//! that they were skipped.
 
 #[path = "../../examples/scene/page.rs"]
 mod page;
@@ -35,7 +36,8 @@ fn robot(name: &str) -> (Robot, String) {
     (robot, urdf)
 }
 
-/// Two seconds along a curve, each wheel with its share of the weight and a tenth of its friction limit.
+/// Two seconds along a curve, each wheel with its share of the weight and a tenth of its friction
+/// limit.
 fn drive(robot: &Robot) -> Frames {
     let share_n = robot.mass_kg() * 9.81 / robot.wheels.len() as f64;
     let frames = (0..=120).map(|k| {
@@ -72,11 +74,11 @@ fn drive(robot: &Robot) -> Frames {
     Frames::of(robot, frames)
 }
 
-/// A browser whose time is virtual shows no frames of its own.
+/// With virtual time, a browser runs no animation frames by itself.
 const FRAMES_BY_CLOCK: &str = "window.requestAnimationFrame = (call) => setTimeout(() => call(performance.now()), 16); \
      window.cancelAnimationFrame = clearTimeout;";
 
-/// What the checks find in a page with a scene. The console must be silent.
+/// The results of the checks in a page with a scene. The console must be silent.
 fn found(browser: &str, scene: &Scene, arguments: &[&str]) -> Value {
     let folder = tempfile::tempdir().expect("a folder to write to");
     let page = folder.path().join("page.html");
@@ -105,8 +107,8 @@ fn found(browser: &str, scene: &Scene, arguments: &[&str]) -> Value {
     serde_json::from_str(&json).expect("what is found is JSON")
 }
 
-/// The page's elements after a while, and what the console said, but for the browser's words of its own about drawing without
-/// graphics hardware and about pixels that are read.
+/// The page's elements after a while and the console's messages, except the browser's own about
+/// software rendering and reading pixels.
 fn opened(browser: &str, page: &Path, folder: &Path, arguments: &[&str]) -> (String, Vec<String>) {
     let output = Command::new(browser)
         .args([
@@ -153,10 +155,10 @@ fn number(found: &Value, name: &str) -> f64 {
         .unwrap_or_else(|| panic!("no {name} in {found:#}"))
 }
 
-/// A part of all pixels of which one says that a picture is another: a hundredth, thousands of pixels.
+/// Share of changed pixels above which two pictures differ: thousands of pixels; chosen.
 const ANOTHER: f64 = 0.01;
 
-/// Holds against the checks what every scene must do.
+/// Asserts on the checks what every scene must do.
 fn assert_it_works(found: &Value, robot: &Robot) {
     assert_eq!(found["error"], Value::Null, "{found:#}");
     let above =
@@ -172,7 +174,7 @@ fn assert_it_works(found: &Value, robot: &Robot) {
     assert!((number(found, "time") - 1.0).abs() < 1e-6);
     assert_eq!(found["end"][0], found["end"][1]);
     assert_eq!(found["touching"], robot.wheels.len());
-    // Forces are kept to a part in 65534.
+    // Forces have a resolution of one part in 65534.
     let weight_n = robot.mass_kg() * 9.81;
     assert!((number(found, "load_n") / weight_n - 1.0).abs() < 1e-4);
     // f32 and 1/65534 of the height: micrometres.
@@ -207,7 +209,7 @@ fn assert_it_works(found: &Value, robot: &Robot) {
     same("restored");
 
     assert_eq!(found["live_before"], 0);
-    // Of a thousand frames a hundredth of a second apart the last hundred, or down to half of them; 0.999 m in f32.
+    // Of a thousand frames at 0.01 s the last hundred, or at least half of them; 0.999 m in f32.
     let live = |i: usize| found["live"][i].as_f64().unwrap_or(f64::NAN);
     assert!(live(0) >= 8.98 && live(0) <= 9.5, "{found:#}");
     assert!(
@@ -248,7 +250,7 @@ fn a_mecanum_robot_is_drawn_answers_and_the_console_stays_silent() {
 fn a_robot_whose_chassis_is_a_mesh_is_drawn() {
     let Some(browser) = browser() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    // The box of the shipped robot, its faces wound the wrong way round: meshes of people are.
+    // The box of the shipped robot with its faces wound the wrong way, as in many users' meshes.
     let corners = (0..8).map(|k| {
         let side = |bit: usize, half: f64| if k >> bit & 1 == 1 { half } else { -half };
         format!("v {} {} {}\n", side(0, 0.2), side(1, 0.12), side(2, 0.05))

@@ -1,4 +1,4 @@
-//! The tests of `ilon-scene` from outside, one module for each subject, in one program.
+//! The tests of `ilon-scene` from outside, one module per subject, in one program.
 
 mod in_browser;
 mod meshes;

@@ -1,18 +1,19 @@
-//! Meshes that a robot's file shows: where they are drawn, in which size and colour, and which are not.
+//! The meshes of a robot's file: where they are drawn, in which size and colour, and which are left
+//! out.
 
 use ilon_formats::{LoadOptions, LoadRobot};
 use ilon_robot::Robot;
 use ilon_scene::description::{Geometry, Shape, WheelShape};
 use ilon_scene::{Description, RobotShape};
 
-/// A tetrahedron whose vertices lie so far from the origin along the axes.
+/// A tetrahedron with its vertices at this distance from the origin along the axes.
 fn tetrahedron(reach: f64) -> String {
     format!(
         "v 0 0 0\nv {reach} 0 0\nv 0 {reach} 0\nv 0 0 {reach}\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n"
     )
 }
 
-/// What is drawn of the shipped mecanum robot with some of its text replaced, beside `part.obj`.
+/// The drawing of the shipped mecanum robot with some of its text replaced, beside `part.obj`.
 fn drawn(part: &str, (from, to): (&str, &str)) -> RobotShape {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("part.obj"), part).expect("a file");
@@ -56,7 +57,7 @@ fn a_mesh_is_drawn_in_the_place_size_and_colour_that_the_file_gives_it() {
     assert_eq!((pose[2], *color), (0.06, Some([0.35, 0.4, 0.45, 1.0])));
     assert_eq!((shape.meshes.len(), shape.meshes_left_out), (1, 0));
     assert_eq!(shape.remarks, Vec::<String>::new());
-    // The nose stands on top of the highest corner: 100 mm stretched by three, above the link's origin.
+    // The nose is on top of the highest corner: 100 mm scaled by three, above the link's origin.
     assert!(
         shape.nose[2] > 0.06 + 0.3 && shape.nose[2] < 0.06 + 0.32,
         "{:?}",
@@ -96,11 +97,11 @@ fn a_mesh_of_a_hub_is_drawn_and_one_of_a_whole_wheel_is_not() {
 
 #[test]
 fn a_mesh_in_other_units_does_not_dwarf_the_robot() {
-    // Millimetres that nobody scaled.
+    // Millimetres without a scale.
     let mesh = "<mesh filename=\"part.obj\"/></geometry><material name=\"chassis\">";
     let shape = drawn(&tetrahedron(100.0), (CHASSIS, mesh));
     assert!(shape.reach_m < 1.0, "{}", shape.reach_m);
-    // What touches the world stands for it.
+    // The collision shape is drawn instead.
     assert!(
         matches!(
             shape.chassis[..],

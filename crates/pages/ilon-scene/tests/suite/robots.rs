@@ -1,4 +1,4 @@
-//! What is drawn of robots, from their model and their file.
+//! Drawings of robots, from their model and their file.
 
 use ilon_formats::{JointOptions, LoadOptions, LoadRobot, RoleOption, RollerForms, link_tree};
 use ilon_robot::{Robot, VisualMeshes};
@@ -25,7 +25,8 @@ fn assert_near<const N: usize>(is: [f32; N], wanted: [f32; N]) {
     assert!(near, "{is:?} is not {wanted:?}");
 }
 
-/// A number of the description that is not finite would be `null` in JSON, as the relief is of ground that has none.
+/// A number of the description that is not finite would be `null` in JSON, as is the relief of flat
+/// ground.
 fn assert_finite(description: &Description) {
     let json = serde_json::to_string(description).expect("a description is JSON");
     let json = json.replace("\"relief\":null", "");
@@ -67,7 +68,7 @@ fn chassis_and_hubs_are_drawn_as_the_file_shows_them() {
             panic!("{:?}", wheel.hub);
         };
         assert_near(*size, [0.03, 0.04]);
-        // Its axis is the hub's own, either way round: no turn of z but about x by half a turn.
+        // Its axis is the hub's, in either direction: z stays, or turns by half a turn about x.
         let [x, y, z, i, j, _, _] = *pose;
         assert_near([x, y, z], [0.0; 3]);
         let up = 1.0 - 2.0 * (i * i + j * j);
@@ -80,7 +81,7 @@ fn rollers_stand_where_the_model_has_them_and_share_their_outline() {
     let urdf = urdf("mecanum4");
     let robot = robot(&urdf);
     let shape = Description::of_robot(&robot, None, &VisualMeshes::default()).robot;
-    // Left and right rollers are mirror images: as bodies of revolution they are alike.
+    // Left and right rollers are mirror images: as bodies of revolution they are equal.
     assert_eq!(shape.lathes.len(), 1);
     let widest = shape.lathes[0].iter().map(|p| p[1]).fold(0.0, f32::max);
     assert_near([widest], [robot.wheels[0].rollers[0].radius_m as f32]);
@@ -233,7 +234,8 @@ fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
                 .iter()
                 .flat_map(|roller| {
                     let placed = body_from_hub * turned * isometry(roller.hub_from_roller);
-                    // The lowest point of a circle about the axis: down, without what lies along the axis.
+                    // The lowest point of a circle about the axis: down, without the part along the
+                    // axis.
                     let axis = placed * Vector3::z();
                     let down = (axis * axis.z - Vector3::z()).normalize();
                     let circles = shape.lathes[roller.lathe].iter();
@@ -244,7 +246,8 @@ fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
                 })
                 .fold(f64::INFINITY, f64::min);
             let above_m = lowest_m + robot.ride_height_m();
-            // Between the circles of the outline its chords lie at most a hundredth of the roller's radius inside; f32.
+            // Between the circles of the outline its chords lie at most a hundredth of the roller's
+            // radius inside; f32.
             let most_m = 0.01 * robot.wheels[0].rollers[0].radius_m;
             assert!(
                 (-1e-7..most_m).contains(&above_m),
@@ -255,7 +258,8 @@ fn a_wheel_stands_on_the_floor_at_every_angle_as_it_is_drawn(name: &str) {
     }
 }
 
-/// A robot whose wheels hang on driven slides, which start 10 mm down: it stands 10 mm higher, its joints where they start.
+/// A robot whose wheels hang on driven slides, which start 10 mm down: it stands 10 mm higher, with
+/// its joints at their start positions.
 #[test]
 fn a_robot_at_rest_stands_on_its_joints_where_they_start() {
     let at_rest = |target_m: f64| {

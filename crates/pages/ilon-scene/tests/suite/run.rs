@@ -1,4 +1,4 @@
-//! Frames of runs: what is kept of them, and how well.
+//! Frames of runs: which are kept, and how accurately.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -23,7 +23,8 @@ fn robot() -> Robot {
     Robot::load(path).expect("a shipped robot")
 }
 
-/// Three seconds in which every wheel turns at 12 rad/s on its roller 0, 1, 2, ... for half a second each, spinning at 5 rad/s.
+/// Three seconds in which every wheel turns at 12 rad/s on its rollers 0, 1, 2, ... for half a
+/// second each, spinning at 5 rad/s.
 fn run(robot: &Robot, rows: usize) -> Trace {
     let header = Header {
         control_dt_s: PERIOD_S,
@@ -106,7 +107,7 @@ fn a_frame_holds_what_its_row_holds() {
             most: 1000,
         },
     );
-    // Every other row, and the last.
+    // Every second row, and the last.
     assert_eq!(frames.count, 151);
     let columns = read(&frames);
     for (frame, &t_s) in columns["t"].iter().enumerate() {
@@ -114,7 +115,7 @@ fn a_frame_holds_what_its_row_holds() {
         let is = |name: &str| columns[name][frame];
         assert!((t_s - row as f64 * PERIOD_S).abs() < 1e-6);
         let t_s = row as f64 * PERIOD_S;
-        // A kilometre away f32 is as fine as 0.06 mm.
+        // At a distance of 1 km, f32 has a resolution of 0.06 mm.
         assert!((is("x") - 1000.0 - t_s).abs() < 4e-5 && (is("y") + t_s).abs() < 2e-7);
         // Half a step: a turn has 65534 of them, and the largest height 32767.
         assert!(off_by_turns(is("yaw"), 2.0 * t_s) < 1e-4);
@@ -150,7 +151,7 @@ fn the_reference_of_a_point_ahead_is_drawn_where_it_wants_the_body() {
     trace.push(record, &vec![WheelSample::default(); robot.wheels.len()]);
     let Ok(frames) = frames_of_run(&trace, &robot, Thinning::default());
     let columns = read(&frames);
-    // Looking along y, the body stands 0.2 m lower than the point that it carries ahead of it.
+    // Looking along y, the body stands 0.2 m below the reference point, which lies ahead of it.
     assert!((columns["want_x"][0] - 1.0).abs() < 1e-6);
     assert!((columns["want_y"][0] - 0.8).abs() < 1e-6);
 }
@@ -163,7 +164,8 @@ fn without_their_angles_rollers_turn_while_they_touch() {
     let columns = read(&frames);
     let end = frames.count - 1;
     for roller in 0..6 {
-        // Half a second at 5 rad/s; the last row begins a period whose end is not seen. Two roundings of an angle.
+        // Half a second at 5 rad/s; the last row begins a period whose end is not recorded. Two
+        // roundings of an angle.
         let turned = if roller == 5 {
             2.5 - 5.0 * PERIOD_S
         } else {
@@ -326,7 +328,7 @@ fn with_an_arm() -> (Robot, String) {
     (loaded.robot, text)
 }
 
-/// A body on a joint is a part of its own, in the body frame, and a frame says where its joint stands.
+/// A body on a joint is a separate part, in the body frame, and a frame holds its joint's position.
 #[test]
 fn a_body_on_a_joint_is_drawn_where_its_joint_stands() {
     let (robot, text) = with_an_arm();
@@ -339,11 +341,11 @@ fn a_body_on_a_joint_is_drawn_where_its_joint_stands() {
         (body.name.as_str(), body.parent, body.slides),
         ("arm", None, false)
     );
-    // The middle of the arm's box at zero, and its joint's place.
+    // The middle of the arm's box at zero, and its joint's position.
     let place = |pose: [f32; 7]| [pose[0], pose[1], pose[2]].map(|x| (1e4 * x).round() / 1e4);
     assert_eq!(place(body.shapes[0].pose), [0.2, 0.0, 0.21]);
     assert_eq!(place(body.body_from_joint), [0.0, 0.0, 0.21]);
-    // Chassis, mast and the carriage, whose lift is held.
+    // Chassis, mast and carriage; the carriage's lift is locked.
     assert_eq!(shown.chassis.len(), 3);
     let mut trace = Trace::with_capacity(Header::of_robot(&robot), 2);
     for row in 0..2 {

@@ -1,5 +1,5 @@
-//! What is said of the rows of a log, by its numbers: how many, how long, where, and from where on
-//! nothing can be fitted.
+//! Reported anomalies of a log, with their numbers: how many, how long, where, and the limit beyond
+//! which nothing can be fitted.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use ilon_identify::log::anomalies::of_rows;
 use ilon_identify::log::{Anomaly, AnomalyKind};
 use support::robot;
 
-/// Ten seconds at 100 rows a second, ahead at 0.1 m/s, each wheel at 2 rad/s.
+/// Ten seconds at 100 rows per second, ahead at 0.1 m/s, each wheel at 2 rad/s.
 fn steady() -> Log {
     let rows = 0..=1000;
     let at_s = |row: usize| row as f64 * 0.01;
@@ -26,7 +26,7 @@ fn steady() -> Log {
     }
 }
 
-/// The log without the rows between two, neither of which goes.
+/// The log without the rows strictly between two.
 fn without(mut log: Log, from: usize, to: usize) -> Log {
     let gone = from + 1..to;
     log.times_s.drain(gone.clone());
@@ -41,7 +41,7 @@ fn doubts(log: &Log) -> Vec<Anomaly> {
     of_rows(log, &robot("mecanum4.toml"))
 }
 
-/// The one doubt that there is.
+/// The only doubt.
 fn doubt(log: &Log) -> (AnomalyKind, bool, String) {
     let found = doubts(log);
     let [only] = &found[..] else {
@@ -73,7 +73,7 @@ fn gaps_are_counted_summed_and_placed() {
     // Three periods are jitter, four are a gap.
     assert_eq!(doubts(&without(steady(), 200, 203)), []);
     assert_eq!(doubt(&without(steady(), 200, 204)).0, AnomalyKind::Gap);
-    // Of ten seconds half may be lost, and no more: 4.99 s, 5.01 s.
+    // Up to half of ten seconds may be missing: 4.99 s, 5.01 s.
     assert!(!doubt(&without(steady(), 200, 700)).1);
     assert!(doubt(&without(steady(), 200, 702)).1);
 }
@@ -93,7 +93,7 @@ fn periods_that_no_logger_has_are_units_of_time() {
     assert!(slow.help.contains("\"ms\""));
     assert_eq!(fast.message, "its rows are 1e-5 s apart");
     assert!(fast.help.contains("\"s\""));
-    // 2e-5 s is believed, of wheels that turn accordingly slowly.
+    // 2e-5 s is accepted, if the wheels turn accordingly slowly.
     let mut quick = steady();
     for (t_s, row) in quick.times_s.iter_mut().zip(&mut quick.angles_rad) {
         *t_s *= 2.1e-3;
@@ -121,10 +121,9 @@ fn jumps_of_an_angle_are_measured_and_counted() {
         said,
         "the angle of `rear_left` jumps by -20 rad at 3 s, and 2 times more"
     );
-    // Half a radian within a row is no jump, nor is what is little beside what the wheel does
-    // usually.
+    // Half a radian within a row is no jump, nor is a value close to the wheel's usual motion.
     assert_eq!(doubts(&jumping(&[300], 0.4)), []);
-    // Over a gap the wheel has turned on: 1 s at 2 rad/s.
+    // The wheel keeps turning during a gap: 1 s at 2 rad/s.
     assert_eq!(doubt(&without(steady(), 300, 400)).0, AnomalyKind::Gap);
 }
 
@@ -178,7 +177,7 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
         }
         doubt(&log)
     };
-    // 0.3 m and 0.4 m with what it moves in a row.
+    // 0.3 m and 0.4 m, together with the motion of one row.
     let said = "the pose jumps by 0.5 m between two rows at 7 s".to_owned();
     assert_eq!(moved(&[700]), (AnomalyKind::Jump, false, said));
     assert!(moved(&[700, 800]).2.ends_with(", and 1 times more"));
@@ -186,7 +185,7 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
         let mut log = steady();
         let at = log.poses[from];
         log.poses[from..=until].fill(at);
-        // What it missed it does not make up for at once.
+        // The missed path is not made up at once.
         let missed_m = 0.1 * (log.times_s[until] - log.times_s[from]);
         log.poses[until + 1..]
             .iter_mut()
@@ -204,8 +203,8 @@ fn a_pose_that_jumps_or_stands_is_measured_and_placed() {
     assert!(doubt(&frozen(100, 601)).1);
 }
 
-/// Beside each pose stands what the wheels did when it was taken, also between rows; what the log
-/// does not know of then is unseen.
+/// Each pose is paired with the wheels' state at its time, also between rows; rows without known
+/// wheels at that time are unseen.
 #[test]
 fn a_shift_takes_each_value_from_a_delay_earlier() {
     for tau_s in [0.037, -0.024, 0.05, -0.05] {
@@ -218,8 +217,8 @@ fn a_shift_takes_each_value_from_a_delay_earlier() {
             assert!((angle - 2.0 * within_s).abs() < 1e-12, "{row}: {angle}");
             assert!((current - 0.3 * within_s).abs() < 1e-12, "{row}: {current}");
         }
-        // Where the rows' own times are whole multiples of the delay rounding decides at the very
-        // ends: one row each.
+        // If the rows' times are whole multiples of the delay, rounding decides at the ends: one
+        // row each.
         let unseen = shifted.unseen.iter().filter(|unseen| **unseen).count();
         let expected = log.times_s.iter().filter(|t_s| !known(**t_s)).count();
         assert!(
@@ -231,8 +230,7 @@ fn a_shift_takes_each_value_from_a_delay_earlier() {
             (&log.poses, &log.times_s)
         );
     }
-    // Rows 200 and 300 have a gap of 1 s between them: of the rows 0.5 s later none is known by its
-    // neighbours.
+    // Rows 200 and 300 have a gap of 1 s between them: 0.5 s later no row has known neighbours.
     let gap = without(steady(), 200, 300);
     let shifted = shifted(&gap, 0.5);
     for (row, t_s) in gap.times_s.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Logs that cannot be what they are stated to be: each fault is named, with its likely cause.
+//! Logs that contradict their description: each error is named, with its likely cause.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use ilon_robot::Robot;
 use ilon_sim::Error;
 use support::{Drive, csv, drive, robot, study};
 
-/// What is said of a log after it was changed, with the help.
+/// The message for a changed log, with the help.
 fn said(change: impl Fn(&mut Log)) -> String {
     said_of("mecanum4.toml", change)
 }
@@ -61,16 +61,16 @@ fn holds(said: &str, parts: &[&str]) {
     }
 }
 
-/// Wheels that go to and fro by a thousandth of a turn ask for next to no turns: what the robot
-/// turns all the same is drift, and it shows no scale.
+/// Wheels that move back and forth by a thousandth of a turn command almost no turning: the robot's
+/// turning is drift and gives no scale.
 #[test]
 fn a_straight_drive_that_drifts_is_not_doubted() {
     let robot = robot("mecanum4.toml");
     let mut log = Log::default();
     for row in 0..=60 {
         let time_s = 0.1 * f64::from(row);
-        // Stretches of 1 s, in turn to the left and back: over all of them it goes with the drift
-        // as often as against it.
+        // Stretches of 1 s, alternately to the left and back: over all of them it goes with the
+        // drift as often as against it.
         let within_s = time_s % 2.0;
         let turned_rad = 0.01 * within_s.min(2.0 - within_s);
         let (heading_rad, rolled_rad) = (0.03 * time_s, 4.0 * time_s);
@@ -114,9 +114,9 @@ fn wheels_that_are_swapped_are_named() {
     );
 }
 
-/// Arms of 0.15 and 0.16 m make a lever of 0.31 m in the X and of 0.01 m in the O; with one axle
-/// exchanged, the wheels of that axle have the one and the others the other. What drives is the
-/// robot of the other hands.
+/// Arms of 0.15 and 0.16 m give a lever of 0.31 m in the X and of 0.01 m in the O; with one axle
+/// exchanged, its wheels have one lever and the others the other. The true robot has the other
+/// handedness.
 #[test]
 fn wheels_that_are_handed_otherwise_are_named_and_no_lever_is_advised() {
     let stated = robot("mecanum4.toml");
@@ -257,7 +257,7 @@ fn gaps_are_named_and_stepped_over() {
     holds(&said, &["fine", "1 gap in its times", "left out"]);
 }
 
-/// Rows that are taken out of a column.
+/// Removes rows from a column.
 trait Cut {
     fn cut(&mut self, from: usize, to: usize);
 }
@@ -293,7 +293,7 @@ fn a_robot_that_stood_still_and_wheels_of_another_drive_are_named() {
         &said(|log| (0..4).for_each(|which| wheel(log, which, |angle| 1e-5 * angle))),
         &["no wheel turns by more than"],
     );
-    // Poses of another time of the drive.
+    // Poses from another time of the drive.
     holds(
         &said(|log| log.poses.rotate_left(1300)),
         &["the wheels explain"],
@@ -358,7 +358,7 @@ fn tables_that_are_not_as_stated_are_named_with_their_line() {
     holds(&of(&nan), &["line 3: `t` holds no number"]);
 }
 
-/// A drive that changes its twist thirty times, of which the tracker tells some rows later.
+/// A drive that changes its twist thirty times, with the tracker late by several rows.
 fn late(robot: &Robot, rows: usize) -> Log {
     let directions = (0..30).map(|leg| {
         let turn = 0.7 * f64::from(leg);
@@ -388,10 +388,10 @@ fn poses_of_other_times_than_the_wheels_are_named_and_fitted() {
     let robot = robot("mecanum4.toml");
     let kept = csv(&late(&robot, 0), &robot);
     assert_eq!(outcome(&robot, "mecanum4.toml", &kept, ""), "fine");
-    // Four rows of 0.02 s, and 0.017 s beside, which is no whole number of rows.
+    // Four rows of 0.02 s, plus 0.017 s, which is no whole number of rows.
     for (rows, clock_s) in [(4, 0.0), (4, 0.017), (0, -0.06)] {
         let mut log = late(&robot, rows);
-        // The wheels' clock is behind: what is logged beside a pose is of an earlier time.
+        // The wheels' clock is behind: the wheel data beside a pose is from an earlier time.
         log = ilon_identify::delay::shifted(&log, -clock_s);
         let text = csv(&log, &robot);
         let truth_s = 0.02 * rows as f64 + clock_s;
@@ -410,11 +410,11 @@ fn poses_of_other_times_than_the_wheels_are_named_and_fitted() {
         let [Some(low), Some(high)] = delay.ci95 else {
             panic!("{delay:?}")
         };
-        // 1.5 times the interval: it holds 95 of 100 logs, and 99.7 then.
+        // 1.5 times the interval of 95 %: it contains the truth in 99.7 of 100 logs.
         let half = 0.75 * (high - low);
         assert!((delay.value - truth_s).abs() < half, "{truth_s}: {delay:?}");
         assert!(half < 2e-3, "{delay:?}");
-        // With the delay taken out the robot is what it is.
+        // With the delay removed the result is the true robot.
         let without = identified(&robot, &text, "");
         assert!(found.noise.position_m < 0.5 * without.noise.position_m);
         let known = identified(&robot, &text, &format!("delay_s = {truth_s}"));
@@ -423,7 +423,7 @@ fn poses_of_other_times_than_the_wheels_are_named_and_fitted() {
     }
 }
 
-/// What is found in a log, with more in `[log]`.
+/// The identification of a log, with more keys in `[log]`.
 fn identified(robot: &Robot, text: &str, more: &str) -> ilon_identify::Identified {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
@@ -480,8 +480,8 @@ fn decimals_with_commas_are_read_where_that_is_said() {
     holds(&help, &["`log.decimal_comma = true`"]);
 }
 
-/// A study of a stranger may name any file as its log: of what is no log, no line, no name and no
-/// cell is shown.
+/// An untrusted study may name any file as its log: of a file that is no log, no line, no name and
+/// no cell is shown.
 #[test]
 fn of_files_that_are_no_logs_nothing_is_shown() {
     let robot = robot("mecanum4.toml");
@@ -494,7 +494,7 @@ fn of_files_that_are_no_logs_nothing_is_shown() {
         ("TOKEN=SECRET\nHOME=/root\n", "="),
         ("SECRET=TOKEN\nHOME=/root\n", "="),
         ("t x y heading SECRET\nfour five six seven eight\n", " "),
-        // Rows that do.
+        // Rows that hold it.
         (
             "t,x,y,heading,front_left,front_right,rear_left,rear_right\n1,2,3,4,SECRET,6,7,8\n",
             ",",
@@ -513,7 +513,7 @@ fn of_files_that_are_no_logs_nothing_is_shown() {
     }
 }
 
-/// What is said of a log in a format that names its columns, or counts them from the left.
+/// The message for a log in a format that names its columns, or counts them from the left.
 fn log_said(
     robot: &Robot,
     text: &str,
@@ -537,7 +537,7 @@ fn log_said(
             "heading" => (name.to_owned(), "rad"),
             wheel => (format!("wheels.{wheel}"), "rad"),
         };
-        // Guesses of a stranger: names that such files begin with.
+        // An attacker's guesses: names that such files begin with.
         let named = ["root", "TOKEN=SECRE", "t", "x"]
             .get(index)
             .unwrap_or(&name);

@@ -1,5 +1,4 @@
-//! Logs that the simulated robot itself made on a floor of a known pair of materials, with the
-//! currents that its motors took.
+//! Logs of a simulated robot on a floor with a known pair of materials, with its motor currents.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -16,7 +15,7 @@ const MOTOR: (f64, f64, f64) = (0.05, 8e-3, 16.0);
 const FLOOR: &str = "world.floor.material = \"mat\"\nrollers.material = \"rubber\"\nmaterials.rubber.mat.friction = 1.5\n\
                      run.physics_dt_s = 0.004\nrun.control_dt_s = 0.02\nrobot.roller_bodies = \"near\"\n";
 
-/// Numbers of standard deviation 1, drawn evenly from a seed; none but zeros of the seed 0.
+/// Uniform noise of standard deviation 1 from a seed; zeros for seed 0.
 struct Noise(u64);
 
 impl Noise {
@@ -32,9 +31,9 @@ impl Noise {
     }
 }
 
-/// A drive at steady wheel rates, as a table of text: rows every 0.1 s, with the sizes of the mean
-/// currents since the row before. With a seed it begins at any wheel angles, the tracker errs by
-/// 0.3 mm and 0.5 mrad, currents by 2 %, and encoders count 4096 ticks a turn.
+/// A drive at steady wheel rates, as a text table: rows every 0.1 s, with the magnitudes of the
+/// mean currents since the last row. With a seed it begins at random wheel angles, the tracker has
+/// errors of 0.3 mm and 0.5 mrad, currents of 2 %, and encoders count 4096 ticks per turn.
 fn drive(robot_file: &Path, rates_rad_s: [f64; 3], seed: u64) -> String {
     let keys = format!(
         "robot.file = {robot_file:?}\ntwist.vx_m_s = 0.1\nrun.duration_s = 100.0\n{FLOOR}\
@@ -69,7 +68,7 @@ fn drive(robot_file: &Path, rates_rad_s: [f64; 3], seed: u64) -> String {
                 .zip(&outcome.torques_n_m)
                 .zip(rates_rad_s)
             {
-                // A motor at rest takes none; one that turns, its own friction on top.
+                // A motor at rest has no friction current; one that turns adds its own friction.
                 let own = if rate == 0.0 { 0.0 } else { friction };
                 *current += 0.2 * (torque * rate.signum() / gear + own) / constant;
             }
@@ -100,7 +99,7 @@ fn drive(robot_file: &Path, rates_rad_s: [f64; 3], seed: u64) -> String {
     text
 }
 
-/// What a study finds of four drives, in which the pair's creep and drag are free.
+/// The result of a study of four drives with free creep and drag of the pair.
 fn found(seed: u64) -> Identified {
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let robot = robots.join("robotino.toml");
@@ -158,8 +157,8 @@ fn found(seed: u64) -> Identified {
     identify(&Study::load(&path).unwrap(), &|_| ()).unwrap()
 }
 
-/// Ways alone hold the product of pull and creep; with the currents each of the two is found, by
-/// the names of the pair.
+/// Paths alone determine the product of pull and creep; with the currents both are found, under the
+/// keys of the pair.
 #[test]
 fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     let found = found(0);
@@ -167,12 +166,13 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     println!("{:?} {:?}", found.parameters, simulation.fit);
     for (key, truth) in [("creep", CREEP), ("rolling_resistance", DRAG)] {
         let value = found.parameters[&format!("materials.rubber.mat.{key}")].value;
-        // Drives count from other wheel angles than their simulation: a hundredth or two of what
-        // slips.
+        // The drives begin at other wheel angles than their simulation: a hundredth or two of the
+        // slip.
         assert!((value / truth - 1.0).abs() < 0.03, "{key}: {value}");
     }
     assert!(simulation.open.is_empty(), "{:?}", simulation.open);
-    // The currents of a log say what the simulated wheels took; friction alone takes nothing of it.
+    // The currents of a log agree with those of the simulated wheels; with friction alone they
+    // would be zero.
     let coulomb = &simulation.beside[0];
     let torque = |misses: ilon_identify::outcome::Misses| misses.torque_n_m.unwrap();
     assert!(torque(simulation.fit) < 0.1 * torque(coulomb.fit));
@@ -189,9 +189,9 @@ fn a_pair_of_materials_is_found_from_ways_heading_and_currents() {
     }
 }
 
-/// Of 100 logs with noise and whole ticks, begun at any wheel angles, the interval of 95 % of each
-/// value holds the truth in 90 or more. That of the drag holds it oftener than it says: torques are
-/// believed to no better than 0.02 N m, and the noise of these logs is less.
+/// In 100 logs with noise and whole ticks, begun at random wheel angles, the 95 % interval of each
+/// value contains the truth in 90 or more. That of the drag contains it more often: torques have a
+/// least uncertainty of 0.02 N m, and the noise of these logs is less.
 #[test]
 #[ignore = "minutes: cargo test --release -p ilon-identify --test suite floors:: -- --ignored --nocapture"]
 fn intervals_of_a_floor_hold_the_truth_as_often_as_they_say() {

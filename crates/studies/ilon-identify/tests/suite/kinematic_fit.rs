@@ -1,4 +1,4 @@
-//! What a fit takes for noise, what for an outlier, and what a window misses a model by.
+//! A fit's estimates of noise and of outliers, and the residuals of windows.
 
 use ilon_identify::kinematic_fit::{Evidence, Noise, misses, take_noise};
 use ilon_identify::motion::{Tracker, Window};
@@ -9,14 +9,14 @@ use rand_distr::{Distribution, Normal};
 
 const WHEELS: usize = 4;
 
-/// A map from wheel rates to twists that no robot has.
+/// A map from wheel rates to twists of no real robot.
 fn map() -> Matrix3xX<f64> {
     Matrix3xX::from_fn(WHEELS, |axis, wheel| {
         0.01 + 0.01 * libm::sin(3.0 * axis as f64 + 7.0 * wheel as f64)
     })
 }
 
-/// Windows of runs that a tracker sees from a point of its own, each with some noise.
+/// Windows of runs seen by trackers at their own points, each with noise.
 fn evidence(runs: usize, each: usize, noise: [f64; 3]) -> Evidence {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let unit = Normal::new(0.0, 1.0).unwrap();
@@ -35,7 +35,7 @@ fn evidence(runs: usize, each: usize, noise: [f64; 3]) -> Evidence {
                 turned_rad,
                 seen: [0.0; 3],
             };
-            // The lever of the tracked point goes with the turn that is seen.
+            // The lever of the tracked point uses the measured turn.
             window.seen[2] = window.predicted(&map(), &tracker)[2] + noise[2] * next();
             let [x_m, y_m, _] = window.predicted(&map(), &tracker);
             window.seen[0] = x_m + noise[0] * next();
@@ -50,7 +50,7 @@ fn evidence(runs: usize, each: usize, noise: [f64; 3]) -> Evidence {
     }
 }
 
-/// Each of two series follows a point of its own.
+/// Each of two series has its own tracked point.
 fn tracker(run: usize) -> Tracker {
     Tracker {
         point_m: [[0.1, -0.2], [-0.05, 0.3]][run % 2],
@@ -62,7 +62,7 @@ fn tracker(run: usize) -> Tracker {
 fn what_a_map_and_the_trackers_points_explain_is_no_noise() {
     let mut evidence = evidence(4, 40, [0.0; 3]);
     let (noise, left_out) = take_noise(&mut evidence);
-    // The least that is believed.
+    // The least accepted noise.
     assert_eq!((noise.position_m, noise.heading_rad), (1e-7, 1e-7));
     assert_eq!((left_out, evidence.windows.len()), (0, 160));
 }
@@ -72,7 +72,7 @@ fn noise_is_what_scatters_about_the_best_map() {
     let (position_m, heading_rad) = (4e-4, 9e-4);
     let mut evidence = evidence(4, 250, [position_m, position_m, heading_rad]);
     let (noise, left_out) = take_noise(&mut evidence);
-    // A median of a thousand and more: 1.17 sigma over the root of their number.
+    // The median of more than a thousand: 1.17 sigma over the root of their number.
     assert!(
         (noise.position_m / position_m - 1.0).abs() < 0.08,
         "{noise:?}"
@@ -92,7 +92,7 @@ fn windows_further_off_than_eight_deviations_are_left_out() {
         evidence.windows[10].seen[0] += deviations * noise[0];
         evidence.windows[150].seen[1] -= deviations * noise[1];
         evidence.windows[350].seen[2] += deviations * noise[2];
-        // What they are off by themselves: no more than a deviation.
+        // Their own noise: at most one standard deviation.
         for (window, axis) in [(10, 0), (150, 1), (350, 2)] {
             let of = &mut evidence.windows[window];
             let own = misses(&map(), &[0, 1, 2, 3].map(tracker), &[of], exact())[axis];
@@ -103,8 +103,8 @@ fn windows_further_off_than_eight_deviations_are_left_out() {
     }
 }
 
-/// Where a floor creeps, all windows of a run are off alike: that is the map's fault, and no reason
-/// to leave a run out.
+/// On a creeping floor all windows of a run have the same error: that is an error of the map, and
+/// no reason to exclude a run.
 #[test]
 fn what_all_windows_of_a_run_miss_is_kept() {
     let mut evidence = evidence(6, 60, [1e-4, 1e-4, 1e-4]);
@@ -146,7 +146,7 @@ fn what_windows_miss_is_counted_in_deviations_axis_by_axis() {
         );
         assert!(turn.abs() < 1e-9);
     }
-    // A turn that is off takes the tracked point along.
+    // An error in the turn moves the tracked point too.
     let mut turned = evidence.windows[4].clone();
     let before = turned.predicted(&map(), &trackers[1]);
     turned.seen[2] += 0.2;

@@ -1,5 +1,4 @@
-//! Logs whose wheels begin at any angles of their rollers, as those of a robot do that was switched
-//! on wherever it stood.
+//! Logs whose wheels begin at random roller angles, as on a robot that was switched on anywhere.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -14,20 +13,20 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const STEPS: &str =
     "run.physics_dt_s = 0.01\nrun.control_dt_s = 0.02\nrobot.roller_bodies = \"near\"\n";
-/// Standard deviation of the tracker's noise, in metres, and what an encoder counts, in radians.
+/// Standard deviation of the tracker's noise, in metres, and an encoder count, in radians.
 const NOISE_M: f64 = 1e-4;
 const TICK_RAD: f64 = TAU / 4096.0;
 
-/// A robot whose rollers are to be found, and what it drives: wheel rates of each run, in rad/s.
+/// A robot with an unknown roller parameter, and its drives: wheel rates of each run, in rad/s.
 struct Case {
     robot: &'static str,
     wheels: &'static [&'static str],
     runs: &'static [&'static [f64]],
-    /// The key of the scenario that is to be found, its value, and between which values it is free.
+    /// The key to be found, its true value, and its range.
     key: &'static str,
     truth: f64,
     range: (f64, f64),
-    /// From row to row of a log, in seconds.
+    /// Time between rows of a log, in seconds.
     period_s: f64,
 }
 
@@ -92,8 +91,8 @@ fn drive(case: &Case, rates_rad_s: &[f64], rng: &mut ChaCha8Rng) -> String {
         plant.advance(WheelCommand::Rates(rates), time_s).unwrap();
         (plant.truth().pose, plant.observe().wheel_angles_rad.clone())
     };
-    // A second in which each wheel turns on by any part of a roller, and half of one for what that
-    // stirs.
+    // A second in which each wheel turns by a random part of a roller, and half a second for
+    // settling.
     let pitch_rad = TAU / robot.wheels[0].rollers.len() as f64;
     let begun: Vec<f64> = rates_rad_s
         .iter()
@@ -127,12 +126,12 @@ fn robot(case: &Case) -> PathBuf {
         .join(case.robot)
 }
 
-/// What a study finds of logs with a seed; `simulate` says how drives are simulated.
+/// The result of a study of logs with a seed; `simulate` says how drives are simulated.
 fn found(case: &Case, simulate: &str, seed: u64) -> Identified {
     try_found(case, &format!("drive_s = 1.0\n{simulate}"), "", seed).unwrap()
 }
 
-/// The same, with something added to what is said of the first wheel's column.
+/// The same, with additional keys for the first wheel's column.
 fn try_found(
     case: &Case,
     simulate: &str,
@@ -171,22 +170,22 @@ fn try_found(
     identify(&Study::load(&path)?, &|_| ())
 }
 
-/// Whether the interval of a value holds the truth, and half of its width.
+/// Whether a value's interval contains the truth, and half of its width.
 fn judged(case: &Case, found: &Identified) -> (bool, f64) {
     let value = &found.parameters[case.key];
     let [low, high] = value.ci95.map(|end| end.expect("several runs"));
     (low <= case.truth && case.truth <= high, 0.5 * (high - low))
 }
 
-/// A few short drives of a robot on rollers of a crown of 0.6.
+/// Few short drives of a robot on rollers of crown 0.6.
 const SHORT: Case = Case {
     runs: &[&[0.0, 3.0, -3.0], &[3.0, -1.5, -1.5], &[-1.0, 3.0, -2.0]],
     ..OMNI
 };
 
-/// The mean over wheel angles and its interval hold a crown of which a simulation whose wheels
-/// begin in step is sure that it is another. Three sets of angles are few: they are in the
-/// interval. The same to the bit with one thread and with two.
+/// The mean over wheel angles and its interval contain the true crown, whereas a simulation whose
+/// wheels begin in step excludes it. Three sets of angles are few, which widens the interval. The
+/// same bits with one thread and with two.
 #[test]
 fn a_crown_is_found_from_wheels_that_begin_at_any_angle() {
     let with = |threads: usize, simulate: &str| {
@@ -220,7 +219,7 @@ fn a_crown_is_found_from_wheels_that_begin_at_any_angle() {
     assert_eq!(in_step.simulation.unwrap().phases_matter, None);
 }
 
-/// One run alone says nothing of how it would scatter: its key has no interval, and that is said.
+/// One run alone does not determine the scatter: its key has no interval, and that is reported.
 #[test]
 fn how_sure_a_key_of_one_run_is_cannot_be_said() {
     let once = Case {
@@ -235,7 +234,7 @@ fn how_sure_a_key_of_one_run_is_cannot_be_said() {
 }
 
 /// Beyond the ends of a range nothing was simulated, and there may be no such robot: an interval
-/// ends there, and that is said.
+/// ends there, and that is reported.
 #[test]
 fn an_interval_ends_where_the_range_does() {
     let ends = |range: (f64, f64)| {
@@ -256,14 +255,14 @@ fn an_interval_ends_where_the_range_does() {
 
 const LOGGED: &str = "drive_s = 4.0\nphases = \"log\"";
 
-/// A log of absolute encoders says at which angles its wheels began: each drive is simulated from
-/// there, and what is left is the noise.
+/// A log of absolute encoders gives the initial wheel angles: each drive is simulated from there,
+/// and only noise remains.
 #[test]
 fn absolute_encoders_tell_at_which_angles_wheels_began() {
-    // As long as the drives of the log: a part of a roller more or less is a part of the way.
+    // As long as the drives of the log: a part of a roller more or less is a part of the path.
     let known = try_found(&SHORT, LOGGED, "", 1).unwrap();
     println!("{:?}", known.parameters);
-    // Ways of 0.7 m are seen to 0.1 mm, and grow by 0.033 with the crown: 0.004 each.
+    // Paths of 0.7 m are measured to 0.1 mm, and grow by 0.033 with the crown: 0.004 each.
     assert!((known.parameters[SHORT.key].value - 0.6).abs() < 0.005);
     let simulation = known.simulation.unwrap();
     assert_eq!((simulation.phases, simulation.phases_matter), (1, None));
@@ -271,7 +270,7 @@ fn absolute_encoders_tell_at_which_angles_wheels_began() {
         let left = (drive.measured - drive.simulated).abs();
         assert!(left < 4e-4, "{drive:?}");
     }
-    // Where a column says what it reads where the robot's file has the wheel, that is taken off.
+    // The column's reading at the wheel angle of the robot's file is subtracted.
     let off = try_found(&SHORT, LOGGED, ", zero = 0.39", 1).unwrap();
     let across = |simulation: &Simulation| simulation.drives[1].simulated_across;
     let (own, other) = (
@@ -279,7 +278,7 @@ fn absolute_encoders_tell_at_which_angles_wheels_began() {
         across(off.simulation.as_ref().unwrap()),
     );
     println!("{own} {other}");
-    // Equal to the bit where it were not.
+    // They would be bit-identical if the angles were ignored.
     assert!((own - other).abs() > 1e-6, "{own} {other}");
     for bad in [", increments = true", ", increments = true, zero = 0.1"] {
         let error = try_found(&SHORT, LOGGED, bad, 1).unwrap_err().to_string();
@@ -292,8 +291,8 @@ fn absolute_encoders_tell_at_which_angles_wheels_began() {
     assert!(error.contains("phases"), "{error}");
 }
 
-/// Where it does not matter at which angles wheels begin, what is found is to the bit what wheels
-/// that begin as the robot's file has them give.
+/// If the initial wheel angles have no effect, the result is bit-identical to that with wheels at
+/// the angles of the robot's file.
 #[test]
 fn ideal_barrels_on_level_ground_are_simulated_from_one_set_of_angles() {
     let rolling = Case {
@@ -316,8 +315,8 @@ fn ideal_barrels_on_level_ground_are_simulated_from_one_set_of_angles() {
     );
 }
 
-/// A crown that is 1 where the search begins has no wheel angles that matter there; where the
-/// search ends they do.
+/// At the crown 1, where the search begins, the wheel angles have no effect; where it ends they
+/// have.
 #[test]
 fn that_wheel_angles_matter_is_seen_where_the_search_ends_too() {
     let around_ideal = Case {
@@ -334,8 +333,8 @@ fn that_wheel_angles_matter_is_seen_where_the_search_ends_too() {
     );
 }
 
-/// One run leaves open how runs differ, and has no interval; wheels that stand, and wheels with
-/// other numbers of rollers, begin at any angles too.
+/// One run leaves the scatter open, and has no interval; wheels at rest, and wheels with other
+/// numbers of rollers, also begin at random angles.
 #[test]
 fn one_run_with_wheels_that_stand_has_a_value_and_no_interval() {
     let one = Case {
@@ -350,8 +349,8 @@ fn one_run_with_wheels_that_stand_has_a_value_and_no_interval() {
     assert!(found.simulation.unwrap().drives[0].simulated_scatter > 1e-3);
 }
 
-/// Ways are about as long with a play of 0.06 mm as with one of 0.5 mm: wherever the search ends,
-/// the interval holds both; where it sees two valleys, the other is named.
+/// Paths are about as long with a play of 0.06 mm as with one of 0.5 mm: wherever the search ends,
+/// the interval contains both; if it finds two minima, the other is named.
 #[test]
 fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
     let case = Case {
@@ -369,15 +368,15 @@ fn a_play_that_two_values_explain_has_an_interval_that_holds_both() {
     }
 }
 
-/// Where no stretch is there whose ripple could be compared, of the log or of what is simulated,
-/// that is said: none is not a ripple of 0.
+/// If neither the log nor the simulation has a stretch long enough to compare a ripple, that is
+/// reported: a missing ripple is not a ripple of 0.
 #[test]
 fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
     for (drive_s, stretch_s, named) in [
-        // As long as the drive, and so near to it that the rows of the drive do not hold it.
+        // As long as the drive, and so nearly as long that the rows of the drive do not contain it.
         ("2.0", "2.0", "does not fit into a drive of 2 s"),
         ("2.0", "1.995", "a simulated drive of 2 s"),
-        // Longer than the logs, and fewer rows than show a wave.
+        // Longer than the logs, and fewer rows than a wave needs.
         (
             "7.0",
             "6.0",
@@ -395,13 +394,13 @@ fn a_ripple_that_nothing_is_long_enough_for_is_refused() {
         println!("{error}");
         assert!(error.contains(named), "{error}");
     }
-    // Where nothing is said of either, one fits into the other.
+    // With the defaults the window fits into the drive.
     try_found(&SHORT, "phases = 1\n[simulate.ripple]", "", 1).unwrap();
 }
 
-/// Of how many logs the interval holds the truth; what is found of each is printed. A right
-/// interval of 95 % holds it in 17 or more of 20 logs with a probability of 0.98, in 34 or more of
-/// 40 with 0.99.
+/// The number of logs whose interval contains the truth; each result is printed. A correct interval
+/// of 95 % contains it in 17 or more of 20 logs with a probability of 0.98, in 34 or more of 40
+/// with 0.99.
 fn coverage(case: &Case, simulate: &str, logs: u64) {
     let (mut held, mut values, mut halves) = (0, Vec::new(), Vec::new());
     for seed in 1..=logs {
@@ -438,8 +437,8 @@ fn intervals_of_the_play_of_omni_wheels_by_ways_alone_hold_the_truth() {
     coverage(&PLAY, "drive_s = 1.0", 40);
 }
 
-/// Ways are as long with a play of 0.06 mm as with one of 0.5 mm; what happens once a roller tells
-/// them apart.
+/// Paths are as long with a play of 0.06 mm as with one of 0.5 mm; the ripple at roller frequency
+/// distinguishes them.
 #[test]
 #[ignore = "most of an hour, as above"]
 fn intervals_of_the_play_of_omni_wheels_hold_the_truth() {

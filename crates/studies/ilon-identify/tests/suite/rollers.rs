@@ -1,5 +1,4 @@
-//! Logs that the simulated robot itself made on rollers of a known form, with noise and whole
-//! ticks.
+//! Logs of a simulated robot on rollers of a known form, with noise and whole ticks.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -11,12 +10,11 @@ use ilon_sim::{Driver, Plant, WheelCommand, load_robot, resolve_for};
 const STEPS: &str =
     "run.physics_dt_s = 0.004\nrun.control_dt_s = 0.02\nrobot.roller_bodies = \"near\"\n";
 
-/// A tracker's noise of 0.1 mm, and encoders of 4096 ticks a turn.
+/// Tracker noise of 0.1 mm, and encoders of 4096 ticks per turn.
 const TICK_RAD: f64 = std::f64::consts::TAU / 4096.0;
 const NOISE_M: f64 = 1e-4;
 
-/// A drive at steady wheel rates on rollers as some keys have them, as a table of text with rows
-/// every 0.1 s.
+/// A drive at steady wheel rates on rollers with these keys, as a text table with rows every 0.1 s.
 fn drive(robot: &Path, keys: &str, rates_rad_s: [f64; 4], seed: u64) -> String {
     let text = format!(
         "robot.file = {robot:?}\ntwist.vx_m_s = 0.1\nrun.duration_s = 100.0\n{STEPS}{keys}\n"
@@ -58,7 +56,7 @@ fn drive(robot: &Path, keys: &str, rates_rad_s: [f64; 4], seed: u64) -> String {
     table
 }
 
-/// A study of drives ahead, sideways and diagonally on rollers with some keys, that leaves others
+/// A study of drives ahead, sideways and diagonally on rollers with some keys fixed and others
 /// free.
 fn studied(truth: &str, free: &str) -> Result<Identified, ilon_sim::Error> {
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/mecanum4.urdf");
@@ -100,9 +98,9 @@ fn studied(truth: &str, free: &str) -> Result<Identified, ilon_sim::Error> {
     identify(&Study::load(&path)?, &|_| ())
 }
 
-/// How much flatter than the ideal barrel rollers are shows in the ways that the robot makes: found
-/// with its interval around it, where drives begin at the wheel angles at which the simulation's
-/// do, and the study says so (`phases = 1`). Drives that begin at any: `tests/phases.rs`.
+/// The crown of rollers (how much flatter than the ideal barrel) shows in the robot's paths. It is
+/// found with its interval around it, if drives begin at the wheel angles of the simulation, as the
+/// study states (`phases = 1`). Drives that begin at random angles: `tests/phases.rs`.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn the_crown_of_rollers_is_found_from_the_ways() {
@@ -123,7 +121,7 @@ fn the_crown_of_rollers_is_found_from_the_ways() {
     assert!((crown.value - 0.6).abs() < 0.1, "{crown:?}");
 }
 
-/// Where the range of a key reaches what no robot has, that is said before anything is simulated.
+/// If the range of a key contains impossible robots, that is reported before any simulation.
 #[test]
 fn a_range_that_no_robot_can_have_is_refused_with_its_end() {
     let error = studied(

@@ -10,7 +10,7 @@ fn found(study: &str) -> Identified {
     identify(&study, &|_| ()).unwrap()
 }
 
-/// Root mean square over directions of measured less fitted; `of` chooses by the place of the
+/// Root mean square over directions of measured less fitted; `of` selects by the index of the
 /// direction among 24.
 fn left(found: &Identified, of: impl Fn(i64) -> bool) -> f64 {
     let left: Vec<f64> = found
@@ -65,9 +65,9 @@ fn the_omni_robot_gains_the_same_ahead_and_sideways_and_ends_nearer_once_calibra
             .unwrap();
         model.held_out.end_position_rms_m
     };
-    // Dead reckoning with what the authors published for the set of 12 squares of which these are
-    // four ends 0.050 m off. Their criterion, positions along the whole run, ends 0.061 m off the
-    // run that is left out, fitted to the other three of these.
+    // Dead reckoning with the authors' published parameters for the set of 12 squares that these
+    // four belong to ends 0.050 m off. Their criterion, positions along the whole run, ends 0.061 m
+    // off on the run left out, fitted to the other three of these.
     let own = end("each wheel's radius and lever");
     assert!(own < 0.050, "{own}");
     assert!((found.nominal.end_position_rms_m - 0.175).abs() < 0.001);
@@ -97,14 +97,14 @@ fn half_of_the_directions_predict_the_others_on_mats() {
         let mean = found.residual.iter().map(|one| one.measured).sum::<f64>()
             / found.residual.len() as f64;
         assert!((mean - published).abs() < 0.006, "{study}: {mean}");
-        // Directions lie at multiples of 15 degrees, the odd ones kept back; slip turns some by a
+        // Directions are at multiples of 15 degrees, the odd ones held out; slip turns some by a
         // few degrees.
         let missed = left(&found, |place| place % 2 == 1);
         assert!(missed < within, "{study}: {missed}");
     }
 }
 
-/// Nothing at all may be free: neither of the robot nor of the tracker.
+/// A study may have no free parameters at all, neither of the robot nor of the tracker.
 #[test]
 fn a_model_without_anything_free_is_judged_as_it_is() {
     let text = std::fs::read_to_string(assets().join("identify/optiodom_omni3.toml")).unwrap();
@@ -119,14 +119,15 @@ fn a_model_without_anything_free_is_judged_as_it_is() {
     assert!((found.fit.over_noise - found.nominal.over_noise).abs() < 1e-9);
 }
 
-/// Three minutes of a core: creep and drag of the soft mat, by ways, heading and currents at once.
+/// Three minutes on one core: creep and drag of the soft mat, from paths, heading and currents at
+/// once.
 #[test]
 #[ignore = "minutes, with --release: the floor of docs/measured.md"]
 fn the_gray_mat_is_known_by_ways_heading_and_currents_from_one_set() {
     let found = found("robotino_gray_floor.toml");
     let simulation = found.simulation.as_ref().unwrap();
     let (kept_back, coulomb) = (&simulation.held_out, &simulation.beside[0].held_out);
-    // What docs/measured.md says, and that friction alone explains none of it.
+    // The figures of docs/measured.md, and that friction alone explains none of it.
     assert!(kept_back.ratio.unwrap() < 0.03 && coulomb.ratio.unwrap() > 0.19);
     assert!(kept_back.drift_rad_per_m.unwrap() < 0.5 * coulomb.drift_rad_per_m.unwrap());
     assert!(kept_back.torque_n_m.unwrap() < 0.2 * coulomb.torque_n_m.unwrap());

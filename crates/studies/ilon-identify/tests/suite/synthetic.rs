@@ -1,5 +1,4 @@
-//! Logs of robots that are known: what is found must be what they are, as often as the intervals
-//! promise.
+//! Logs of known robots: the results must be the true values, as often as the intervals promise.
 
 use crate::support;
 
@@ -8,7 +7,7 @@ use ilon_identify::model::Model;
 use ilon_identify::motion::{Window, windows};
 use support::{Drive, drive, robot};
 
-/// Fits a model with the tracker free to logs of one robot.
+/// Fits a model with a free tracker to logs of one robot.
 fn fitted(robot: &ilon_robot::Robot, free: &[&str], logs: &[ilon_identify::Log]) -> Fitted {
     let runs = logs.iter().enumerate();
     let mut evidence = Evidence::of(runs.map(|(run, log)| windows(log, run, 1.0)));
@@ -22,9 +21,9 @@ fn fitted(robot: &ilon_robot::Robot, free: &[&str], logs: &[ilon_identify::Log])
     fit(&model, &evidence, &all, noise).unwrap()
 }
 
-/// In how many of 100 logs each parameter lies in its 95 % interval. Of a true coverage of 95 % a
-/// count below 90 has a chance of 1 % for one parameter; intervals that are too narrow by a third
-/// would give 82, and too wide by a half 99.7.
+/// The number of 100 logs in which each parameter lies in its 95 % interval. With a true coverage
+/// of 95 % a count below 90 has a probability of 1 % for one parameter; intervals that are too
+/// narrow by a third would give 82, and too wide by a half 99.7.
 fn coverage(
     robot: &ilon_robot::Robot,
     truth: &[(&str, f64)],
@@ -55,7 +54,7 @@ fn coverage(
     shares
 }
 
-/// Eight runs, whose scatter is that of runs.
+/// Eight runs, whose scatter gives the intervals.
 fn eight(model: &Model, values: &[f64], seed: u64) -> Vec<ilon_identify::Log> {
     let run = |run| Drive {
         seed: 8 * seed + run,
@@ -69,9 +68,9 @@ fn eight(model: &Model, values: &[f64], seed: u64) -> Vec<ilon_identify::Log> {
 
 #[test]
 fn intervals_of_a_single_log_are_not_too_narrow() {
-    // Neighbouring stretches share the pose between them, so that what one misses the next makes up
-    // for: taken as if each were by itself they give intervals that are too wide, and the truth
-    // lies in more than 95 % of them.
+    // Neighbouring stretches share the pose between them, so that the error of one is opposite in
+    // the next. Treated as independent, they give intervals that are too wide, with a coverage
+    // above 95 %.
     let robot = robot("mecanum4.toml");
     let model = Model::new(&robot, &["radius_m".to_owned()]).unwrap();
     let inside = (0..40).filter(|seed| {
@@ -115,7 +114,7 @@ fn gains_lie_in_their_intervals_over_runs_too() {
         ("gain.sideways", 0.954),
         ("gain.turn", 1.03),
     ];
-    // Eight runs, whose scatter is that of runs.
+    // Eight runs, whose scatter gives the intervals.
     coverage(&robot, &truth, |model, values, seed| {
         (0..8)
             .map(|run| {
@@ -133,7 +132,8 @@ fn gains_lie_in_their_intervals_over_runs_too() {
     });
 }
 
-/// Runs that each go in one direction, as people drive them: only some of them tell each gain.
+/// Runs that each go in one direction, as users drive them: each gain is determined by only some of
+/// them.
 #[test]
 fn gains_lie_in_their_intervals_where_each_run_goes_in_one_direction() {
     let robot = robot("mecanum4.toml");
@@ -160,9 +160,9 @@ fn gains_lie_in_their_intervals_where_each_run_goes_in_one_direction() {
     println!("{widths:?}");
 }
 
-/// Only the stretches in which the robot changes its speed tell a delay, here ten of eighty. Of a
-/// true coverage of 95 % a count below 34 of 40 has a chance of 1 %; intervals half as wide would
-/// hold it in 27.
+/// Only the stretches with a change of speed determine a delay, here ten of eighty. With a true
+/// coverage of 95 % a count below 34 of 40 has a probability of 1 %; intervals half as wide would
+/// contain it in 27.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn delays_lie_in_their_intervals_where_few_stretches_tell_them() {
@@ -193,7 +193,7 @@ fn rows_that_were_lost_are_found_where_the_radius_is_known() {
     let model = Model::new(&robot, &["rows_lost".to_owned()]).unwrap();
     let log = drive(&model, &[0.06], &Drive::default());
     let found = fitted(&robot, &["rows_lost"], &[log]);
-    // Displacements of 0.2 m a stretch are seen to 0.4 mm over 60 stretches: 0.0003.
+    // Displacements of 0.2 m per stretch are measured to 0.4 mm over 60 stretches: 0.0003.
     assert!((found.values[0] - 0.06).abs() < 1e-3, "{:?}", found.values);
 }
 
@@ -214,7 +214,7 @@ fn what_a_log_cannot_tell_apart_is_said_with_what_would_help() {
         "{words}"
     );
 
-    // Ahead alone: neither a sideways gain nor an arm is seen.
+    // Only ahead: neither a sideways gain nor an arm is determined.
     let ahead = Drive {
         directions: vec![[0.2, 0.0, 0.0]],
         ..Drive::default()
@@ -254,7 +254,7 @@ fn the_tracked_point_and_its_heading_are_found() {
     let expected = [0.08, -0.05, 0.03_f64.to_degrees()];
     let intervals = found.intervals();
     for ((value, expected), interval) in found.values.iter().zip(expected).zip(intervals) {
-        // Three of three intervals of 95 %, widened by a half: missed by chance once in a hundred
+        // Three of three intervals of 95 %, widened by a half: violated by chance once in a hundred
         // seeds, and the seed is fixed.
         let half = 0.75 * (interval.high - interval.low);
         assert!(

@@ -1,4 +1,4 @@
-//! Runs of which a tape and a protractor measured the ends, of robots that are known.
+//! Runs of known robots whose ends were measured with a tape and a protractor.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use rand_distr::{Distribution, Normal};
 
 use crate::support::{assets, robot};
 
-/// What is driven: metres ahead and to the left, and radians, three times each.
+/// The drives: metres ahead and to the left, and radians, three times each.
 const DRIVES: [[f64; 3]; 4] = [
     [2.0, 0.0, 0.0],
     [0.0, 2.0, 0.0],
@@ -22,8 +22,8 @@ const DRIVES: [[f64; 3]; 4] = [
 const ERROR_M: f64 = 2e-3;
 const ERROR_DEG: f64 = 0.5;
 
-/// A file of runs of a robot whose parameters have these values; the wheels turn as the robot that
-/// is known would have to.
+/// A file of runs of a robot with these parameters; the wheels turn as commanded for the nominal
+/// robot.
 fn tape(file: &str, robot: &Robot, free: &[&str], values: &[f64], seed: u64) -> String {
     let free: Vec<String> = free.iter().map(|name| (*name).to_owned()).collect();
     let model = Model::new(robot, &free).unwrap();
@@ -48,7 +48,7 @@ fn tape(file: &str, robot: &Robot, free: &[&str], values: &[f64], seed: u64) -> 
         let wheels: Vec<String> = wheels
             .map(|(wheel, rad)| format!("{} = {rad:.6}", wheel.name))
             .collect();
-        // A protractor knows no full turns.
+        // A protractor does not count full turns.
         let heading_deg =
             (went[2].to_degrees() + turn.sample(&mut rng) + 180.0).rem_euclid(360.0) - 180.0;
         writeln!(
@@ -71,9 +71,9 @@ fn fitted(text: &str) -> TapeFit {
     tape.expect("runs by tape").fit().unwrap()
 }
 
-/// 2 m ahead, seen to 2 mm three times, tell the radius to 2e-3 / 2 / sqrt(3) of it: 0.03 mm of 50;
-/// three turns, seen to half a degree three times, the lever to 0.5 / 1080 / sqrt(3) of 310 mm:
-/// 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
+/// 2 m ahead, measured to 2 mm three times, determine the radius to 2e-3 / 2 / sqrt(3) of it:
+/// 0.03 mm of 50; three turns, measured to half a degree three times, the lever to
+/// 0.5 / 1080 / sqrt(3) of 310 mm: 0.08 mm; the radius adds 6e-4 of it, 0.18 mm.
 #[test]
 fn radius_and_lever_are_found_within_their_intervals() {
     let robot = robot("mecanum4.urdf");
@@ -100,12 +100,12 @@ fn radius_and_lever_are_found_within_their_intervals() {
         }
         assert!(found.held.is_empty(), "{:?}", found.held);
     }
-    // 95 % of 40 are 38; fewer than 34 come once in 200 times.
+    // 95 % of 40 are 38; fewer than 34 occur once in 200 times.
     assert!(covered.iter().all(|count| *count >= 34), "{covered:?}");
 }
 
-/// Two wheels whose axes stand otherwise than known, by 6 and -4 degrees: three runs of each drive
-/// tell each axis to some tenths of a degree.
+/// Two wheels whose axes differ from the nominal directions by 6 and -4 degrees: three runs of each
+/// drive determine each axis to several tenths of a degree.
 #[test]
 fn axes_that_stand_otherwise_are_found() {
     let robot = robot("volksbot.urdf");
@@ -132,11 +132,11 @@ fn axes_that_stand_otherwise_are_found() {
         };
         assert!(high - low < widest, "{name}: {:?}", found.parameters[name]);
     }
-    // No controller of ros2_controllers drives wheels that do not look outward.
+    // No controller of ros2_controllers drives wheels that do not face outward.
     assert_eq!(found.controller.kind, None);
 }
 
-/// A run that ended behind the robot, though its wheels drove ahead, asks for a radius below 0: its
+/// A run that ended behind the robot, though its wheels drove ahead, needs a negative radius: its
 /// sign is wrong.
 #[test]
 fn a_run_with_the_wrong_sign_is_refused_and_makes_no_negative_radius() {
@@ -153,7 +153,7 @@ fn a_run_with_the_wrong_sign_is_refused_and_makes_no_negative_radius() {
     assert!(error.contains("`radius_m` = -0.049"), "{error}");
 }
 
-/// Drives ahead alone say nothing of the lever; the table says that turns would.
+/// Drives ahead alone do not determine the lever; the table says that turns would.
 #[test]
 fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {
     let path = assets().join("robots/mecanum4.urdf");
@@ -161,7 +161,7 @@ fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {
         "robot = {:?}\n[[measured]]\ndrive = {{ vx_m_s = 0.4, for_s = 5 }}\nx_m = 1.97\nerror_m = 0.002\n",
         path.display().to_string()
     ));
-    // 2 m were commanded with 50 mm and 1.97 m came.
+    // 2 m were commanded with 50 mm and 1.97 m were reached.
     assert!(
         (found.parameters["radius_m"].value - 0.985 * 0.05).abs() < 1e-6,
         "{found:?}"
@@ -176,8 +176,8 @@ fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {
             .unwrap()
             .errors["lever_m"]
     };
-    // 2 m seen once to 2 mm leave 1e-3 of the radius, 0.31 mm of the lever; half a degree of three
-    // times three turns leaves 0.083 mm.
+    // 2 m measured once to 2 mm leave 1e-3 of the radius, 0.31 mm of the lever; half a degree of
+    // three times three turns leaves 0.083 mm.
     assert!((lever_m("turns") - 3.2e-4).abs() < 1e-5, "{:?}", found.next);
     assert!(
         lever_m("2 m ahead") > 0.9 * lever_m("none"),

@@ -1,5 +1,5 @@
-//! What a study says of its quantities: the range and the main effects of a grid, and what it does
-//! not say, with the reason.
+//! Findings of a study about its quantities: the range and the main effects of a grid, and missing
+//! findings with the reason.
 
 use crate::support;
 
@@ -12,12 +12,12 @@ fn found(text: &str) -> Findings {
     let study = folder.study(text).unwrap();
     let store = Store::in_memory();
     run(&study, &store);
-    // What lies in memory alone cannot have been damaged.
+    // Rows only in memory cannot be damaged.
     assert_eq!(store.damaged(), 0);
     findings(&study, &store)
 }
 
-/// The number of steps is the time over the step, which makes a grid whose effects follow on paper.
+/// The number of steps is the duration over the step, a grid whose effects follow in closed form.
 #[test]
 fn a_grid_says_where_a_quantity_is_least_and_largest_and_what_each_axis_does_to_it() {
     let found = found(
@@ -38,16 +38,15 @@ fn a_grid_says_where_a_quantity_is_least_and_largest_and_what_each_axis_does_to_
     for (axis, means) in range.axes.iter().zip([[150.0, 300.0], [300.0, 150.0]]) {
         let own: Vec<Option<f64>> = axis.levels.iter().map(|level| level.mean).collect();
         assert_eq!(own, means.map(Some), "{}", axis.key);
-        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the two leave 2500 of 47500 to what they
-        // do together.
+        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the interaction of both has 2500 of 47500.
         let share = axis.share.unwrap();
         assert!((share - 22500.0 / 47500.0).abs() < 1e-12, "{share}");
     }
     assert_eq!(found.gaps, []);
 }
 
-/// An axis that a quantity does not depend on causes nothing of it; where runs fail the shares are
-/// not known, and the rest is.
+/// An axis that a quantity does not depend on has no effect on it; if runs fail the shares are not
+/// known, but the rest is.
 #[test]
 fn an_axis_that_does_nothing_has_no_share_and_failed_runs_leave_none() {
     let text = |frictions: &str| {
@@ -65,7 +64,7 @@ fn an_axis_that_does_nothing_has_no_share_and_failed_runs_leave_none() {
     assert_eq!(broken.ranges[0].axes[1].levels[1].mean, None);
 }
 
-/// The window of the means begins after what these runs last.
+/// The window of the means begins after the end of these runs.
 #[test]
 fn a_quantity_that_no_run_has_is_said_to_be_absent_with_what_it_takes() {
     let short = "quantities = [\"twist_mean.vy_m_s\"]\nset.run.duration_s = 0.2\nset.twist = { vx_m_s = 0.2, rest_s = 0.1, ramp_s = 0.1, settle_s = 1.0 }\n";
@@ -108,7 +107,7 @@ fn of_what_no_axis_changes_it_is_said_that_there_are_no_shares() {
     assert!(gap.why.starts_with("it is 0.5 in all runs"), "{}", gap.why);
 }
 
-/// Where every point has a run that fails, neither shares nor effects can be had.
+/// If every point has a failed run, there are neither shares nor effects.
 #[test]
 fn of_points_of_which_none_is_whole_it_is_said() {
     for method in ["sobol_indices", "morris"] {
@@ -126,8 +125,8 @@ fn of_points_of_which_none_is_whole_it_is_said() {
     }
 }
 
-/// Each trajectory moves the duration once, from any of 0.2, 0.3, 0.4 and 0.5 s: over its whole
-/// axis it changes itself by 0.3 s, and the friction does nothing to it.
+/// Each trajectory changes the duration once, from any of 0.2, 0.3, 0.4 and 0.5 s: over its whole
+/// axis it changes itself by 0.3 s, and the friction has no effect on it.
 #[test]
 fn morris_books_each_change_under_the_axis_that_was_moved() {
     let found = found(
@@ -144,8 +143,7 @@ fn morris_books_each_change_under_the_axis_that_was_moved() {
     assert!(duration.deviation.unwrap() < 1e-12, "{duration:?}");
 }
 
-/// Runs of a sample are told apart by a seed of their own, but where the study varies the seed
-/// itself.
+/// Runs of a sample have their own seeds, unless the study varies the seed itself.
 #[test]
 fn a_sample_has_one_column_of_seeds_whoever_draws_them() {
     for (axes, columns) in [

@@ -5,7 +5,7 @@ use crate::support;
 use ilon_sweep::Status;
 use support::{Folder, SCENARIO};
 
-/// Rollers of rubber on concrete, from which the robot drives on to a carpet.
+/// Rollers of rubber on concrete, from which the robot drives onto a carpet.
 const PAIRS: &str = r#"
 [world.floor]
 material = "concrete"
@@ -46,7 +46,7 @@ fn studies_vary_pairs_and_the_materials_themselves() {
         "{rows:?}"
     );
     let hashes: Vec<_> = rows.iter().map(|row| row.trace_hash.clone()).collect();
-    // On the carpet nothing of the concrete is left but its name.
+    // On the carpet the concrete's keys have no effect except for its name.
     let mut different = hashes.clone();
     different.sort();
     different.dedup();

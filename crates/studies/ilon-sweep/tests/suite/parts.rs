@@ -1,5 +1,4 @@
-//! Studies made in parts, as the workers of a cluster make them, and studies that are stopped from
-//! outside.
+//! Studies made in parts, as by the workers of a cluster, and studies stopped from outside.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +7,7 @@ use std::time::Duration;
 use ilon_sim::Error;
 use ilon_sweep::{Options, Status, Stop, Store, Study, sweep};
 
-/// A study of a scenario that lasts so many seconds, in a folder of its own.
+/// A study of a scenario of this duration in seconds, in its own folder.
 fn study(duration_s: f64, text: &str) -> (tempfile::TempDir, Study) {
     let folder = tempfile::tempdir().unwrap();
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
@@ -97,7 +96,7 @@ fn a_study_that_is_stopped_ends_in_the_middle_of_its_runs_and_no_row_is_of_them(
     assert!(matches!(ended, Err(Error::Stopped)), "{ended:?}");
 }
 
-/// The runs of which traces are kept in a folder.
+/// The runs whose traces are kept in a folder.
 fn kept(out: &Path) -> Vec<PathBuf> {
     let traces = std::fs::read_dir(out.join("kept")).into_iter().flatten();
     let traces = traces.map(|folder| folder.unwrap().path().join("trace.parquet"));

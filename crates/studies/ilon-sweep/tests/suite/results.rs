@@ -1,5 +1,4 @@
-//! What a study keeps in its folder, what it says of few draws, and what it refuses before anything
-//! is run.
+//! The files of a study, its findings from few draws, and refusals before any run.
 
 use crate::support;
 
@@ -20,7 +19,7 @@ fn kept(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The start of 3 m/s^2 is fifteen times what a friction of 0.02 gives, and about what 0.3 gives:
+/// A start of 3 m/s^2 is fifteen times what a friction of 0.02 allows, and about what 0.3 allows:
 /// in run 0 wheels slide fastest.
 const THREE: &str =
     "quantities = [\"slip_speed_rms_m_s\"]\naxes.world.floor.friction = [0.02, 0.3, 0.6]\n";
@@ -71,7 +70,7 @@ fn a_trace_is_not_kept_of_another_robot_than_that_of_its_row() {
     let robot = std::fs::read_to_string(folder.path("mecanum4.toml")).unwrap();
     let other = robot.replacen("mass_kg = 10.0", "mass_kg = 20.0", 1);
     assert_ne!(robot, other);
-    // The study that was read before does not know of the change, as one that is merged.
+    // The study that was read before does not contain the change, as a merged one does not.
     let keeping = folder
         .study(&format!("keep = \"worst 1\"\n{THREE}"))
         .unwrap();
@@ -141,14 +140,14 @@ fn rows_under_another_log_are_not_taken_for_those_of_this_one() {
     assert!(refused.contains("were changed"), "{refused}");
 }
 
-/// A robot's file includes others and names meshes: rows of a robot whose included file or mesh was
-/// another are not those of this one.
+/// A robot's file includes others and names meshes: rows made with another version of an included
+/// file or mesh are not reused.
 #[test]
 fn rows_of_a_robot_whose_parts_were_changed_are_not_taken_for_those_of_this_one() {
     let folder = Folder::new();
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
     let urdf = std::fs::read_to_string(robots.join("mecanum4.urdf")).unwrap();
-    // Something round inside of the first roller.
+    // A round shape inside the first roller.
     let (first, rest) = urdf
         .split_once("<link name=\"front_left_roller_1_link\">")
         .unwrap();
@@ -196,7 +195,7 @@ fn rows_of_a_robot_whose_parts_were_changed_are_not_taken_for_those_of_this_one(
     differ();
     folder.write("parts.xacro", &with_mesh);
     assert_eq!([by_friction(), by_robot()], before);
-    // One that cannot be read makes failed rows, not no study.
+    // An unreadable file gives failed rows; the study itself is valid.
     folder.write("parts.xacro", "<robot");
     differ();
 }

@@ -1,5 +1,4 @@
-//! Studies: the same rows for any number of workers and stops, and faults in
-//! words.
+//! Studies: the same rows for any number of workers and interruptions, and error messages.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -26,7 +25,7 @@ fn a_grid_has_every_combination_and_each_row_is_the_run_that_it_says() {
     assert_eq!((rows.len(), points.len()), (6, 6));
     for row in &rows {
         assert_eq!(row.status, Status::Done, "{row:?}");
-        // As a person runs it with `--set`.
+        // The equivalent run with `--set`.
         let task = study.task(row.run);
         let scenario =
             Scenario::load_with(folder.path("base.toml"), &study.settings(&task)).unwrap();
@@ -125,7 +124,7 @@ fn a_study_that_was_stopped_runs_only_what_is_missing_and_gives_the_same_rows() 
     for row in study.run_parts(&[1, 4], &Options::default(), None).unwrap() {
         store.put(row).unwrap();
     }
-    // As a process that was killed in the middle of a row leaves it.
+    // The state after a process was killed in the middle of a row.
     drop(store);
     let mut log = std::fs::read(out.join("rows.log")).unwrap();
     let half = log[..100].to_vec();
@@ -167,7 +166,7 @@ fn shards_make_all_rows_between_them_and_the_same_bytes_as_one_study() {
         &|_| (),
     )
     .unwrap();
-    // What is merged needs none of the study's files.
+    // A merge needs none of the study's files.
     std::fs::remove_file(folder.path("study.toml")).unwrap();
     std::fs::remove_file(folder.path("base.toml")).unwrap();
     let (merged, store) = merge().unwrap();
@@ -194,7 +193,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
         ),
         "{changed}"
     );
-    // What is only looked at changes no row.
+    // Looking at rows does not change them.
     let looked =
         format!("quantities = [\"slip_energy_j\"]\nexpect.slip_energy_j = {{ max = 1 }}\n{GRID}");
     assert!(Store::open(&out, &folder.study(&looked).unwrap(), None).is_ok());
@@ -389,8 +388,8 @@ fn a_fault_points_at_its_place_in_the_study() {
 #[test]
 fn a_crossing_is_found_on_the_robot_and_found_again_without_a_run() {
     let folder = Folder::new();
-    // At 3 m/s^2 sideways a robot of friction mu slides where mu is too small: what it loses falls
-    // with the friction.
+    // At 3 m/s^2 sideways a robot slides if the friction mu is too small: its losses fall with the
+    // friction.
     let text = "[find]\nkey = \"world.floor.friction\"\nfrom = 0.01\nto = 0.8\nscale = \"log\"\nquantity = \"slip_energy_j\"\n\
                 crosses = 0.1\ntolerance = 0.02\nscan = 5\n";
     let study = folder.study(text).unwrap();
@@ -446,7 +445,7 @@ fn a_minimum_is_found_on_the_robot_within_its_bound() {
         Some(least),
         "the best of all that was tried"
     );
-    // Faster loops follow better: it lies in the upper part of the range.
+    // Faster loops follow better: the minimum is in the upper part of the range.
     assert!(minimum.minimum.place[0] > 0.5, "{minimum:?}");
 }
 
@@ -487,7 +486,7 @@ fn traces_are_kept_of_the_worst_and_the_failed_alone() {
             .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
             .collect();
         names.sort();
-        // A scenario that cannot be read leaves nothing that could be kept.
+        // An unreadable scenario leaves no trace to keep.
         let expected: Vec<&str> = expected.into_iter().filter(|_| keep != "failed").collect();
         assert_eq!(names, expected, "{keep}");
         for name in names {
@@ -499,8 +498,8 @@ fn traces_are_kept_of_the_worst_and_the_failed_alone() {
     }
 }
 
-/// Of designs without a run: wheels on a ring with rollers at gamma are held by the one that turns
-/// fastest, at rho q'max cos(gamma) in the direction along its roller's axis, whatever the count;
+/// Designs without simulation: wheels on a ring with rollers at gamma are limited by the fastest
+/// one, at rho q'max cos(gamma) in the direction along its roller's axis, for any number of wheels;
 /// and on the spot by |b| cos(gamma) / cos(gamma).
 #[test]
 fn a_study_without_physics_says_what_designs_can_do() {
@@ -537,7 +536,7 @@ fn a_study_without_physics_says_what_designs_can_do() {
         let least_m_s2 = figure("design.acceleration_least_m_s2").unwrap();
         assert!(least_m_s2 > 0.0 && least_m_s2 <= figure("design.acceleration_most_m_s2").unwrap());
     }
-    // Again, the same; and what is of runs alone is refused.
+    // Repeated, the same; and quantities of runs are refused.
     assert_eq!(folder.rows(&text), rows);
     let axes = "[axes]\nworld.floor.friction = [0.2, 0.6]\n";
     for (text, said) in [

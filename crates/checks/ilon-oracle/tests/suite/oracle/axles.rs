@@ -1,5 +1,5 @@
-//! Rollers on bushings, in both engines: friction on axles that follows the load slows a robot that coasts sideways or slantwise, and not one that coasts
-//! ahead.
+//! Rollers on bushings, in both engines: axle friction proportional to the load slows a robot that
+//! coasts sideways or diagonally, but not one that coasts ahead.
 
 use ilon_robot::{Joint, Twist};
 
@@ -8,10 +8,11 @@ use crate::oracle::cases::twist;
 use crate::oracle::course::Course;
 use crate::oracle::engines::{Springs, in_ilon, on_springs};
 
-/// When the wheels are let go, in seconds.
+/// When the wheels become free, in seconds.
 const FREE_FROM_S: f64 = 0.6;
 
-/// Up to a twist within 0.4 s; from 0.6 s on the wheels are free. Rollers turn on dry bushings of 0.15 of their radius; nothing else has losses.
+/// Up to a twist within 0.4 s; from 0.6 s on the wheels are free. Rollers turn on dry bushings of
+/// 0.15 of their radius; nothing else has losses.
 fn coasting(name: &str, friction: f64, from: Twist) -> Case {
     let mut robot = robot("mecanum4");
     for wheel in &mut robot.wheels {
@@ -37,11 +38,12 @@ fn slows_m_s2(course: &Course) -> f64 {
     let way_m = |from_s: f64, until_s: f64| {
         (course.at(until_s).position_m - course.at(from_s).position_m).norm()
     };
-    // Of ways over a tenth of a second, half a second apart.
+    // From the paths over two periods of a tenth of a second, half a second apart.
     (way_m(0.7, 0.8) - way_m(1.2, 1.3)) / (0.1 * 0.5)
 }
 
-/// Springs of a quarter of the stiffness, and twice the step, say what is known of both engines; beside it a hundredth of what the bushings take.
+/// The tolerance is the change in both engines with springs of a quarter of the stiffness and twice
+/// the step, plus a hundredth of the bushings' effect.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn bushings_slow_a_robot_alike_in_both_engines() {
@@ -67,8 +69,8 @@ fn bushings_slow_a_robot_alike_in_both_engines() {
         assert!(apart_m < within_m + 0.01 * taken_m, "{name}");
         slowed.push((slows, heats));
     }
-    // A drag of sqrt(2) mu a / r of the weight sideways. Rollers are up to a fifth thinner towards their ends, and spin faster there; what wheels and
-    // rollers are slowed by beside the mass is 3 % of it.
+    // A drag of sqrt(2) mu a / r of the weight sideways. Rollers are up to a fifth thinner towards
+    // their ends, and spin faster there; the inertia of wheels and rollers adds 3 % to the mass.
     let expected = 2.0_f64.sqrt() * 0.2 * 0.15 * 9.81;
     let ([ilon, oracle], heats) = slowed[1];
     assert!((ilon / oracle - 1.0).abs() < 0.01, "{ilon} {oracle}");

@@ -1,22 +1,22 @@
-//! What is done to a robot, for both engines alike.
+//! Test cases for both engines.
 
 use ilon_formats::LoadRobot;
 use ilon_oracle::Plate;
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::Vector3;
 
-/// Commands change, and courses are recorded, so often.
+/// Period at which commands change and rows are recorded, in seconds.
 pub const TICK_S: f64 = 0.005;
 
-/// Torque of a wheel by which it falls short of its target rate, in N m s/rad. No integral, no limit.
+/// Torque of a wheel per lag behind its target rate, in N m s/rad. No integral, no limit.
 pub const GAIN_N_M_S: f64 = 0.3;
 
-/// What turns the wheels.
+/// The drive of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wheels {
-    /// Each follows the rate that the ideal kinematics assigns to this twist of the body.
+    /// Each follows the rate that the ideal kinematics gives for this twist of the body.
     Follow(Twist),
-    /// Nothing.
+    /// None.
     Free,
 }
 
@@ -28,7 +28,7 @@ pub struct Shove {
     pub until_s: f64,
 }
 
-/// One thing to do to a robot.
+/// A test case.
 pub struct Case {
     pub name: String,
     pub robot: Robot,
@@ -39,7 +39,7 @@ pub struct Case {
     pub shove: Option<Shove>,
     /// The direction of a nap in the world, in radians, and friction across it over that along it.
     pub nap: Option<(f64, f64)>,
-    /// What lies on the floor.
+    /// Plates on the floor.
     pub plates: Vec<Plate>,
     /// Damping along the oracle's normals over that of [`ilon_oracle::ContactLaw::stiff`].
     pub damped: f64,
@@ -74,12 +74,13 @@ impl Case {
         }
     }
 
-    /// Ticks of the whole case.
+    /// Number of ticks of the case.
     pub fn ticks(&self) -> usize {
         (self.duration_s / TICK_S).round() as usize
     }
 
-    /// Target rates of the wheels in the tick that starts at `t_s`, in rad/s; `None` where they are free.
+    /// Target rates of the wheels in the tick that starts at `t_s`, in rad/s; `None` if they are
+    /// free.
     pub fn targets_rad_s(&self, t_s: f64) -> Option<Vec<f64>> {
         match (self.wheels)(t_s + 1e-9) {
             Wheels::Follow(twist) => {
@@ -90,27 +91,29 @@ impl Case {
         }
     }
 
-    /// The force that acts in the tick that starts at `t_s`, in N.
+    /// The force in the tick that starts at `t_s`, in N.
     pub fn force_n(&self, t_s: f64) -> Option<Vector3<f64>> {
         let shove = self.shove?;
         let acts = (shove.from_s..shove.until_s).contains(&(t_s + 0.5 * TICK_S));
         acts.then_some(shove.force_in_world_n)
     }
 
-    /// Where the force acts, in the body frame, in metres.
+    /// Point of application of the force in the body frame, in metres.
     pub fn pushed_at_m(&self) -> Vector3<f64> {
         self.robot.chassis.mass.center_of_mass_m
     }
 
-    /// How far the wheels are from the body's origin, at most, in metres: a turn of the robot moves them by so much a radian.
+    /// The largest distance of a wheel from the body's origin, in metres: its displacement per
+    /// radian of the robot's turn.
     pub fn arm_m(&self) -> f64 {
         let arms = self.robot.wheels.iter().map(|w| w.position_m().xy().norm());
         arms.fold(0.0, f64::max)
     }
 }
 
-/// The rate at which a wheel's lowest roller does not slide along its axis **a** while the body moves with a twist, in rad/s:
-/// **a** . (v + omega x **b** + q' **p**) = 0, with **p** the velocity of the wheel's lowest point at unit rate.
+/// The rate at which a wheel's lowest roller does not slide along its axis **a** while the body
+/// moves with a twist, in rad/s: **a** . (v + omega x **b** + q' **p**) = 0, with **p** the
+/// velocity of the wheel's lowest point at unit rate.
 fn rate_of(wheel: &Wheel, twist: Twist) -> f64 {
     let (a, b, n) = (wheel.roller_axis(), wheel.position_m(), wheel.axis());
     let velocity = Vector3::new(
@@ -123,7 +126,7 @@ fn rate_of(wheel: &Wheel, twist: Twist) -> f64 {
     -a.dot(&velocity.xy()) / a.dot(&p.xy())
 }
 
-/// From rest to `end` from `from_s` on, at even acceleration within `ramp_s`.
+/// From rest to `end`, starting at `from_s`, at constant acceleration within `ramp_s`.
 pub fn ramp(end: Twist, from_s: f64, ramp_s: f64) -> impl Fn(f64) -> Twist {
     move |t_s| end.scaled(((t_s - from_s) / ramp_s).clamp(0.0, 1.0))
 }

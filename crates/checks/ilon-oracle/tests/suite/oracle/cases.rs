@@ -1,11 +1,11 @@
-//! The cases: transients in which rollers really slide, coasting, a locked wheel, and steady drives.
+//! The cases: transients in which rollers slide, coasting, a locked wheel, and steady drives.
 
 use ilon_robot::Twist;
 use nalgebra::Vector3;
 
 use crate::oracle::case::{Case, Shove, Wheels, ramp, robot};
 
-/// A start within `ramp_s` on a floor that gives less.
+/// A start within `ramp_s` that demands more than the floor's grip.
 pub fn start(name: &str, end: Twist, ramp_s: f64, friction: f64, duration_s: f64) -> Case {
     let target = ramp(end, 0.2, ramp_s);
     Case::new(name, robot("mecanum4"), friction, duration_s, move |t_s| {
@@ -13,7 +13,7 @@ pub fn start(name: &str, end: Twist, ramp_s: f64, friction: f64, duration_s: f64
     })
 }
 
-/// A gentle start over 0.8 s; at 1.2 s all wheels are to stand at once.
+/// A gentle start over 0.8 s; at 1.2 s all wheels are commanded to stop at once.
 pub fn emergency_stop(name: &str, from: Twist, friction: f64) -> Case {
     let target = ramp(from, 0.2, 0.8);
     Case::new(name, robot("mecanum4"), friction, 1.9, move |t_s| {
@@ -25,7 +25,8 @@ pub fn emergency_stop(name: &str, from: Twist, friction: f64) -> Case {
     })
 }
 
-/// 60 N for 0.3 s on the chassis's centre of mass, at an angle to the left of straight ahead, wheels held at rest.
+/// 60 N for 0.3 s on the chassis's centre of mass, at an angle to the left of straight ahead,
+/// wheels held at rest.
 pub fn push(name: &str, robot_name: &str, angle_deg: f64, friction: f64) -> Case {
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let mut case = Case::new(name, robot(robot_name), friction, 1.0, |_| {
@@ -39,7 +40,7 @@ pub fn push(name: &str, robot_name: &str, angle_deg: f64, friction: f64) -> Case
     case
 }
 
-/// When the wheels of [`coasting`] are let go, in seconds.
+/// When the wheels of [`coasting`] become free, in seconds.
 pub const COASTS_FROM_S: f64 = 1.2;
 
 /// Up to a twist within 0.8 s; from 1.2 s on the wheels are free.
@@ -107,7 +108,7 @@ pub fn push_volksbot() -> Case {
     push("push 60 N, mu 0.6, volksbot, 30 deg", "volksbot", 30.0, 0.6)
 }
 
-/// The same on four wheels, which can share the weight in many ways.
+/// The same on four wheels, whose loads are statically indeterminate.
 pub fn push_mecanum() -> Case {
     push("push 60 N, mu 0.6, 30 deg", "mecanum4", 30.0, 0.6)
 }

@@ -1,4 +1,4 @@
-//! What a robot does, as either engine records it, and how courses differ.
+//! Recorded motions of either engine, and their differences.
 
 use ilon_robot::wrap_angle;
 use nalgebra::Vector2;
@@ -8,15 +8,16 @@ use nalgebra::Vector2;
 pub struct Sums {
     /// Heat of sliding.
     pub slip_j: f64,
-    /// What the contacts took along the ground: sliding, and in the oracle the dampers and lost bends of the bristles, too.
+    /// Dissipated by contacts along the ground: sliding, and in the oracle also the dampers and
+    /// lost energy of the bristles.
     pub along_ground_j: f64,
-    /// What the contacts took besides: the oracle's dampers, ilon's impacts.
+    /// Otherwise dissipated by contacts: the oracle's dampers, ilon's impacts.
     pub other_j: f64,
     /// Work of the wheels' drives.
     pub drives_j: f64,
     /// Heat of the bearings.
     pub bearings_j: f64,
-    /// Kinetic energy now.
+    /// Current kinetic energy.
     pub kinetic_j: f64,
 }
 
@@ -28,7 +29,7 @@ pub struct Row {
     /// Not wrapped.
     pub heading_rad: f64,
     pub yaw_rate_rad_s: f64,
-    /// Sliding speed of the fastest wheel, its rollers' mean weighted by load, in m/s.
+    /// Sliding speed of the fastest wheel, the load-weighted mean over its rollers, in m/s.
     pub slide_m_s: f64,
     /// Each wheel's normal force, the mean over the tick, in N.
     pub loads_n: Vec<f64>,
@@ -41,7 +42,7 @@ pub struct Row {
     pub sums: Sums,
 }
 
-/// A run.
+/// A recorded motion.
 #[derive(Clone, Debug, Default)]
 pub struct Course {
     pub rows: Vec<Row>,
@@ -69,20 +70,21 @@ impl Course {
             .expect("the course has begun")
     }
 
-    /// Length of the way of a point that turning moves by `arm_m` a radian, in metres.
+    /// Path length of a point that turning moves by `arm_m` per radian, in metres.
     pub fn way_m(&self, arm_m: f64) -> f64 {
         let pairs = self.rows.windows(2);
         pairs.map(|pair| apart_m(&pair[0], &pair[1], arm_m)).sum()
     }
 
-    /// The largest distance from another course at the same time, turning counted on an arm, in metres.
+    /// The largest distance from another course at the same time, with turning counted on an arm,
+    /// in metres.
     pub fn worst_m(&self, other: &Self, arm_m: f64) -> f64 {
         let pairs = self.rows.iter().zip(&other.rows);
         pairs.map(|(a, b)| apart_m(a, b, arm_m)).fold(0.0, f64::max)
     }
 
-    /// The longest stretch of ticks in which rollers slide faster than `limit_m_s`: the ends of its first and last tick.
-    /// Shorter ones are rollers that are brought to their spin at hand-overs.
+    /// The longest sequence of ticks in which rollers slide faster than `limit_m_s`: the ends of
+    /// its first and last tick. Shorter ones are rollers that are spun up at hand-overs.
     pub fn slide_s(&self, limit_m_s: f64) -> Option<(f64, f64)> {
         let stretches = self
             .rows
@@ -92,7 +94,8 @@ impl Course {
         Some((longest[0].t_s, longest[longest.len() - 1].t_s))
     }
 
-    /// The course as far beyond this one as this one is beyond `from`: position, heading, yaw rate and sums.
+    /// The course as far beyond this one as this one is beyond `from`: position, heading, yaw rate
+    /// and sums.
     pub fn beyond(&self, from: &Self) -> Self {
         let mut beyond = self.clone();
         for (row, from) in beyond.rows.iter_mut().zip(&from.rows) {

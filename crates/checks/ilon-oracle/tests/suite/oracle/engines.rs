@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2};
 use crate::oracle::case::{Case, GAIN_N_M_S, TICK_S};
 use crate::oracle::course::{Course, Row, Sums};
 
-/// How stiff the oracle's springs are, and its step, which follows the springs.
+/// The stiffness of the oracle's springs, and the step that resolves them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
     pub stiffness_n_m: f64,
@@ -16,7 +16,8 @@ pub struct Springs {
 }
 
 impl Springs {
-    /// Springs of this stiffness in N/m; half of the step for four times the stiffness, 5 us for 2e7 N/m.
+    /// Springs of this stiffness in N/m; half the step for four times the stiffness, 5 us for
+    /// 2e7 N/m.
     pub fn of(stiffness_n_m: f64) -> Self {
         Self {
             stiffness_n_m,
@@ -76,7 +77,8 @@ pub fn on_springs(case: &Case, springs: Springs) -> Course {
     course
 }
 
-/// Starts where ilon has the robot stand. It stands by itself before it moves, so that whatever were wrong with that would show.
+/// Starts at ilon's standing pose. The robot stands by itself before it moves, so that an error in
+/// the pose would show.
 fn stand_up(engine: &mut Engine, case: &Case) {
     let world = in_world(case, &case.robot, 1e-3, None);
     let stands = world.robot().state();
@@ -125,15 +127,15 @@ fn row_of(engine: &Engine, loads_n: Vec<f64>) -> Row {
     }
 }
 
-/// Dry friction that holds a locked wheel in ilon, in N m: more than any wheel here is turned with.
+/// Dry friction that locks a wheel in ilon, in N m; more than any wheel's torque here.
 const LOCK_N_M: f64 = 6.0;
 
-/// ilon's course, its settings the default ones but for these.
+/// ilon's course with these settings, otherwise the default ones.
 pub fn in_ilon(case: &Case, step_s: f64, contact_stiffness_n_m: Option<f64>) -> Course {
     course_in_ilon(case, case.robot.clone(), step_s, contact_stiffness_n_m)
 }
 
-/// ilon's course on treads that are the oracle's springs.
+/// ilon's course on treads with the oracle's springs.
 pub fn on_treads(case: &Case, stiffness_n_m: f64, step_s: f64) -> Course {
     let law = ContactLaw::stiff(stiffness_n_m, case.friction, &case.robot);
     let mut tread = Tread::new(law.normal_stiffness_n_m);
@@ -222,7 +224,7 @@ fn as_box(plate: &Plate) -> GroundBox {
     }
 }
 
-/// The wheels' torques for one step, falling with the rates that they gain within it.
+/// The wheels' torques for one step, which fall with the rates gained within it.
 fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
     let Some(targets) = targets else { return };
     let rates = world

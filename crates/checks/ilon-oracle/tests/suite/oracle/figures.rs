@@ -1,4 +1,5 @@
-//! Figures of docs/measured.md that are no transients: wheel loads, heat of sliding in a fast turn, energy lost at hand-overs.
+//! Figures of docs/measured.md that are not transients: wheel loads, heat of sliding in a fast
+//! turn, energy lost at hand-overs.
 
 use crate::oracle::case::Case;
 use crate::oracle::cases::{COASTS_FROM_S, coasting, steady, twist};
@@ -8,7 +9,7 @@ use crate::oracle::engines::{Springs, in_ilon, on_springs};
 const STIFFNESSES_N_M: [f64; 5] = [2e5, 2e6, 2e7, 8e7, 3.2e8];
 const ILON_STEPS_S: [f64; 4] = [2.5e-3, 1e-3, 5e-4, 2.5e-4];
 
-/// Both engines over a case, each over its settings.
+/// Both engines on a case, each with several settings.
 fn all(case: &Case) -> Vec<(String, Course)> {
     let springs = STIFFNESSES_N_M.map(|k| {
         (
@@ -20,7 +21,8 @@ fn all(case: &Case) -> Vec<(String, Course)> {
     springs.into_iter().chain(steps).collect()
 }
 
-/// Mean and standard deviation over rows and wheels, lowest and highest of any wheel's load over the last three seconds.
+/// Mean and standard deviation over rows and wheels, lowest and highest of any wheel's load over
+/// the last three seconds.
 fn loads_of(course: &Course) -> [f64; 4] {
     let end_s = course.end().t_s;
     let held = course.rows.iter().filter(|row| row.t_s > end_s - 3.0);
@@ -70,7 +72,7 @@ fn heat_in_a_fast_turn() {
     }
 }
 
-/// Hand-overs of all wheels between two rows.
+/// Number of hand-overs of all wheels between two rows.
 fn hand_overs(case: &Case, from: &Row, to: &Row) -> f64 {
     let wheels = case
         .robot

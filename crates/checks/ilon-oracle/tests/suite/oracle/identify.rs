@@ -1,5 +1,5 @@
-//! Logs that the oracle made, with noise and whole counts: what identification finds in them must be what the robot is, as often as its
-//! intervals promise.
+//! Identification from logs of the oracle with noise and encoder counts: the intervals must contain
+//! the true parameters as often as they promise.
 
 use std::f64::consts::TAU;
 
@@ -18,12 +18,13 @@ use crate::oracle::logs::{NOISE_M, NOISE_RAD, Ride, any_angles, logged, robot, u
 /// Soft enough that a pool of drives takes minutes.
 const SPRINGS_N_M: f64 = 2e6;
 
-/// A drive of the true robot in the oracle, as it was: six twists, in an order and from wheel angles of chance, by the rates that the robot
-/// as it is known gives them.
+/// A drive of the true robot in the oracle, without noise: six twists in a random order and from
+/// random wheel angles, with the wheel rates of the assumed robot.
 fn course(truth: &Robot, known: &Robot, seed: u64) -> Log {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let start_rad = any_angles(known, &mut rng);
-    // Each along one axis: of a drive between them the mean is not that of its parts, as wheels that stand keep their rollers.
+    // Each along one axis: the mean of a combined drive is not that of its parts, as wheels at rest
+    // keep their rollers.
     let mut twists = vec![
         [0.2, 0.0, 0.0],
         [0.0, 0.2, 0.0],
@@ -60,8 +61,8 @@ fn fitted(known: &Robot, free: &[&str], evidence: &Evidence, noise: Noise) -> Fi
     fit(&model, evidence, &all, noise).expect("a fit")
 }
 
-/// What the true robot makes of the rates that the known robot gives a twist, over that twist: the mean over wheel angles of the twist
-/// without slip at the rollers that touch.
+/// The true robot's twist over the commanded one, with the wheel rates of the assumed robot: the
+/// mean over wheel angles of the twist without slip at the rollers in contact.
 fn gains(truth: &Robot, known: &Robot) -> [f64; 3] {
     let mut contact = ContactKinematics::new(truth).expect("rollers");
     let kinematics = Kinematics::new(known).expect("wheels that drive");
@@ -82,7 +83,7 @@ fn gains(truth: &Robot, known: &Robot) -> [f64; 3] {
     })
 }
 
-/// A robot as its file has it and as it is in truth.
+/// A robot as in its file, and the changes of the true robot.
 struct Pair {
     file: &'static str,
     spec: &'static str,
@@ -100,12 +101,13 @@ const PAIRS: [Pair; 2] = [
     },
 ];
 
-/// By how much the gains of all drives without noise may differ from those of the contact kinematics, which know no springs: at 2e6 N/m two
-/// rollers share each hand-over, by which a steady turn comes 1.4e-3 short (docs/rollers.md).
+/// Tolerance between the gains of all drives without noise and those of the contact kinematics,
+/// which have no springs: at 2e6 N/m two rollers share each hand-over, which shortens a steady turn
+/// by 1.4e-3 (docs/rollers.md).
 const OF_CONTACT: f64 = 2e-3;
 
-/// In how many of so many logs, each of eight drives out of a pool, each gain lies in its interval. The truth is what the robot did in all
-/// drives of the pool: seen without noise, and not counted.
+/// The number of logs, each of eight drives out of a pool, in which each gain lies in its interval.
+/// The truth is the fit to all drives of the pool without noise and counts.
 fn inside(pair: &Pair, pool: usize, logs: u32) -> Vec<(&'static str, u32)> {
     let (known, truth) = (robot(pair.file, ""), robot(pair.file, pair.spec));
     let courses: Vec<Log> = (0..pool as u64)
@@ -114,7 +116,7 @@ fn inside(pair: &Pair, pool: usize, logs: u32) -> Vec<(&'static str, u32)> {
         .collect();
     let names = ["gain.ahead", "gain.sideways", "gain.turn"];
     let of_contact = gains(&truth, &known);
-    // With the weights that noise gives, and without noise.
+    // With the weights for noise, but without noise.
     let weights = Noise {
         position_m: 2.0_f64.sqrt() * NOISE_M,
         heading_rad: 2.0_f64.sqrt() * NOISE_RAD,
@@ -157,8 +159,8 @@ fn inside(pair: &Pair, pool: usize, logs: u32) -> Vec<(&'static str, u32)> {
     names.into_iter().zip(counts).collect()
 }
 
-/// Of intervals that hold the truth in 95 of 100, fewer than 19 of 24 hold it once in a thousand; intervals half as wide as they ought to
-/// be would hold it in 16.
+/// With a true coverage of 95 %, fewer than 19 of 24 intervals contain the truth once in a thousand
+/// cases; intervals of half the proper width would contain it in 16.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn gains_of_the_oracles_robot_lie_in_their_intervals() {
@@ -170,7 +172,8 @@ fn gains_of_the_oracles_robot_lie_in_their_intervals() {
     }
 }
 
-/// Of a true coverage of 95 % a count below 90 has a chance of 1 %, and 100 of 100 one of 0.6 %.
+/// With a true coverage of 95 %, a count below 90 has a probability of 1 %, and 100 of 100 one of
+/// 0.6 %.
 #[test]
 #[ignore = "minutes: a hundred logs of two robots"]
 fn in_a_hundred_logs_of_the_oracle_intervals_keep_their_promise() {

@@ -1,4 +1,5 @@
-//! Keys that are fitted by simulating, held against logs that the oracle made: what ilon finds must be what the springs are.
+//! Keys fitted by simulation to logs of the oracle: ilon must find the stiffness of the oracle's
+//! springs.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,21 +14,22 @@ use rayon::prelude::*;
 use crate::oracle::logs::{FRICTION, Ride, any_angles, logged, robot, robot_file};
 
 const ROBOT: &str = "mecanum4.toml";
-/// The springs of the oracle: what is to be found.
+/// The springs of the oracle: the value to be found.
 const SPRINGS_N_M: f64 = 2e5;
 const KEY: &str = "rollers.tread.stiffness_n_m";
-/// What is driven, each in a log of its own, in m/s and rad/s. Ahead it does not matter how stiff a tread is.
+/// The twists, each in its own log, in m/s and rad/s. Straight ahead a tread's stiffness has no
+/// effect.
 const TWISTS: [[f64; 3]; 4] = [
     [0.0, 0.2, 0.0],
     [0.0, -0.2, 0.0],
     [0.12, 0.12, 0.0],
     [-0.12, 0.12, 0.0],
 ];
-/// A log, as long as the drives that are simulated, and what goes before it: a start, and what that stirs.
+/// Length of a log, which is that of the simulated drives, and of the start and settling before it.
 const LOG_S: f64 = 2.0;
 const START_S: f64 = 0.6;
 
-/// A drive in the oracle from wheel angles of chance, from when it is steady.
+/// A drive in the oracle from random wheel angles, once it is steady.
 fn steady(robot: &Robot, twist: [f64; 3], seed: u64) -> Log {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let ride = Ride {
@@ -51,7 +53,7 @@ fn steady(robot: &Robot, twist: [f64; 3], seed: u64) -> Log {
     log
 }
 
-/// A log as a table of text.
+/// A log as a text table.
 fn table(log: &Log, robot: &Robot) -> String {
     let mut text = "t,x,y,heading".to_owned();
     for wheel in &robot.wheels {
@@ -67,7 +69,7 @@ fn table(log: &Log, robot: &Robot) -> String {
     text
 }
 
-/// What ilon finds of drives, its treads damped as the oracle's springs are.
+/// What ilon identifies from drives, with its treads damped as the oracle's springs.
 fn found(logs: &[Log], robot: &Robot, seed: u64, folder: &Path) -> Identified {
     let mut runs = String::new();
     for (index, log) in logs.iter().enumerate() {
@@ -101,7 +103,8 @@ fn found(logs: &[Log], robot: &Robot, seed: u64, folder: &Path) -> Identified {
     identify(&study, &|_| ()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What is found of each of so many logs, each of one drive out of a pool for each twist: value, interval.
+/// The result for each of several logs, each of one drive out of a pool for each twist: value,
+/// interval.
 fn values(pool: u64, logs: u64) -> Vec<[f64; 3]> {
     let robot = robot(ROBOT, "rollers.length_factor = 1.3");
     let drives: Vec<Vec<Log>> = TWISTS
@@ -137,7 +140,8 @@ fn holds([_, low, high]: &[f64; 3]) -> bool {
     *low <= SPRINGS_N_M && SPRINGS_N_M <= *high
 }
 
-/// Ways between those of treads of 4e4 and of 2e6 N/m differ by 0.015, and are known to 1e-3 each: the logarithm of the range, 3.9, to 0.2 or 0.3.
+/// Paths on treads of 4e4 and of 2e6 N/m differ by 0.015, and are known to 1e-3 each: the logarithm
+/// of the range, 3.9, is determined to 0.2 or 0.3.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn the_stiffness_of_the_oracles_springs_is_found_within_its_interval() {
@@ -146,7 +150,8 @@ fn the_stiffness_of_the_oracles_springs_is_found_within_its_interval() {
     assert!((found[0] / SPRINGS_N_M).ln().abs() < 0.5, "{found:?}");
 }
 
-/// Of a true coverage of 95 % a count below 90 has a chance of 1 %, and 100 of 100 one of 0.6 %.
+/// With a true coverage of 95 %, a count below 90 has a probability of 1 %, and 100 of 100 one of
+/// 0.6 %.
 #[test]
 #[ignore = "half an hour: a hundred logs"]
 fn in_a_hundred_logs_of_the_oracle_the_interval_of_a_tread_holds_its_stiffness() {

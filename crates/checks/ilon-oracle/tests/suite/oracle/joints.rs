@@ -9,7 +9,7 @@ use crate::oracle::course::Course;
 use crate::oracle::engines::{Springs, in_ilon, on_springs};
 use crate::support::linked::{on_a_rocker, on_arms, on_slides};
 
-/// The mean over some time of what rows show.
+/// The mean over a time span of values in rows.
 fn mean(
     course: &Course,
     (from_s, until_s): (f64, f64),
@@ -23,7 +23,7 @@ fn mean(
     shown.iter().sum::<f64>() / shown.len() as f64
 }
 
-/// Loads of the wheels, then roll and pitch, then joints, each the mean over some time.
+/// Loads of the wheels, then roll and pitch, then joints, each the mean over a time span.
 fn means(course: &Course, over: (f64, f64)) -> (Vec<f64>, [f64; 2], Vec<f64>) {
     let row = course.end();
     let loads = (0..row.loads_n.len()).map(|w| mean(course, over, |row| row.loads_n[w]));
@@ -32,11 +32,12 @@ fn means(course: &Course, over: (f64, f64)) -> (Vec<f64>, [f64; 2], Vec<f64>) {
     (loads.collect(), leans, joints.collect())
 }
 
-/// What contacts of 2e7 N/m let a robot lean by, in rad, and a joint move, in rad or m.
+/// The lean of a robot on contacts of 2e7 N/m, in rad, and the motion of a joint, in rad or m.
 const GIVES: f64 = 5e-6;
 
-/// Holds that both engines have the same loads over some time, to within a share of a wheel's mean, the same lean to within a share of the
-/// largest angle that either shows, and joints likewise.
+/// Asserts that both engines have the same loads over a time span, within a share of a wheel's
+/// mean, the same lean within a share of the largest angle in either, and likewise the same joint
+/// positions.
 fn alike(case: &Case, over: (f64, f64), within: f64) {
     let springs = Springs {
         stiffness_n_m: 2e7,
@@ -50,7 +51,7 @@ fn alike(case: &Case, over: (f64, f64), within: f64) {
     for (a, b) in oracle.0.iter().zip(&ilon.0) {
         assert!((a - b).abs() < within * on_each_n, "loads {a} and {b} N");
     }
-    // Where nothing leans the oracle's softer contacts are left: 1.4 um of sag.
+    // Without a lean, the sag of the oracle's softer contacts remains: 1.4 um.
     let largest = |of: &[f64]| of.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let (lean, moved) = (largest(&oracle.1), largest(&oracle.2));
     for (a, b) in oracle.1.iter().zip(&ilon.1) {
@@ -88,8 +89,9 @@ fn arms_and_slides_bear_braking_alike_in_both_engines() {
     alike(&braking("slides", on_slides(60.0)), (0.9525, 1.1475), 1e-3);
 }
 
-/// A leaning wheel drops from roller to roller. A step in which it does must count neither the load nor the hit twice: the drives of a robot on slides
-/// that leans by 0.017 rad do the same work in both engines, to within what each still changes with its own settings, and that is little.
+/// A leaning wheel drops from roller to roller. A step with such a drop must count neither the load
+/// nor the impact twice. The drives of a robot on slides that leans by 0.017 rad do the same work
+/// in both engines, within the small change that each has with its own settings.
 #[test]
 fn leaning_wheels_cost_alike_in_both_engines() {
     let mut robot = on_slides(60.0);
@@ -110,8 +112,8 @@ fn leaning_wheels_cost_alike_in_both_engines() {
     let changed_j = (ilon[0] - ilon[1]).abs();
     let unknown_j = (oracle[0] - oracle[1]).abs() + changed_j;
     assert!((ilon[1] - oracle[1]).abs() < unknown_j, "{unknown_j} J");
-    // The load of a wheel over half a step of each of the 62 drops, at some 40 mm/s, is 6 % of the work at 2.5 ms: what is left of it once half of the
-    // drops are late and half early is a sixth of that at most.
+    // The load of a wheel over half a step of each of the 62 drops, at about 40 mm/s, is 6 % of the
+    // work at 2.5 ms. With half of the drops late and half early, at most a sixth of that remains.
     assert!(changed_j < 0.01 * ilon[1], "{changed_j} J");
 }
 
@@ -162,18 +164,20 @@ fn over_bars(name: &str, robot: Robot) -> Case {
     case
 }
 
-/// What contacts took along the ground, and in all, in J.
+/// Energy dissipated by contacts along the ground, and in total, in J.
 fn lost_j(course: &Course) -> [f64; 2] {
     let sums = course.end().sums;
-    // The oracle's bristles take what brings rollers to their spin, which is slip in ilon.
+    // The oracle's bristles dissipate the energy of spinning up rollers, which is slip in ilon.
     [sums.along_ground_j, sums.slip_j + sums.other_j]
 }
 
-/// Holds that both engines lose the same over ten bars, along the ground and in all, to within a twentieth and what each still changes with its own
-/// settings: the oracle with its two contacts, each a stiffness, a step and how much it is damped, ilon with steps of 0.5 and 0.25 ms.
+/// Asserts that both engines lose the same energy over ten bars, along the ground and in total,
+/// within a twentieth plus the change that each has with its own settings: the oracle with its two
+/// contacts, each a stiffness, a step and a damping factor, ilon with steps of 0.5 and 0.25 ms.
 ///
-/// How much of a hit at an edge goes along the ground and how much across it depends on how it goes on within the hit, which a step that takes it whole
-/// cannot see; and where hits throw the robot, each decides where the next one is.
+/// The share of an impact at an edge along the ground depends on its progress, which a step that
+/// contains the whole impact cannot resolve. If impacts throw the robot, each decides where the
+/// next one is.
 fn bars_cost_alike(name: &str, robot: Robot, contacts: [(f64, f64, f64); 2]) {
     let mut case = over_bars(name, robot);
     let oracle = contacts.map(|(stiffness_n_m, step_s, damped)| {
@@ -196,14 +200,16 @@ fn bars_cost_alike(name: &str, robot: Robot, contacts: [(f64, f64, f64); 2]) {
     }
 }
 
-/// Wheels on springs stay on the ground: softer and stiffer contacts of the oracle do nearly the same.
+/// Wheels on springs stay on the ground: softer and stiffer contacts of the oracle give nearly the
+/// same.
 #[test]
 fn ten_bars_cost_a_sprung_robot_alike_in_both_engines() {
     let contacts = [(8e6, 6e-6, 1.0), (2e7, 4e-6, 1.0)];
     bars_cost_alike("slides", on_slides(60.0), contacts);
 }
 
-/// Contacts of the oracle that are damped to 0.7 of critical throw wheels back with a fifth of their speed, those that are damped twice as much hardly.
+/// Contacts of the oracle with a damping ratio of 0.7 throw wheels back with a fifth of their
+/// speed, those with twice the damping hardly.
 const BOUNCING_OR_NOT: [(f64, f64, f64); 2] = [(8e6, 6e-6, 1.0), (8e6, 2.5e-6, 2.0)];
 
 #[test]

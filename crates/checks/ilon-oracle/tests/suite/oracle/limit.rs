@@ -1,15 +1,18 @@
-//! The courses that both engines tend to, and how well they are known.
+//! The limits of both engines' courses, and their uncertainty.
 //!
-//! **The oracle** tends to rigid contacts as its springs stiffen. Where a course depends on the stiffness at all, it does so
-//! through hand-overs: two rollers of a wheel touch at once while one is deeper than the other by less than the sag d = N / k. A
-//! roller past its end falls behind the wheel's circle with the square of the angle, so that both touch over an angle that
-//! grows with the root of d. The way to the limit then falls as 1 / sqrt(k): four times the stiffness halves it, and the limit is
-//! as far beyond the stiffer course as that is beyond the softer one. Courses without such dependence fall as 1 / k; the limit
-//! is then nearer. So the limit is known to within that distance at worst.
+//! **The oracle** tends to rigid contacts as its springs stiffen. If a course depends on the
+//! stiffness, it does so through hand-overs: two rollers of a wheel touch at once while one is
+//! deeper than the other by less than the sag d = N / k. A roller past its end recedes from the
+//! wheel's circle with the square of the angle, so that both touch over an angle that grows with
+//! the root of d. The distance to the limit then falls as 1 / sqrt(k): four times the stiffness
+//! halves it, and the limit is as far beyond the stiffer course as that is beyond the softer one.
+//! Courses without such dependence fall as 1 / k; the limit is then nearer. So the limit is known
+//! within that distance at worst.
 //!
-//! **ilon** has two numerical settings. Its error falls with the step, measured with an order of 0.6 to 1.1: what is left after
-//! halving is at most 1 / (2^0.6 - 1) = 1.94 of what halving changed. The stiffness of its contacts should not matter: what halving
-//! it changes is uncertain.
+//! **ilon** has two numerical settings. Its error falls with the step, with a measured order of 0.6
+//! to 1.1: the error after halving is at most 1 / (2^0.6 - 1) = 1.94 times the change by halving.
+//! The stiffness of its contacts should have no effect: the change by halving it counts as
+//! uncertainty.
 
 use ilon_robot::Scale;
 
@@ -17,13 +20,14 @@ use crate::oracle::case::Case;
 use crate::oracle::course::Course;
 use crate::oracle::engines::{Springs, in_ilon, on_springs};
 
-/// A course and how far the true one may be from it.
+/// A course and its uncertainty.
 pub struct Known {
     pub course: Course,
     pub within_m: f64,
 }
 
-/// The softer of the two stiffnesses that the limit is taken from, in N/m; the other is four times as stiff.
+/// The softer of the two stiffnesses that the limit is extrapolated from, in N/m; the other is four
+/// times as stiff.
 pub const SOFTER_N_M: f64 = 8e7;
 
 /// The limit of rigid contacts.
@@ -35,7 +39,7 @@ pub fn rigid(case: &Case) -> Known {
     Known { course, within_m }
 }
 
-/// ilon with half of `step_s`, at its usual contact stiffness.
+/// ilon with half of `step_s`, at its default contact stiffness.
 pub fn ilon(case: &Case, step_s: f64) -> Known {
     let gravity_m_s2 = ilon_world::Settings::default().gravity_m_s2;
     let usual_n_m = ilon_world::contact_stiffness_n_m(&Scale::of(&case.robot, gravity_m_s2));

@@ -1,4 +1,5 @@
-//! Logs that the oracle makes: what a robot did on its springs, and as encoders and a tracker saw it.
+//! Logs of the oracle: the true motion of a robot on its springs, and its measurement by encoders
+//! and a tracker.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -14,15 +15,15 @@ use rand_chacha::rand_core::Rng;
 use crate::oracle::case::GAIN_N_M_S;
 use crate::oracle::engines::Springs;
 
-/// Rows of a log are this far apart, in seconds.
+/// Time between rows of a log, in seconds.
 pub const ROW_S: f64 = 0.02;
-/// From one twist to the next the wheels go evenly, in seconds.
+/// Duration of a ramp between two twists, in seconds.
 pub const RAMP_S: f64 = 0.3;
-/// Encoder counts a turn of the wheel, and standard deviations of what the tracker sees.
+/// Encoder counts per wheel turn, and standard deviations of the tracker.
 const COUNTS: f64 = 4096.0;
 pub const NOISE_M: f64 = 3e-4;
 pub const NOISE_RAD: f64 = 5e-4;
-/// The friction of rollers and floor.
+/// Friction of rollers and floor.
 pub const FRICTION: f64 = 0.6;
 
 /// A robot of the project.
@@ -31,7 +32,7 @@ pub fn robot_file(file: &str) -> PathBuf {
     root.join(file)
 }
 
-/// The same, with keys of a description set anew.
+/// The same, with changed keys of its description.
 pub fn robot(file: &str, spec: &str) -> Robot {
     let mut options = LoadOptions::default();
     options.spec = toml::from_str(spec).expect("keys of a description");
@@ -44,32 +45,33 @@ pub fn uniform(rng: &mut ChaCha8Rng) -> f64 {
     rng.next_u64() as f64 / u64::MAX as f64
 }
 
-/// A normal number of deviation 1, after Box and Muller.
+/// A normally distributed number of deviation 1 (Box and Muller).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * (1.0 - uniform(rng)).max(1e-300).ln()).sqrt();
     radius * (TAU * uniform(rng)).cos()
 }
 
-/// Any angle of each wheel, in radians.
+/// Random angles of the wheels, in radians.
 pub fn any_angles(robot: &Robot, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let wheels = robot.wheels.iter();
     wheels.map(|_| TAU * uniform(rng)).collect()
 }
 
-/// A drive of the true robot in the oracle, by the rates that the robot as it is known gives each twist.
+/// A drive of the true robot in the oracle, with the wheel rates of the assumed robot for each
+/// twist.
 pub struct Ride<'a> {
     pub truth: &'a Robot,
     pub known: &'a Robot,
     pub springs_n_m: f64,
     pub start_rad: Vec<f64>,
-    /// One after the other, in m/s and rad/s.
+    /// In sequence, in m/s and rad/s.
     pub twists: Vec<[f64; 3]>,
-    /// Each for so long, in seconds, of which the first are a ramp.
+    /// Duration of each, including the ramp, in seconds.
     pub held_s: f64,
 }
 
 impl Ride<'_> {
-    /// What happened: no noise, no counts.
+    /// The true motion: no noise, no counts.
     pub fn log(&self) -> Log {
         let springs = Springs::of(self.springs_n_m);
         let steps = (ROW_S / springs.step_s).ceil();
@@ -126,7 +128,7 @@ impl Ride<'_> {
     }
 }
 
-/// The log of a ride: whole counts, and poses under noise.
+/// The log of a ride: integer counts, and poses with noise.
 pub fn logged(ride: &Log, rng: &mut ChaCha8Rng) -> Log {
     let mut log = ride.clone();
     let first = log.angles_rad[0].clone();

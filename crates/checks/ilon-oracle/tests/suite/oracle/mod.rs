@@ -1,4 +1,5 @@
-//! ilon's slip against the oracle's: two engines that share the robot's description and nothing else (docs/measured.md).
+//! ilon's slip against the oracle's: two engines that share only the robot's description
+//! (docs/measured.md).
 
 mod axles;
 mod case;

@@ -1,4 +1,5 @@
-//! A robot that is compliant by design, in both engines: the same law, each from what its own engine shows.
+//! A robot with passive compliance, in both engines: the same control law, each from its own
+//! engine's measurements.
 
 use ilon_control::{
     BodySense, Demand, Gain, Guidance, GuidanceSettings, Kinematics, PassiveTorque,
@@ -13,7 +14,7 @@ use crate::oracle::case::robot;
 
 const DT_S: f64 = 1e-3;
 
-/// What is done to a robot that holds its pose.
+/// A push on a robot that holds its pose.
 struct Scene {
     slope_deg: f64,
     friction: f64,
@@ -180,7 +181,8 @@ fn a_compliant_robot_goes_the_same_way_in_both_engines() {
             let off_m = (ours.position_m() - theirs.position_m()).norm();
             way_m = way_m.max(theirs.position_m().norm());
             println!("{name}: {:?} {:?} off {off_m:.2e} m", ours, theirs);
-            // The oracle's springs of 2 N/um give by 15 um under 28 N, along the ground too; and a per cent of the way.
+            // The oracle's springs of 2 N/um give way by 15 um under 28 N, also along the ground;
+            // plus one per cent of the path.
             assert!(off_m < 3e-5 + 0.01 * way_m, "{name}: {off_m} of {way_m}");
         }
         assert!(way_m > 5e-3, "{name}: {way_m}");

@@ -1,5 +1,5 @@
-//! Rollers with play along their axles, in both engines: the oracle lets a roller without mass go where floor and stops balance, on
-//! springs, and lays it down at its lower end while it is in the air.
+//! Rollers with play along their axles, in both engines. The oracle moves a massless roller to the
+//! balance of floor and stops, on springs, and puts it at its lower end while it is in the air.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,8 @@ use ilon_robot::Twist;
 
 const PLAY_M: f64 = 5e-4;
 
-/// Half a second of ramp and one of drive, with a force in N along the way from the end of the ramp on.
+/// Half a second of ramp and one of drive, with a force in N along the direction of motion from the
+/// end of the ramp on.
 fn drive(name: &str, play_m: f64, end: Twist, force_n: f64) -> Case {
     let mut robot = robot("mecanum4");
     for wheel in &mut robot.wheels {
@@ -30,7 +31,7 @@ fn drive(name: &str, play_m: f64, end: Twist, force_n: f64) -> Case {
     case
 }
 
-/// What play changes of the way is the same in both engines.
+/// The change of the path by play is the same in both engines.
 fn takes_alike(name: &str, end: Twist, force_n: f64) {
     let [case, tight] = [PLAY_M, 0.0].map(|play_m| drive(name, play_m, end, force_n));
     let arm_m = case.arm_m();
@@ -51,8 +52,9 @@ fn takes_alike(name: &str, end: Twist, force_n: f64) {
         1e3 * end(&springs[1]),
         1e3 * steps[1].worst_m(&springs[1], arm_m),
     );
-    // Springs of a quarter of the stiffness and twice the step say what is known of both; beside it a seventh of what the play takes: ilon
-    // knows a roller that comes down, and a stop that is hit, by its step of a quarter of a millisecond, the oracle by one of 8 us.
+    // The uncertainty is the change with springs of a quarter of the stiffness and twice the step,
+    // plus a seventh of the play's effect: ilon resolves a roller's touch-down and the impact on a
+    // stop with its step of a quarter of a millisecond, the oracle with one of 8 us.
     let taken_m = (end(&without) - end(&springs[1])).abs();
     let within_m = springs[0].worst_m(&springs[1], arm_m);
     let apart_m = treads.worst_m(&springs[1], arm_m);

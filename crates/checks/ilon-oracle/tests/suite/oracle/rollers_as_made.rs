@@ -1,5 +1,5 @@
-//! Rollers as they are made, in both engines: barrels of other crowns and lengths. The oracle finds the lowest sphere of a roller
-//! on its own, and knows nothing of which rollers ilon looks at.
+//! Barrels of other crowns and lengths, in both engines. The oracle finds the lowest sphere of a
+//! roller independently of the rollers that ilon considers.
 
 use ilon_robot::{RollersAsMade, Twist};
 
@@ -47,8 +47,9 @@ fn on_treads_made_rollers_drive_as_on_springs() {
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn rigid_made_rollers_drive_as_on_the_stiffest_springs() {
-    // The ends of flat neighbours are equally low for degrees of a turn: springs of any stiffness share the load there, and rub
-    // sideways, where a rigid wheel stands on one. That case is of treads, above.
+    // The ends of flat neighbours are equally low over degrees of a turn: springs of any stiffness
+    // share the load there and rub sideways, where a rigid wheel stands on one roller. The test
+    // with treads covers that case, above.
     let shared = |case: &Case| case.name.contains("flatter") && case.name.contains("sideways");
     for case in cases().into_iter().filter(|case| !shared(case)) {
         let arm_m = case.arm_m();
@@ -65,8 +66,9 @@ fn rigid_made_rollers_drive_as_on_the_stiffest_springs() {
             100.0 * apart_m / way_m,
             1e3 * within_m
         );
-        // Springs of a quarter of the stiffness and twice the step say what is known of both; beside it the two land otherwise: the
-        // oracle's rollers bounce on their springs, ilon's do not.
+        // The uncertainty is the change with springs of a quarter of the stiffness and twice the
+        // step; in addition the landings differ: the oracle's rollers bounce on their springs,
+        // ilon's do not.
         assert!(
             apart_m < within_m + 2e-3 * way_m,
             "{}: {apart_m} {within_m}",

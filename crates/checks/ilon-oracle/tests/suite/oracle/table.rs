@@ -5,7 +5,7 @@ use crate::oracle::course::Course;
 use crate::oracle::engines::{Springs, on_springs};
 use crate::oracle::limit;
 
-/// Where a course ends: x and y in mm where it moves, the heading where it turns.
+/// The end of a course: x and y in mm if it moves, the heading if it turns.
 fn end(course: &Course) -> String {
     let end = course.end();
     // Adding zero turns -0 into 0.

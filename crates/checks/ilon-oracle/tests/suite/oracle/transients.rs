@@ -1,12 +1,12 @@
-//! Transients with real slip.
+//! Transients with slip.
 
 use crate::oracle::case::{Case, TICK_S};
 use crate::oracle::cases;
 use crate::oracle::limit;
 
-/// Holds that ilon's course is the oracle's rigid limit to within what is known of both, and that this says something: less than
-/// 0.4 % of the way. The long slide of each case begins and ends in the same ticks of 5 ms or in neighbouring ones, and has the
-/// same heat.
+/// Asserts that ilon's course is the oracle's rigid limit within both uncertainties, which must be
+/// less than 0.4 % of the path. The long slide of each case begins and ends in the same ticks of
+/// 5 ms or in neighbouring ones, and has the same heat.
 fn agree(case: &Case) {
     let (ilon, oracle) = (limit::ilon(case, 5e-4), limit::rigid(case));
     let arm_m = case.arm_m();
@@ -30,7 +30,7 @@ fn agree(case: &Case) {
     println!("slides {slides:?} s");
     assert!((slides[0].0 - slides[1].0).abs() < 1.01 * TICK_S);
     assert!((slides[0].1 - slides[1].1).abs() < 1.01 * TICK_S);
-    // The heat is mu N times the sliding way: what the ways may differ by, it may, too.
+    // The heat is mu N times the sliding path: it may differ by as much as the paths.
     assert!((heats[0] / heats[1] - 1.0).abs() < 5e-3);
 }
 
@@ -56,7 +56,8 @@ fn a_robot_on_four_held_wheels_is_pushed_as_far_as_rigid_contacts_let_it() {
     agree(&cases::push_mecanum());
 }
 
-/// Over a nap at 20 degrees, across which it grips half as much: three wheels slide each in its own direction.
+/// On a nap at 20 degrees, with half the friction across it: three wheels slide each in its own
+/// direction.
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn a_robot_on_held_wheels_is_pushed_over_a_nap_as_far_as_an_elliptical_cone_lets_it() {

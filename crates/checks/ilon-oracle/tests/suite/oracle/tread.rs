@@ -1,4 +1,5 @@
-//! Rollers that give: ilon's treads against the oracle's springs of the same stiffness and damping, at any of them.
+//! Compliant rollers: ilon's treads against the oracle's springs of the same stiffness and damping,
+//! over a range of stiffnesses.
 
 use crate::oracle::case::Case;
 use crate::oracle::cases::{coasting, one_wheel_locked, steady, twist};
@@ -16,7 +17,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// The step of ilon, which its treads' springs are resolved by, in seconds.
+/// The step of ilon, which resolves its treads' springs, in seconds.
 const STEP_S: f64 = 2.5e-4;
 
 /// Both engines on springs of one stiffness, each at a step and at half of it.
@@ -48,7 +49,8 @@ impl Beside {
         self.oracle[1].way_m(self.arm_m)
     }
 
-    /// What halving the steps leaves unknown of both: methods of first order are off by no more than the last halving moved them.
+    /// The uncertainty of both after halving the steps: methods of first order are off by at most
+    /// the change of the last halving.
     fn within_m(&self) -> f64 {
         let [ilon, oracle] = [&self.ilon, &self.oracle];
         ilon[0].worst_m(&ilon[1], self.arm_m) + oracle[0].worst_m(&oracle[1], self.arm_m)
@@ -76,11 +78,11 @@ fn place(course: &Course) -> String {
     )
 }
 
-/// Of the way, what the engines may differ by beside what halving their steps leaves unknown: a sixtieth of what treads of 2e5 N/m
-/// change of the way, and as much as those of 2e7 N/m do.
+/// Allowed difference over the path, in addition to the uncertainty of the steps: a sixtieth of the
+/// change by treads of 2e5 N/m, and as much as the change by those of 2e7 N/m.
 const OF_THE_WAY: f64 = 1e-3;
 
-/// Lays both beside each other and holds that they are as near as is known of either.
+/// Asserts that both agree within their uncertainties.
 pub fn agree(case: &Case, stiffness_n_m: f64) {
     let beside = Beside::of(case, stiffness_n_m);
     let (apart_m, within_m, way_m) = (beside.apart_m(), beside.within_m(), beside.way_m());
@@ -129,7 +131,8 @@ fn table() {
     }
 }
 
-/// What a step that does not see the springs books as sliding is no more than the whole that contacts take: both parts are heat.
+/// The sliding heat of a step that does not resolve the springs is at most the total heat of the
+/// contacts.
 #[test]
 fn long_steps_book_no_more_sliding_than_contacts_take() {
     let case = coasting("coasting sideways from 0.5 m/s", twist(0.0, 0.5, 0.0));

@@ -1,18 +1,19 @@
-//! Robots whose wheels hang on springs, arms and rockers, all made from mecanum4.
+//! Robots whose wheels are on springs, arms and rockers, all made from mecanum4.
 
 use ilon_robot::{Body, BodyJoint, JointKind, JointRole, JointSpring, MassProperties, Robot};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use super::robot;
 
-/// The mass of what carries a wheel, in kg.
+/// The mass of a wheel's carrier, in kg.
 pub const CARRIER_KG: f64 = 0.1;
-/// The stiffness under a wheel, in N/m.
+/// The stiffness of the suspension at a wheel, in N/m.
 pub const STIFFNESS_N_M: f64 = 4000.0;
 /// Length of a swing arm, in metres.
 pub const ARM_M: f64 = 0.1;
 
-/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place whose axis is a direction.
+/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place with
+/// an axis.
 pub fn joint(
     (kind, role): (JointKind, JointRole),
     (place_m, axis): (Vector3<f64>, Vector3<f64>),
@@ -42,7 +43,7 @@ pub fn joint(
     }
 }
 
-/// A spring that is at rest at zero.
+/// A spring whose rest position is zero.
 pub fn sprung(stiffness: f64) -> JointRole {
     JointRole::Sprung(JointSpring {
         stiffness,
@@ -61,7 +62,8 @@ pub fn on_slides(damping: f64) -> Robot {
     })
 }
 
-/// Each wheel hangs on an arm behind its pivot, which a spring and a damper as stiff as those of [`on_slides`] at the wheel hold.
+/// Each wheel is on an arm behind its pivot, with a spring and a damper as stiff as those of
+/// [`on_slides`] at the wheel.
 pub fn on_arms(damping: f64) -> Robot {
     each_wheel(|hub_m| {
         let pivot_m = hub_m + ARM_M * Vector3::x();
@@ -83,7 +85,7 @@ fn each_wheel(joint_at: impl Fn(Vector3<f64>) -> BodyJoint) -> Robot {
     robot
 }
 
-/// The rear wheels hang on a rocker about the robot's long axis, with a damper in N m s/rad.
+/// The rear wheels are on a rocker about the robot's long axis, with a damper in N m s/rad.
 pub fn on_a_rocker(damping: f64) -> Robot {
     let mut robot = robot("mecanum4");
     let rear_m = robot.wheels[2].position_m().x;

@@ -39,7 +39,7 @@ pub fn engine(robot: &Robot, stiffness_n_m: f64, friction: f64, step_s: f64) -> 
     Engine::new(robot, settings).expect("the engine takes the robot")
 }
 
-/// Steps for so long.
+/// Takes steps for a duration.
 pub fn run(engine: &mut Engine, duration_s: f64) {
     let until_s = engine.time_s() + duration_s - 1e-9;
     while engine.time_s() < until_s {
@@ -47,7 +47,7 @@ pub fn run(engine: &mut Engine, duration_s: f64) {
     }
 }
 
-/// All wheels follow these rates.
+/// Sets all wheels to follow these rates.
 pub fn follow(engine: &mut Engine, rates_rad_s: &[f64]) {
     for (wheel, target_rad_s) in rates_rad_s.iter().enumerate() {
         engine.drive(
@@ -61,7 +61,7 @@ pub fn follow(engine: &mut Engine, rates_rad_s: &[f64]) {
     }
 }
 
-/// All wheels are locked.
+/// Locks all wheels.
 pub fn lock(engine: &mut Engine) {
     for wheel in 0..engine.wheel_angles_rad().len() {
         engine.drive(wheel, Drive::Locked);

@@ -16,7 +16,8 @@ use crate::Error;
 use crate::foreign::MOST_ROWS;
 use crate::scenario::Drives;
 
-/// What drives the robot and its joints, and where the real one was. Times are those of the recording.
+/// Reads the motion of robot and joints, and the real robot's poses. Times are those of the
+/// recording.
 pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
         wanted.wheels.iter().for_each(|wheel| {
@@ -98,7 +99,8 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
     })
 }
 
-/// Adds what a message says of joints. It may name some of them, and others that are no concern of the log's.
+/// Adds the joint data of a message. It may name some of the joints, and others that are
+/// irrelevant.
 fn move_joints(
     wanted: &Wanted<'_>,
     message: &ReadMessage,
@@ -140,7 +142,8 @@ fn move_joints(
     Ok(())
 }
 
-/// Adds where a trajectory takes joints, from when it came: in place of what is left of one before, from where that has come to.
+/// Adds a trajectory from the time of its message: it replaces the rest of an earlier one, and
+/// starts from the position reached.
 fn follow_trajectory(
     wanted: &Wanted<'_>,
     message: &ReadMessage,
@@ -169,7 +172,7 @@ fn follow_trajectory(
             }
             let after_s = &point.time_from_start;
             let at_s = t_s + f64::from(after_s.sec) + 1e-9 * f64::from(after_s.nanosec);
-            // A point of no time is where the joint shall be now.
+            // A point at time zero is the current target.
             if series.times_s.last().is_some_and(|last_s| *last_s == at_s) {
                 series.pop();
             }
@@ -193,7 +196,7 @@ fn read_all(
     })
 }
 
-/// Which types of messages say what is wanted, the likeliest first.
+/// The message types that can provide the data, the most likely first.
 fn types(drives: Drives) -> &'static [&'static str] {
     match drives {
         Drives::WheelRates => &[JointState::TYPE_NAME, Float64MultiArray::TYPE_NAME],
@@ -208,7 +211,7 @@ fn types(drives: Drives) -> &'static [&'static str] {
     }
 }
 
-/// The one topic whose messages can say what is wanted.
+/// The only topic whose messages can provide the data.
 fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> {
     let mut seen = Seen::default();
     read_all(wanted, files, &mut |message| {
@@ -248,7 +251,7 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
     }
 }
 
-/// Adds what a message asks of the robot.
+/// Adds the motion of a message.
 fn drive(
     wanted: &Wanted<'_>,
     message: &ReadMessage,
@@ -279,7 +282,7 @@ fn drive(
                 Drives::WheelAngles => (&joints.position, "position"),
                 _ => (&joints.effort, "effort"),
             };
-            // A message of other joints of the robot, of its arm, say.
+            // A message about other joints of the robot, such as an arm's.
             if values.is_empty()
                 || !joints
                     .name
@@ -337,7 +340,7 @@ fn drive(
     Ok(())
 }
 
-/// The poses of a message, x, y and heading, and how many seconds after its first each comes.
+/// The poses of a message, x, y and heading, each with its time after the first in seconds.
 fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3])>, Error> {
     if message.type_name == Odometry::TYPE_NAME {
         let odometry = decode::<Odometry>(wanted, message)?;
@@ -368,12 +371,12 @@ fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3
     Ok(vec![(0.0, stamped.pose.planar())])
 }
 
-/// What a message says, as one that drives the robot.
+/// Decodes a message that drives the robot.
 fn decode<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
     decode_of(wanted.section.drives, wanted, message)
 }
 
-/// What a message says, where those of some types would do.
+/// Decodes a message, naming the accepted types in an error.
 fn decode_of<M: Message>(
     drives: Drives,
     wanted: &Wanted<'_>,

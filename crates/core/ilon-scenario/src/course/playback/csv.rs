@@ -1,4 +1,4 @@
-//! Logs as CSV files: a header with the names of columns, and numbers.
+//! Logs as CSV files: a header with column names, and rows of numbers.
 
 use ilon_files::FileAccess;
 use ilon_robot::JointKind;
@@ -10,16 +10,16 @@ use crate::Error;
 use crate::foreign::{Column, Table, TableFormat};
 use crate::scenario::{Drives, Quantity};
 
-/// The longest log that is read, in bytes.
+/// The largest log that is read, in bytes. Chosen.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// The columns that may say when, and how many nanoseconds one of their units has.
+/// The possible time columns, with the nanoseconds of one of their units.
 const TIMES: [(&str, f64); 4] = [("t_s", 1e9), ("time_s", 1e9), ("t_ms", 1e6), ("t_ns", 1.0)];
 
 const PER_MINUTE: f64 = std::f64::consts::TAU / 60.0;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// What drives the robot and its joints, and where the real one was.
+/// Reads the motion of robot and joints, and the real robot's poses.
 pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     let mut table = Table::open(wanted.path, files, MAX_BYTES, TableFormat::default())?;
     let columns = Columns::find(wanted, &table)?;
@@ -39,13 +39,13 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
     Ok(contents)
 }
 
-/// The columns that are needed.
+/// The columns that are read.
 struct Columns {
     time: Column,
     driving: Vec<Column>,
-    /// Where the real robot was.
+    /// The real robot's pose.
     measured: Option<Vec<Column>>,
-    /// Of each joint that the log may drive, those of [`QUANTITIES`] that there are.
+    /// For each joint that the log may drive, the existing columns of [`QUANTITIES`].
     joints: Vec<Vec<Option<Column>>>,
 }
 
@@ -60,7 +60,7 @@ impl Columns {
         })
     }
 
-    /// Adds what a row holds, at a time.
+    /// Adds the data of a row, at a time.
     fn take(&self, row: &Table<'_>, t_s: f64, contents: &mut LogContents) -> Result<(), Error> {
         if let Some(values) = numbers(row, &self.driving)? {
             contents.driving.push(t_s, values);
@@ -73,7 +73,7 @@ impl Columns {
         for (columns, series) in self.joints.iter().zip(&mut contents.joints) {
             let mut said = [f64::NAN; QUANTITIES.len()];
             for (said, column) in said.iter_mut().zip(columns) {
-                // A joint that is logged less often leaves its cells empty, or writes that it knows no number.
+                // The cells of a joint that is logged less often are empty, or contain NaN.
                 if let Some(column) = column {
                     *said = row.number(column)?.unwrap_or(f64::NAN);
                 }
@@ -86,7 +86,8 @@ impl Columns {
     }
 }
 
-/// The numbers of columns that belong together; `None` where all are empty, as a log of something slower beside wheels leaves them.
+/// The numbers of columns that belong together; `None` if all are empty, as in a log of a slower
+/// signal beside wheels.
 fn numbers(row: &Table<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Error> {
     let found = columns.iter().map(|column| row.number(column));
     let found: Vec<Option<f64>> = found.collect::<Result<_, _>>()?;
@@ -100,13 +101,13 @@ fn numbers(row: &Table<'_>, columns: &[Column]) -> Result<Option<Vec<f64>>, Erro
         .map(Some)
 }
 
-/// The columns of a table under the names that the scenario gives them.
+/// The columns of a table, under the names from the scenario.
 struct NamedColumns<'a> {
     wanted: &'a Wanted<'a>,
     table: &'a Table<'a>,
 }
 
-/// What a column may be called, and what makes its numbers SI.
+/// A possible column name, and the factor to SI units.
 type Name = (String, f64);
 
 fn owned((name, factor): (&str, f64)) -> Name {
@@ -114,7 +115,7 @@ fn owned((name, factor): (&str, f64)) -> Name {
 }
 
 impl NamedColumns<'_> {
-    /// The one column that is called by any of these names, if there is one.
+    /// The only column with one of these names, if there is one.
     fn find(&self, names: &[Name]) -> Result<Option<Column>, Error> {
         let mut found = None;
         for (name, factor) in names {
@@ -124,7 +125,7 @@ impl NamedColumns<'_> {
         Ok(found)
     }
 
-    /// The one column that is called by any of these names.
+    /// The only column with one of these names.
     fn column(&self, names: &[Name]) -> Result<Column, Error> {
         self.find(names)?.ok_or_else(|| {
             let (first, _) = &names[0];
@@ -133,12 +134,12 @@ impl NamedColumns<'_> {
         })
     }
 
-    /// Of each joint that the log may drive, the columns of [`QUANTITIES`] that there are.
+    /// For each joint that the log may drive, the existing columns of [`QUANTITIES`].
     fn joints(&self) -> Result<Vec<Vec<Option<Column>>>, Error> {
         let by = self.wanted.section.joints_by.unwrap_or(Quantity::Position);
         let column_of = |(joint, kind): &(&str, JointKind), quantity: Quantity| {
             let theirs = self.wanted.name(joint);
-            // As a person writes it, or as in a trace of ilon; or as `playback.names` says.
+            // Named by hand, as in a trace of ilon, or by `playback.names`.
             let mut names: Vec<Name> = Vec::new();
             for (kind, factor) in endings(*kind, quantity) {
                 names.push((format!("{theirs}_{kind}"), *factor));
@@ -183,12 +184,12 @@ impl NamedColumns<'_> {
         }
     }
 
-    /// A column of each wheel.
+    /// One column per wheel.
     fn wheels(&self, kinds: &[(&str, f64)]) -> Result<Vec<Column>, Error> {
         let wheels = self.wanted.wheels.iter().enumerate();
         let columns = wheels.map(|(index, wheel)| {
             let theirs = self.wanted.name(wheel);
-            // By the joint's name, as a person writes it, or by its number, as in a trace of ilon.
+            // By the joint's name, as written by hand, or by its index, as in a trace of ilon.
             let mut names: Vec<Name> = Vec::new();
             for (kind, factor) in kinds {
                 names.push((format!("{theirs}_{kind}"), *factor));
@@ -202,7 +203,7 @@ impl NamedColumns<'_> {
         columns.collect()
     }
 
-    /// Where the real robot was: all three columns, or none.
+    /// The real robot's pose: all three columns, or none.
     fn measured(&self) -> Result<Option<Vec<Column>>, Error> {
         let x = self.wanted.name("measured_x_m");
         let is_known = self.table.names().iter().any(|name| name == x);
@@ -221,7 +222,7 @@ impl NamedColumns<'_> {
     }
 }
 
-/// How the names of columns end that say something of a joint, and what makes their numbers SI.
+/// The endings of a joint's column names, and the factors to SI units.
 fn endings(kind: JointKind, quantity: Quantity) -> &'static [(&'static str, f64)] {
     match (kind, quantity) {
         (JointKind::Turns, Quantity::Position) => {
@@ -245,9 +246,10 @@ fn time_ns(row: &Table<'_>, column: &Column) -> Result<i128, Error> {
     })
 }
 
-/// A time in whole nanoseconds, of which its unit has `unit_ns`.
+/// A time in whole nanoseconds; one unit is `unit_ns`.
 ///
-/// A decimal is read digit by digit: seconds since 1970 leave an f64 no digits for what happens within a period.
+/// A decimal is read digit by digit: an f64 with seconds since 1970 has no digits left for
+/// fractions of a period.
 fn nanoseconds(text: &str, unit_ns: f64) -> Option<i128> {
     let places = unit_ns.log10().round() as usize;
     let exact = || {
@@ -276,7 +278,7 @@ fn nanoseconds(text: &str, unit_ns: f64) -> Option<i128> {
     exact()
         .or_else(|| {
             let time_ns = text.parse::<f64>().ok()? * unit_ns;
-            // Beyond this, the difference of two would not fit.
+            // Beyond this, the difference of two times would overflow.
             (time_ns.abs() < 1e30).then(|| time_ns.round() as i128)
         })
         .filter(|time_ns| time_ns.unsigned_abs() < 1 << 100)
@@ -293,7 +295,7 @@ mod tests {
             ("1732255000.01", 1e9, 1_732_255_000_010_000_000),
             ("1732255000010.5", 1e6, 1_732_255_000_010_500_000),
             ("1732255000010000001", 1.0, 1_732_255_000_010_000_001),
-            // To the nearest, of digits that a sum of periods leaves behind.
+            // To the nearest: sums of periods leave such digits.
             ("0.06999999999999999", 1e9, 70_000_000),
             ("-0.25", 1e9, -250_000_000),
             (".5", 1e9, 500_000_000),

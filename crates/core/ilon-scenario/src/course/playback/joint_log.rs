@@ -1,4 +1,4 @@
-//! What a log tells the servo of a joint between bodies.
+//! The commands of a log to the servo of a joint between bodies.
 
 use super::series::Series;
 use super::wanted::Wanted;
@@ -6,23 +6,25 @@ use crate::Error;
 use crate::course::command::JointCommand;
 use crate::scenario::Quantity;
 
-/// The numbers that a row of a log may have of a joint, in the order in which the first that is said drives it; NaN of one that is not.
+/// The quantities that a row of a log may have for a joint, in order of precedence: the first one
+/// given drives it. NaN stands for a missing one.
 pub(super) const QUANTITIES: [Quantity; 3] = [Quantity::Position, Quantity::Rate, Quantity::Effort];
 
-/// What a log tells the servo of a joint, in rad and N m where it turns, in m and N where it slides.
+/// The commands of a log to the servo of a joint, in rad and N m for a revolute joint, in m and N
+/// for a prismatic one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointLog {
-    /// Where the joint was when the run begins; `None` of a log without positions of it.
+    /// The joint's position at the start of the run; `None` for a log without its positions.
     starts: Option<f64>,
-    /// Times in seconds of the run, growing, and what holds from then on. At least one.
+    /// Times in seconds of the run, increasing, and the command from each on. At least one.
     rows: Vec<(f64, Quantity, f64)>,
 }
 
 impl JointLog {
-    /// Of rows of [`QUANTITIES`] in times of the run; `None` where they say nothing that drives the joint.
+    /// From rows of [`QUANTITIES`] in times of the run; `None` if they do not drive the joint.
     ///
     /// # Errors
-    /// Of one row alone that is no position: nobody knows how long it holds.
+    /// For a single row that is not a position: its duration is unknown.
     pub(super) fn new(
         wanted: &Wanted<'_>,
         joint: &str,
@@ -50,12 +52,13 @@ impl JointLog {
         Ok((!rows.is_empty()).then_some(Self { starts, rows }))
     }
 
-    /// Where the joint was when the run begins, in rad or m; `None` of a log without positions of it.
+    /// The joint's position at the start of the run, in rad or m; `None` for a log without its
+    /// positions.
     pub fn starts(&self) -> Option<f64> {
         self.starts
     }
 
-    /// The positions that it takes the joint to, with their times in seconds.
+    /// The target positions, with their times in seconds.
     pub fn positions(&self) -> impl Iterator<Item = (f64, f64)> {
         let rows = self.rows.iter();
         rows.filter_map(|(t_s, quantity, number)| {
@@ -63,7 +66,7 @@ impl JointLog {
         })
     }
 
-    /// The greatest rate of the target that it asks for, in rad/s or m/s, and when that begins, in seconds of the run.
+    /// The fastest target rate, in rad/s or m/s, and its start, in seconds of the run.
     pub fn fastest(&self) -> (f64, f64) {
         let rate = |(index, row): (usize, &(f64, Quantity, f64))| {
             let next = self.rows.get(index + 1);
@@ -79,7 +82,8 @@ impl JointLog {
         rates.fold((0.0, 0.0), |most, of| if of.0 > most.0 { of } else { most })
     }
 
-    /// When it ends, in seconds of the run: with its last position, or when its last rate, torque or force has held as long as rows do on the mean.
+    /// The end, in seconds of the run: the time of the last position, or the time at which the last
+    /// rate, torque or force has lasted for the mean interval of rows.
     pub fn end_s(&self) -> f64 {
         let ((first_s, ..), (last_s, quantity, _)) = (self.rows[0], self.rows[self.rows.len() - 1]);
         match quantity {
@@ -88,8 +92,9 @@ impl JointLog {
         }
     }
 
-    /// What it tells the servo at a time in seconds: positions lie on the lines between them and stay before the first and after the last; a rate, a torque
-    /// or a force holds until the next row, and before the first and after the last the servo holds the joint where it is.
+    /// The command at a time in seconds. Positions are interpolated linearly, and constant before
+    /// the first and after the last. A rate, torque or force holds until the next row; before the
+    /// first and after the last the servo holds the joint's position.
     pub fn command_at(&self, t_s: f64) -> JointCommand {
         let next = self.rows.partition_point(|row| row.0 <= t_s);
         let stands = |position| JointCommand::Position {

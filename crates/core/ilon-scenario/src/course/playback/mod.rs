@@ -1,4 +1,4 @@
-//! A log that drives the robot.
+//! Logs that drive the robot.
 
 mod bag;
 mod csv;
@@ -20,10 +20,11 @@ use self::wanted::{LogContents, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
 
-/// Points of a path are at least this far apart, in seconds: a spline through poses that lie closer follows their noise.
+/// Points of a path are at least this far apart, in seconds: a spline through closer poses follows
+/// their noise. Chosen.
 const PATH_STEP_S: f64 = 0.25;
 
-/// A log that was read: what drives the robot, and where the real one was.
+/// The motion of a log, and the real robot's poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
     drives: Drives,
@@ -34,39 +35,40 @@ pub struct Log {
     control_dt_s: f64,
 }
 
-/// Where the real robot was.
+/// The real robot's poses.
 #[derive(Clone, Debug, PartialEq)]
 struct Measured {
     poses: Series,
-    /// Whether they are placed where the simulated robot starts: a log that says so from the beginning knows where that is.
+    /// Whether they are placed at the simulated robot's start. That requires a log with a pose from
+    /// the beginning.
     is_placed: bool,
 }
 
-/// What comes of a log.
+/// The result of reading a log.
 #[derive(Clone, Debug, Default)]
 pub struct Played {
-    /// What drives wheels or body; `None` of a log that drives joints alone.
+    /// The motion of wheels or body; `None` for a log that drives only joints.
     pub log: Option<Arc<Log>>,
-    /// What it tells the servos of joints between bodies: which of the robot's, and what.
+    /// Joint indices, and the commands to their servos.
     pub joints: Vec<(usize, Arc<JointLog>)>,
-    /// When what it drives ends, in seconds of the run.
+    /// The end of its motion, in seconds of the run.
     pub end_s: f64,
 }
 
-/// What a log asks of the wheels at a time.
+/// The demand of a log on the wheels at a time.
 pub enum Asked {
     /// Rates, in rad/s.
     Rates,
     /// Torques, in N m.
     Torques,
-    /// Those of a twist in the body frame.
+    /// The rates of a twist in the body frame.
     Twist(Twist),
 }
 
-/// Reads the log that a scenario names, for a robot that starts at a pose; nothing where it names none.
+/// Reads the log that a scenario names, for a robot that starts at a pose; empty if it names none.
 ///
 /// # Errors
-/// Where it cannot be read, or does not say what shall drive the robot.
+/// If the log cannot be read, or lacks the data that drive the robot.
 pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, Error> {
     let Some(section) = &scenario.playback else {
         return Ok(Played::default());
@@ -123,7 +125,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
             "see `playback.drives` and `playback.topic`",
         ));
     };
-    // Time counts from what drives the robot first.
+    // Time counts from the first data that drive the robot.
     let shift_s = -first_s - section.from_s;
     joints
         .iter_mut()
@@ -160,7 +162,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
     })
 }
 
-/// The joints that a log may drive: those with a servo that the scenario sends nowhere.
+/// The joints that a log may drive: those with a servo and without a target in the scenario.
 fn joints_without_aim(scenario: &Scenario, robot: &Robot) -> Vec<usize> {
     let is_free = |index: &usize| {
         let joint = &robot.joints[*index];
@@ -172,7 +174,7 @@ fn joints_without_aim(scenario: &Scenario, robot: &Robot) -> Vec<usize> {
     (0..robot.joints.len()).filter(is_free).collect()
 }
 
-/// That a log which shall drive joints drives none.
+/// The error for a log that should drive joints, but has no data for any.
 fn moves_no_joint(wanted: &Wanted<'_>) -> Error {
     let names: Vec<String> = wanted
         .joints
@@ -195,7 +197,7 @@ fn moves_no_joint(wanted: &Wanted<'_>) -> Error {
     wanted.fault("it drives no joint of the robot", help)
 }
 
-/// Refuses times that do not grow.
+/// Refuses times that do not increase.
 fn grows(wanted: &Wanted<'_>, series: &Series) -> Result<(), Error> {
     let times_s = &series.times_s;
     let Some(row) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
@@ -212,7 +214,8 @@ fn grows(wanted: &Wanted<'_>, series: &Series) -> Result<(), Error> {
 }
 
 impl Log {
-    /// A log whose rows have the times of the run; the real robot's have those of the log until they are shifted by as much.
+    /// A log whose rows have the times of the run; the real robot's poses keep the log's times
+    /// until they are shifted by the same amount.
     fn new(
         wanted: &Wanted<'_>,
         (mut driving, measured): (Series, Option<Series>),
@@ -263,7 +266,7 @@ impl Log {
                 if is_wrapped(&driving, column) {
                     unwrap(&mut driving, column);
                 }
-                // They count from where they are when the run begins.
+                // Angles count from the values at the start of the run.
                 let first = driving.between(0.0, column);
                 let values = driving.values.iter_mut().skip(column);
                 values
@@ -280,8 +283,8 @@ impl Log {
         })
     }
 
-    /// When what drives the robot ends, in seconds of the run: where rows hold until the next, when the last has held as long as the others;
-    /// else with the last.
+    /// The end of the robot's motion, in seconds of the run: if rows hold until the next, the time
+    /// at which the last one has lasted for the mean interval; otherwise the time of the last row.
     pub fn end_s(&self) -> f64 {
         let driving = &self.driving;
         match self.drives {
@@ -302,7 +305,7 @@ impl Log {
         for (index, (t_s, row)) in self.driving.rows().enumerate() {
             let far = times_s.last().is_none_or(|last| t_s - last >= PATH_STEP_S);
             if t_s >= 0.0 && (far || index + 1 == rows) {
-                // The last point takes the place of one that is too near to it.
+                // The last point replaces one that is too near to it.
                 if !far && times_s.len() > 1 {
                     times_s.pop();
                     points_m.pop();
@@ -320,7 +323,8 @@ impl Log {
         ))
     }
 
-    /// What the log asks at a time, in seconds: rates or torques come into `wheels`. `angles_rad` are those that the robot sees.
+    /// The demand at a time, in seconds; rates or torques are written to `wheels`. `angles_rad` are
+    /// the measured wheel angles.
     pub fn ask(&self, t_s: f64, angles_rad: &[f64], wheels: &mut [f64]) -> Asked {
         wheels.fill(0.0);
         match self.drives {
@@ -354,7 +358,8 @@ impl Log {
         }
     }
 
-    /// The wheel rates that the log asks for at a time, in seconds, of wheels that follow it; `false` where it asks for something else.
+    /// Writes the wheel rates at a time, in seconds, of wheels that follow the log; `false` if the
+    /// log commands something else.
     pub fn rates_alone(&self, t_s: f64, rates_rad_s: &mut [f64]) -> bool {
         let angles: Vec<f64> = match self.drives {
             Drives::WheelRates => vec![0.0; self.driving.width],
@@ -366,8 +371,8 @@ impl Log {
         matches!(self.ask(t_s, &angles, rates_rad_s), Asked::Rates)
     }
 
-    /// Where the real robot was at a time, in seconds; `None` where the log does not say. In the frame of the log unless
-    /// [`Log::measured_is_placed`].
+    /// The real robot's pose at a time, in seconds; `None` if the log has none. In the frame of the
+    /// log unless [`Log::measured_is_placed`].
     pub fn measured_at(&self, t_s: f64) -> Option<Pose> {
         let poses = &self.measured.as_ref()?.poses;
         let (first, last) = (poses.times_s.first()?, poses.times_s.last()?);
@@ -379,20 +384,22 @@ impl Log {
         })
     }
 
-    /// Whether the log knows where the real robot started, so that its poses are placed where the simulated robot does. Those of a log
-    /// that says so later only are to be placed where the simulated robot is then.
+    /// Whether the log has the real robot's pose at the start, so that its poses are placed at the
+    /// simulated robot's start. Otherwise they are to be placed where the simulated robot is at the
+    /// time of the first pose.
     pub fn measured_is_placed(&self) -> bool {
         self.measured
             .as_ref()
             .is_some_and(|measured| measured.is_placed)
     }
 
-    /// Whether it says where the real robot was.
+    /// Whether it has poses of the real robot.
     pub fn has_measured(&self) -> bool {
         self.measured.is_some()
     }
 
-    /// The fastest that it asks a wheel to turn, in rad/s, where it asks for rates; `rates` gives those of a twist.
+    /// The fastest wheel rate that the log commands, in rad/s, if it commands rates; `rates`
+    /// converts a twist.
     pub fn fastest_rate_rad_s(
         &self,
         rates: impl Fn(Twist, &mut [f64]),

@@ -1,4 +1,4 @@
-//! What a log says over time.
+//! A time series from a log.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,14 +6,14 @@ use ilon_robot::{Pose, wrap_angle};
 
 use crate::scenario::TIME_SLACK_S;
 
-/// What a log says over time: rows of as many numbers each, their times growing from about zero.
+/// A time series: rows of `width` numbers with increasing times from about zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Series {
-    /// When, in seconds.
+    /// Times, in seconds.
     pub times_s: Vec<f64>,
-    /// Row by row.
+    /// The values, row by row.
     pub values: Vec<f64>,
-    /// How many a row.
+    /// Numbers per row.
     pub width: usize,
 }
 
@@ -51,15 +51,15 @@ impl Series {
         after.checked_sub(1)
     }
 
-    /// A number of the row that holds at a time: that of the last row, and `None` before the first and once the last has stood
-    /// for as long as rows of the log do.
+    /// The row that holds at a time: `None` before the first row, and after the last one has lasted
+    /// for the mean interval.
     pub fn held(&self, t_s: f64) -> Option<&[f64]> {
         let row = self.before(t_s)?;
         let is_over = row + 1 == self.len() && t_s > self.end_s() + TIME_SLACK_S;
         (!is_over).then(|| self.row(row))
     }
 
-    /// When the last row has stood as long as the rows before it did on the mean.
+    /// The time at which the last row has lasted for the mean interval.
     pub fn end_s(&self) -> f64 {
         let (Some(first), Some(last)) = (self.times_s.first(), self.times_s.last()) else {
             return 0.0;
@@ -67,7 +67,7 @@ impl Series {
         last + (last - first) / (self.len() - 1).max(1) as f64
     }
 
-    /// A number at a time on the line between its neighbours; that of the first or last row beyond them.
+    /// A linearly interpolated value; constant beyond the first and last row.
     pub fn between(&self, t_s: f64, column: usize) -> f64 {
         let value = |row: usize| self.row(row)[column];
         match self.before(t_s) {
@@ -81,7 +81,7 @@ impl Series {
         }
     }
 
-    /// Lets go of all rows after a time, and adds one at that time where one of them was under way.
+    /// Removes all rows after a time, and adds an interpolated one at that time.
     pub fn cut(&mut self, t_s: f64) {
         let kept = self.times_s.partition_point(|time_s| *time_s < t_s);
         if kept == 0 {
@@ -97,7 +97,7 @@ impl Series {
         self.push(t_s, at);
     }
 
-    /// Lets go of the last row.
+    /// Removes the last row.
     pub fn pop(&mut self) {
         self.times_s.pop();
         self.values.truncate(self.times_s.len() * self.width);
@@ -108,9 +108,9 @@ impl Series {
     }
 }
 
-/// Whether angles are counted within one turn, and jump where they leave it.
+/// Whether angles are wrapped to one turn, with jumps.
 pub(super) fn is_wrapped(series: &Series, column: usize) -> bool {
-    // What a degree of three digits makes of a turn.
+    // Rounding of a turn in degrees with three decimals.
     const ROUNDING_RAD: f64 = 1e-4;
     let angles = || series.rows().map(|(_, row)| row[column]);
     let least = angles().fold(f64::INFINITY, f64::min);
@@ -121,7 +121,7 @@ pub(super) fn is_wrapped(series: &Series, column: usize) -> bool {
     jumps && most - least <= TAU + ROUNDING_RAD
 }
 
-/// Takes the jumps of a whole turn out of angles.
+/// Removes jumps of whole turns from angles.
 pub(super) fn unwrap(series: &mut Series, column: usize) {
     let width = series.width;
     for row in 1..series.len() {
@@ -131,7 +131,7 @@ pub(super) fn unwrap(series: &mut Series, column: usize) {
     }
 }
 
-/// Moves poses so that the one at the start of the run is this one.
+/// Moves poses so that the one at the start of the run becomes `start`.
 pub(super) fn place(series: &mut Series, start: Pose) {
     let [x_m, y_m, heading_rad] = [0, 1, 2].map(|column| series.between(0.0, column));
     let placing = Placing {
@@ -152,7 +152,7 @@ pub(super) fn place(series: &mut Series, start: Pose) {
     }
 }
 
-/// How poses of a log are moved into the world: as one body, so that one of them becomes another.
+/// A rigid motion from the frame of a log to the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
     /// A pose in the frame of the log.
@@ -195,7 +195,7 @@ mod tests {
             [held(0.0), held(0.05), held(0.1)],
             [Some(1.0), Some(1.0), Some(2.0)]
         );
-        // A sum of periods a rounding below the time that it means.
+        // A sum of periods, a rounding error below the intended time.
         assert_eq!(held(0.1 - 1e-12), Some(2.0));
         assert_eq!([held(0.29), held(0.31)], [Some(3.0), None]);
     }
@@ -235,7 +235,8 @@ mod tests {
     #[test]
     fn poses_are_placed_at_the_start_with_their_shape() {
         let mut poses = Series::new(3);
-        // A quarter of a turn to the left on the way from (1, 1) to (1, 2), across the seam of angles.
+        // A quarter of a turn to the left on the way from (1, 1) to (1, 2), across the wrap of
+        // angles.
         poses.push(0.0, [1.0, 1.0, 3.0]);
         poses.push(1.0, [1.0, 2.0, 3.0 + 1.5 - std::f64::consts::TAU]);
         unwrap(&mut poses, 2);
@@ -252,7 +253,7 @@ mod tests {
                 .zip(wanted)
                 .all(|(a, b)| (a - b).abs() < 1e-12)
         };
-        // Turned by a quarter to the right, what led along y leads along x.
+        // After a quarter turn to the right, the way along y leads along x.
         assert!(near(0, [-1.0, 0.5, start.heading_rad]), "{poses:?}");
         assert!(near(1, [0.0, 0.5, start.heading_rad + 1.5]), "{poses:?}");
     }

@@ -1,4 +1,4 @@
-//! What is looked for in a log.
+//! What is searched for in a log.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -10,29 +10,30 @@ use super::series::Series;
 use crate::Error;
 use crate::scenario::Playback;
 
-/// What is looked for in a log.
+/// What is searched for in a log.
 pub(super) struct Wanted<'a> {
     pub section: &'a Playback,
     pub wheels: &'a [&'a str],
     /// The joints between bodies that it may drive.
     pub joints: &'a [(&'a str, JointKind)],
     pub path: &'a Path,
-    /// What was looked for.
+    /// The names that were searched for.
     pub asked: RefCell<BTreeSet<String>>,
 }
 
-/// What a log says, in times of its own.
+/// The content of a log, in its own times.
 pub(super) struct LogContents {
-    /// What drives wheels or body.
+    /// The motion of wheels or body.
     pub driving: Series,
-    /// Where the real robot was: x, y and heading.
+    /// The real robot's poses: x, y and heading.
     pub measured: Option<Series>,
-    /// What it says of each of the joints that it may drive, rows of [`QUANTITIES`](super::joint_log::QUANTITIES); without rows where the log does not say.
+    /// For each joint that the log may drive, rows of [`QUANTITIES`](super::joint_log::QUANTITIES);
+    /// empty if the log has none.
     pub joints: Vec<Series>,
 }
 
 impl Wanted<'_> {
-    /// What the log calls something.
+    /// The name of something in the log.
     pub fn name<'s>(&'s self, ours: &'s str) -> &'s str {
         if !self.asked.borrow().contains(ours) {
             self.asked.borrow_mut().insert(ours.to_owned());
@@ -40,7 +41,7 @@ impl Wanted<'_> {
         self.section.names.get(ours).map_or(ours, String::as_str)
     }
 
-    /// Refuses a name of something that was not looked for: it would be ignored.
+    /// Refuses a name that was not searched for: it would be ignored.
     pub fn refuse_unused_names(&self) -> Result<(), Error> {
         let asked = self.asked.borrow();
         let mut names = self.section.names.keys();

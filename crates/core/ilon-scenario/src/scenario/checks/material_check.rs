@@ -1,15 +1,15 @@
-//! What of materials and keys of floor and patches does not go together.
+//! Contradictions between materials and keys of floor and patches.
 
 use super::objection::Objection;
 use crate::scenario::Scenario;
 use crate::scenario::materials::Across;
 
-/// A key beside `material`, and whether it stands.
+/// A key beside `material`, and whether it is present.
 type Beside = (&'static str, bool);
 
 impl Scenario {
-    /// Refuses floors of which a material and a key of their own say the same thing, patches of which neither says how they grip, and
-    /// directions of what does not grip at all.
+    /// Refuses floors on which a material and a key specify the same thing, patches without
+    /// material and friction, and directional values of a frictionless ground.
     pub(super) fn object_to_materials(&self) -> Result<(), Objection> {
         let floor = &self.world.floor;
         let keys = [
@@ -67,7 +67,7 @@ impl Scenario {
     }
 }
 
-/// Refuses a material together with a key that says what its pairs say.
+/// Refuses a material together with a key that its pairs specify.
 fn object_to_both(place: &str, material: Option<&str>, keys: &[Beside]) -> Result<(), Objection> {
     let Some(material) = material else {
         return Ok(());
@@ -86,7 +86,7 @@ fn object_to_both(place: &str, material: Option<&str>, keys: &[Beside]) -> Resul
     }
 }
 
-/// Refuses a friction across a nap along which there is none: no ellipse is as thin.
+/// Refuses a friction across a nap without friction along it: an ellipse cannot be that thin.
 fn object_to_no_grip(place: &str, friction: f64, across: Option<Across>) -> Result<(), Objection> {
     let says = across.is_some_and(|across| across.friction.is_some());
     if friction > 0.0 || !says {

@@ -1,4 +1,5 @@
-//! What a scenario's keys must have in common: within its text ([`Scenario::validate`](super::Scenario::validate)), and for its robot and step.
+//! Checks across a scenario's keys: within its text
+//! ([`Scenario::validate`](super::Scenario::validate)), and for its robot and step.
 
 mod material_check;
 pub(super) mod objection;

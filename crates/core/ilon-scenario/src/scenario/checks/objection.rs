@@ -1,4 +1,4 @@
-//! What a scenario asks for and cannot have, and where in its text it does.
+//! An impossible demand of a scenario, and its place in the text.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Error;
 
-/// Something that a scenario asks for and that cannot be.
+/// An impossible demand of a scenario.
 #[derive(Debug)]
 pub(in crate::scenario) struct Objection {
-    /// The key that says so, with its tables before it and dots between; empty where it is a key that is missing.
+    /// The key at fault, with its tables before it and dots between; empty if a key is missing.
     pub key: String,
     /// What is wrong.
     pub message: String,
@@ -26,7 +26,7 @@ impl Objection {
         }
     }
 
-    /// Where in a document the key stands, or the innermost table around it that does.
+    /// The place of the key in a document, or of the innermost existing table around it.
     pub fn place(&self, document: &DeTable<'_>) -> Option<(Vec<String>, Range<usize>)> {
         let mut place = None;
         let mut path = Vec::new();
@@ -43,7 +43,7 @@ impl Objection {
             };
             let Some(value) = value else { break };
             path.push(part.to_owned());
-            // Of a table the key tells more than its first bracket.
+            // For a table the key is more informative than its first bracket.
             let span = match value.get_ref() {
                 DeValue::Table(_) => inside.and_then(in_table).unwrap_or(value.span()),
                 _ => value.span(),

@@ -1,4 +1,4 @@
-//! What the steps and the contacts of a run can resolve of what its scenario holds.
+//! Checks whether the steps and the contacts of a run can resolve its content.
 
 use ilon_robot::{Robot, Scale};
 
@@ -7,8 +7,10 @@ use crate::Error;
 use crate::scenario::{Body, Contacts, Fault, Scenario};
 
 impl Scenario {
-    /// The longest physics step in which no free body may pass through what it meets, in seconds, and which body that is; `None` of bodies that do not
-    /// move. In a step a body moves by no more than its own least size and that of what it meets: wheels of such a radius in metres, boxes, other bodies.
+    /// The longest physics step, in seconds, in which no free body can pass through what it meets,
+    /// and the index of that body; `None` for bodies that do not move. In a step a body may move by
+    /// its own smallest size plus that of what it meets: wheels of a radius in metres, boxes, other
+    /// bodies.
     pub fn longest_step_of_bodies(&self, wheel_radius_m: f64) -> Option<(usize, f64)> {
         let bodies = &self.world.bodies;
         let boxes = self.world.floor.boxes.iter();
@@ -29,13 +31,14 @@ impl Scenario {
         steps.min_by(|one, other| one.1.total_cmp(&other.1))
     }
 
-    /// Refuses bodies that move so fast that they may pass through what they meet within a physics step of that length.
+    /// Refuses bodies so fast that they could pass through what they meet within a physics step of
+    /// that length.
     ///
     /// # Errors
     /// [`Error::Invalid`], with the step that is short enough.
     pub fn check_bodies(&self, physics_dt_s: f64, wheel_radius_m: f64) -> Result<(), Error> {
         match self.longest_step_of_bodies(wheel_radius_m) {
-            // A part in 10^9 forgives rounding.
+            // A relative slack of 1e-9 for rounding.
             Some((index, longest_s)) if physics_dt_s > longest_s * (1.0 + 1e-9) => {
                 let body = &self.world.bodies[index];
                 let speed_m_s = body.fastest_m_s(self.world.gravity_m_s2);
@@ -55,12 +58,14 @@ impl Scenario {
         }
     }
 
-    /// What a person should know of contacts that give way far under the robot's weight, with the heaviest payload that it is given.
+    /// Remarks contacts that deflect far under the robot's weight with its heaviest payload.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where they give way by more than a tenth of a wheel's radius: such a robot lies in the ground rather than on it.
+    /// [`Error::Invalid`] if they deflect by more than a tenth of a wheel's radius: such a robot
+    /// would be in the ground rather than on it.
     pub fn check_contacts(&self, robot: &Robot) -> Result<Option<String>, Error> {
-        /// Of a wheel's radius: what gives way by more rolls on a smaller wheel.
+        /// Relative to a wheel's radius: a larger deflection means rolling on a smaller wheel.
+        /// Chosen.
         const DEEP: f64 = 0.01;
         const TOO_DEEP: f64 = 0.1;
         let solver = &self.world.solver;
@@ -93,7 +98,7 @@ impl Scenario {
             100.0 * share,
             load_kg
         );
-        // What is heavier than the robot is what is too much.
+        // A payload heavier than the robot is named as the cause.
         let (key, help) = match heaviest {
             Some((index, _)) if payload_kg > robot.mass_kg() => (
                 format!("faults.{index}"),
@@ -114,7 +119,7 @@ impl Scenario {
 }
 
 impl Body {
-    /// Its least size, in metres.
+    /// Its smallest dimension, in metres.
     fn least_size_m(&self) -> f64 {
         let of_box = self.cuboid.iter().flat_map(|of| of.size_m);
         let of_cylinder = self
@@ -126,7 +131,8 @@ impl Body {
         sizes_m.fold(f64::INFINITY, f64::min)
     }
 
-    /// How fast its middle may become by itself, in m/s: as it starts, and falling from where it is said to be.
+    /// The largest speed of its centre by itself, in m/s: its start velocity plus a fall from its
+    /// start height.
     fn fastest_m_s(&self, gravity_m_s2: f64) -> f64 {
         let falls = 2.0 * gravity_m_s2 * self.z_m.unwrap_or(0.0).max(0.0);
         let at_start =
@@ -146,8 +152,9 @@ mod tests {
         Scenario::from_toml(&text, "s", ".").expect("a scenario")
     }
 
-    /// A box of 0.2 m at 100 m/s before wheels of 50 mm may move by 0.25 m in a step, which takes 2.5 ms; one that falls from 20 m gets as fast as
-    /// sqrt(2 g z), 19.8 m/s. Beside a plate of 4 mm it may move by 0.204 m.
+    /// A box of 0.2 m at 100 m/s before wheels of 50 mm may move by 0.25 m in a step, which takes
+    /// 2.5 ms; one that falls from 20 m reaches sqrt(2 g z), 19.8 m/s. Beside a plate of 4 mm it
+    /// may move by 0.204 m.
     #[test]
     fn bodies_move_by_less_than_what_they_meet_in_a_step() {
         let body = |keys: &str| {
@@ -175,8 +182,9 @@ mod tests {
         assert_eq!(scenario(&body("")).longest_step_of_bodies(0.05), None);
     }
 
-    /// The shipped robot of 11 kg on four wheels of 50 mm: on springs of 1e8 N/m it sinks by less than a micrometre, on 2e4 N/m by some 3 % of the wheels'
-    /// radius, on 100 N/m by more than all of it, and under a payload of 1e6 kg by half of it.
+    /// The shipped robot of 11 kg on four wheels of 50 mm: on springs of 1e8 N/m it sinks by less
+    /// than a micrometre, on 2e4 N/m by some 3 % of the wheels' radius, on 100 N/m by more than all
+    /// of it, and under a payload of 1e6 kg by half of it.
     #[test]
     fn contacts_bear_the_robot_or_it_is_said_what_to_change() {
         let path = concat!(

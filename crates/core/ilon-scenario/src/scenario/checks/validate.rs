@@ -1,4 +1,5 @@
-//! What no single key of a scenario can say: what must stand together, how time divides, and what a test must bound.
+//! Checks of a scenario beyond single keys: required combinations, divisions of time, and
+//! meaningful expectations.
 
 use ilon_trace::file::MOST_ROWS;
 
@@ -9,12 +10,12 @@ use crate::scenario::{
     Tracked, Twist, WheelLaw, bodies,
 };
 
-/// The most physics steps of a run: weeks of computing.
+/// The most physics steps of a run: weeks of computing. Chosen.
 const MOST_STEPS: f64 = 1e11;
 
 impl Scenario {
-    /// Checks what no single key can say: what must stand together, how the time steps divide, and that each expectation
-    /// bounds something.
+    /// Checks what no single key can: required combinations, the division of time into steps, and
+    /// that each expectation bounds something.
     ///
     /// # Errors
     /// [`Error::Invalid`], with the keys at fault.
@@ -22,7 +23,7 @@ impl Scenario {
         Ok(self.object()?)
     }
 
-    /// Like [`Self::validate`], with the key at fault by itself.
+    /// Like [`Self::validate`], with the key at fault as a separate value.
     pub(in crate::scenario) fn object(&self) -> Result<(), Objection> {
         self.object_to_motion()?;
         let Robot {
@@ -53,7 +54,7 @@ impl Scenario {
                 "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
             ));
         }
-        // Faster than that, samples show another frequency than the ground's.
+        // Above this frequency samples would alias.
         let most_hz = 0.5 / self.run.control_dt_s;
         let is_too_fast = |fault: &Fault| matches!(fault, Fault::Tilt { frequency_hz, .. } if *frequency_hz > most_hz);
         if let Some(index) = self.faults.iter().position(is_too_fast) {
@@ -112,7 +113,7 @@ impl Scenario {
         self.expect.object()
     }
 
-    /// What rapier's own solver does not know may not be asked of it.
+    /// Refuses features that rapier's own solver does not have.
     fn object_to_solver(&self) -> Result<(), Objection> {
         let solver = &self.world.solver;
         if solver.contacts == Contacts::Ilon {
@@ -276,7 +277,7 @@ impl Scenario {
         }
     }
 
-    /// What happens in the world from one time to another, each by its key, with when it begins and when it ends, in seconds.
+    /// The time windows of events in the world, each with its key, start and end, in seconds.
     pub fn windows_s(&self) -> impl Iterator<Item = (String, f64, Option<f64>)> {
         let faults = self.faults.iter().enumerate().map(|(index, fault)| {
             let (from_s, until_s) = fault.window_s();
@@ -290,7 +291,8 @@ impl Scenario {
         faults.chain(patches)
     }
 
-    /// Refuses a period of a wheel loop that has none, and one that is no whole number of steps or no whole part of the control period.
+    /// Refuses a period for a wheel loop without one, and a period that is not a whole number of
+    /// steps or does not divide the control period.
     fn object_to_loop_period(&self) -> Result<(), Objection> {
         let Some(period_s) = self.wheel_loop.period_s else {
             return Ok(());
@@ -346,7 +348,7 @@ impl Scenario {
             self.object_to_step(dt_s)?;
         }
         if run.is_open() {
-            // How long the log is shows when it is read; then all this is looked at again.
+            // The duration is known after the log is read; then this check is repeated.
             return match &self.playback {
                 Some(_) => Ok(()),
                 None => Err(Objection::to(
@@ -399,7 +401,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Refuses physics steps that never come to an end, or that miss poses.
+    /// Refuses physics steps that would never end the run, or that miss poses.
     fn object_to_step(&self, physics_dt_s: f64) -> Result<(), Objection> {
         let steps = self.run.duration_s / physics_dt_s;
         if !self.run.is_open() && steps > MOST_STEPS {
@@ -413,7 +415,7 @@ impl Scenario {
                 "shorten the run or lengthen its steps",
             ));
         }
-        // A part in 10^9 forgives rounding.
+        // A relative slack of 1e-9 for rounding.
         if let Some(rate_hz) = self.sensors.pose.rate_hz
             && rate_hz * physics_dt_s > 1.0 + 1e-9
         {
@@ -432,7 +434,8 @@ impl Scenario {
         Ok(())
     }
 
-    /// Checks that the run can be simulated in physics steps of that length, which `run.physics_dt_s` may leave open.
+    /// Checks that the run can be simulated in physics steps of this length, which
+    /// `run.physics_dt_s` may leave open.
     ///
     /// # Errors
     /// [`Error::Invalid`], with the keys at fault.
@@ -441,7 +444,8 @@ impl Scenario {
     }
 }
 
-/// Whether a number of steps is whole, and at least one. A part in 10^9 forgives the rounding of periods such as 1/240 s written with ten digits.
+/// Whether a number of steps is whole, and at least one. A relative slack of 1e-9 absorbs the
+/// rounding of periods such as 1/240 s written with ten digits.
 fn is_whole(steps: f64) -> bool {
     steps.round() >= 1.0 && (steps - steps.round()).abs() <= 1e-9 * steps
 }
@@ -499,7 +503,7 @@ mod tests {
         Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
     }
 
-    /// What is told of a scenario, and the text at which it points.
+    /// The objection to a scenario, and the text that it points at.
     fn told(further: &str) -> (String, String) {
         let text = format!("{RUN}{further}");
         match Scenario::from_toml(&text, "test", "") {
@@ -593,7 +597,7 @@ mod tests {
         match Scenario::load_with(&path, &[setting]) {
             Err(Error::Scenario(fault)) => {
                 assert!(fault.message.contains("can never hold"));
-                // The bound stands in the file, and half of it in the setting.
+                // The bound is in the file, and half of it in the setting.
                 assert_eq!(fault.source_code.name(), path.display().to_string());
             }
             other => panic!("{other:?}"),

@@ -1,7 +1,8 @@
-//! Checks a scenario's keys and values against its JSON Schema, so that a fault is told with its place and its mend.
+//! Checks a scenario's keys and values against its JSON Schema, so that a fault is reported with
+//! its place and a repair.
 //!
-//! The schema is the only source of what a key is called, of which type and within which bounds its value is; serde
-//! reads the same types afterwards.
+//! The schema is the only source of names, types and bounds of the keys; serde reads the same types
+//! afterwards.
 
 use std::ops::Range;
 
@@ -9,20 +10,22 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
-/// Sizes of the numbers of a scenario: of larger ones, and of smaller ones, sums with what has the size of a robot lose their meaning. What a run is judged by is not bound so.
+/// The range of the numbers of a scenario: sums of larger or smaller numbers with those of a
+/// robot's size lose their digits. Expectations are not limited. Chosen.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
 
-/// Whether a number is finite and of such a size, or zero.
+/// Whether a number is finite and in this range, or zero.
 pub(crate) fn is_computable(number: f64) -> bool {
     number == 0.0 || SIZES.contains(&number.abs())
 }
 
-/// Whether a number that may have either sign is of such a size, or as good as zero: a rate of cos(90 deg) is 6e-17 to a script.
+/// Whether a number that may have either sign is in this range, or practically zero: a script
+/// writes cos(90 deg) as 6e-17.
 fn is_computable_with_sign(number: f64) -> bool {
     number.abs() <= *SIZES.end()
 }
 
-/// A key or value that a scenario may not hold.
+/// An invalid key or value of a scenario.
 #[derive(Debug)]
 pub(crate) struct KeyFault {
     /// The dotted key, split at its dots.
@@ -31,24 +34,24 @@ pub(crate) struct KeyFault {
     pub span: Range<usize>,
     /// What is wrong.
     pub message: String,
-    /// How to mend it.
+    /// How to repair it.
     pub help: String,
-    /// What of it.
+    /// The kind of fault.
     pub kind: FaultKind,
 }
 
-/// What of a key is at fault.
+/// The kind of fault of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultKind {
-    /// The key itself: a scenario has none of that name, or lacks it.
+    /// The key itself is unknown or missing.
     Key,
     /// The type of its value.
     Type,
-    /// The value, where another of the same type would do.
+    /// The value; another one of the same type would be valid.
     Value,
 }
 
-/// Finds the first fault of a document, in the order of the keys.
+/// The first fault of a document, in the order of the keys.
 pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), KeyFault> {
     let mut checker = Checker {
         root: schema,
@@ -61,7 +64,7 @@ pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<()
     )
 }
 
-/// Whether a key, given from the outermost table in, holds a list, and nothing else that has keys.
+/// Whether a key, given from the outermost table in, holds a list and nothing else with keys.
 pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
     let checker = Checker {
         root: schema,
@@ -85,9 +88,10 @@ pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
     accepts(&alternatives, "array") && !accepts(&alternatives, "object")
 }
 
-/// The nearest of some names to one that is not among them, if it is near enough to be meant.
+/// The most similar known name, if it is similar enough to be meant.
 pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Jaro-Winkler over 0.75 takes in swapped, missing and doubled letters in names of this length, and little else.
+    // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
+    // this length, and little else.
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(unknown, name), name))
@@ -102,7 +106,7 @@ struct Checker<'s> {
 }
 
 impl<'s> Checker<'s> {
-    /// The schemas that a value may meet: references followed, choices laid side by side.
+    /// The schemas that a value may match: references resolved, choices listed.
     fn alternatives(&self, schema: &'s Json) -> Vec<&'s Json> {
         if let Some(target) = schema.get("$ref").and_then(Json::as_str) {
             let pointer = target.trim_start_matches('#');
@@ -180,7 +184,7 @@ impl<'s> Checker<'s> {
         if let Some(wanted) = how_many(alternatives)
             && items.len() != wanted
         {
-            // serde would ignore the entries that are too many.
+            // serde would ignore the surplus entries.
             let (key, count) = (self.key(), items.len());
             return Err(self.fault(
                 FaultKind::Value,
@@ -206,7 +210,7 @@ impl<'s> Checker<'s> {
         span: Range<usize>,
         alternatives: &[&'s Json],
     ) -> Result<(), KeyFault> {
-        // Wider than a seed of 64 bits without a sign, so that a larger number is reported as a number.
+        // Wider than an unsigned 64-bit seed, so that a larger number is reported as a number.
         let parsed = i128::from_str_radix(number.as_str(), number.radix());
         if let Some(most) = most_whole(alternatives)
             && parsed.as_ref().map_or(true, |number| *number > most)
@@ -223,7 +227,7 @@ impl<'s> Checker<'s> {
         self.number(number, span, alternatives)
     }
 
-    /// The fault of a value that is of none of the types that its key takes.
+    /// The fault of a value whose type the key does not accept.
     fn wrong_type(
         &self,
         value: &DeValue<'_>,
@@ -264,12 +268,12 @@ impl<'s> Checker<'s> {
             .flatten()
             .map(|(name, schema)| (name.as_str(), schema))
             .collect();
-        // Keys of any name, where the schema says what they hold.
+        // Keys with any name, if the schema defines their content.
         let any_other = alternatives
             .iter()
             .filter_map(|schema| schema.get("additionalProperties"))
             .find(|schema| schema.is_object() || **schema == Json::Bool(true));
-        // In the order of the text, so that the first fault told is the first that a reader meets.
+        // In the order of the text, so that the first reported fault is the first in the file.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         for (key, value) in entries {
@@ -284,7 +288,7 @@ impl<'s> Checker<'s> {
             }
             self.path.pop();
         }
-        // Of several kinds of tables, which keys are required depends on what is chosen: serde tells.
+        // With several kinds of tables, the required keys depend on the kind: serde reports those.
         let is_table = |schema: &&&'s Json| accepts(&[**schema], "object");
         let of_no_choice = alternatives.iter().filter(is_table).count() == 1;
         let required = alternatives
@@ -327,7 +331,7 @@ impl<'s> Checker<'s> {
         let name = key.get_ref();
         let message = format!("unknown key `{}`", self.key());
         let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        // Of kinds of one thing, several may have the same key.
+        // Several kinds may have the same key.
         names.sort_unstable();
         names.dedup();
         let help = match nearest(name, names.iter().copied()) {
@@ -353,7 +357,7 @@ impl<'s> Checker<'s> {
         self.fault(FaultKind::Key, key.span(), message, help)
     }
 
-    /// An example of the keys that a table takes, in words.
+    /// An example of the keys of a table, in words.
     fn first_of(&self, table: &str, known: &[(&'s str, &'s Json)]) -> String {
         let schemas = known.iter().filter(|(name, _)| *name == table);
         let mut inner = schemas
@@ -404,7 +408,8 @@ impl<'s> Checker<'s> {
                 .iter()
                 .find_map(|schema| schema.get(name).and_then(Json::as_f64))
         };
-        // What says itself how large it may be is no length, time or mass: stiff contacts of heavy robots.
+        // A key with its own limit is not a length, time or mass: contacts of heavy robots are
+        // stiff.
         let says_so = bound("maximum").is_some_and(|most| (1.0..=most).contains(&number));
         let has_sign = bound("minimum").is_none() && bound("exclusiveMinimum").is_none();
         let computable = match has_sign {
@@ -444,7 +449,7 @@ impl<'s> Checker<'s> {
         }
     }
 
-    /// The first sentence of what a key is for.
+    /// The first sentence of a key's description.
     fn description(&self, schema: &'s Json) -> Option<String> {
         let own = schema.get("description").and_then(Json::as_str);
         let text = own.or_else(|| {
@@ -476,7 +481,7 @@ impl<'s> Checker<'s> {
     }
 }
 
-/// The largest whole number that a key may hold, where it may hold no other.
+/// The largest whole number of a key that accepts only whole numbers.
 fn most_whole(alternatives: &[&Json]) -> Option<i128> {
     let most = |schema: &&Json| match schema.get("format").and_then(Json::as_str)? {
         "uint32" => Some(i128::from(u32::MAX)),
@@ -486,7 +491,7 @@ fn most_whole(alternatives: &[&Json]) -> Option<i128> {
     alternatives.iter().find_map(most)
 }
 
-/// Whether a schema takes whatever stands there.
+/// Whether a schema accepts any value.
 fn says_nothing(schema: &Json) -> bool {
     match schema {
         Json::Bool(anything) => *anything,
@@ -502,7 +507,7 @@ fn accepts(alternatives: &[&Json], kind: &str) -> bool {
     })
 }
 
-/// How many entries an array must have, where it may have no other number of them.
+/// The required number of entries of an array, if it is fixed.
 fn how_many(alternatives: &[&Json]) -> Option<usize> {
     let [schema] = alternatives else {
         return None;
@@ -512,7 +517,7 @@ fn how_many(alternatives: &[&Json]) -> Option<usize> {
     (count("minItems") == Some(most)).then_some(most as usize)
 }
 
-/// The words that a value may be, where it may only be some.
+/// The words that a value may be, if it may only be one of them.
 fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
     let constant = |schema: &&'s Json| schema.get("const").and_then(Json::as_str);
     let listed = |schema: &&'s Json| schema.get("enum").and_then(Json::as_array);
@@ -521,7 +526,7 @@ fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
     constants.chain(lists.filter_map(Json::as_str)).collect()
 }
 
-/// The keys of the table that a value must be, where it may be nothing else.
+/// The keys of the table that a value must be, if it may be nothing else.
 fn wanted_keys<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
     if wanted(alternatives) != "a table" {
         return Vec::new();

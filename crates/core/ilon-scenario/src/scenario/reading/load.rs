@@ -1,4 +1,4 @@
-//! From a file and settings to a checked [`Scenario`], and back to text.
+//! Converts a file and settings to a checked [`Scenario`], and back to text.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
@@ -18,17 +18,18 @@ use super::source::Source;
 use crate::scenario::{Scenario, Tracked};
 use crate::{Error, ScenarioFault};
 
-/// The longest scenario that is read, in bytes: one with a schedule of a hundred thousand twists stays below.
+/// The largest scenario that is read, in bytes: a schedule of a hundred thousand twists is smaller.
+/// Chosen.
 pub const MAX_BYTES: u64 = 16 << 20;
 
-/// The most characters of what a scenario says that it is about.
+/// The longest description of a scenario, in characters. Chosen.
 pub const MOST_ABOUT: usize = 600;
 
 impl Scenario {
     /// Reads a scenario file.
     ///
     /// # Errors
-    /// Where the file cannot be read, is no TOML, or holds a key or value that it may not.
+    /// If the file cannot be read, is not valid TOML, or has an invalid key or value.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_with(path, &[])
     }
@@ -41,8 +42,8 @@ impl Scenario {
         Self::load_within(path, settings, &FileAccess::anywhere())
     }
 
-    /// Reads a scenario file with some of its keys changed; it, and all files that it names, must be among those that may
-    /// be read.
+    /// Reads a scenario file with some of its keys changed; it and all files that it names must be
+    /// permitted.
     ///
     /// # Errors
     /// Like [`Self::load_with`].
@@ -71,7 +72,7 @@ impl Scenario {
         let parsed = parse(text, &name, settings);
         let mut scenario = parsed.map_err(|error| unless_foreign(error, text, &name))?;
         let stem = path.file_stem().unwrap_or_default();
-        // `...toml` is a file whose name without its ending is `..`.
+        // `...toml` is a file with the name `..` and the ending `.toml`.
         if stem == "." || stem == ".." {
             return Err(Error::invalid(
                 format!(
@@ -87,8 +88,9 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// What no value repairs in a scenario whose keys are changed by settings: a key that a scenario has not, or a value of another type
-    /// than its key takes: what is wrong, and how to repair it. `None` where there is no such fault, whatever else is wrong.
+    /// The structural fault of a scenario with settings, which no value repairs: an unknown key, or
+    /// a value of a wrong type; and how to repair it. `None` without such a fault, whatever other
+    /// faults there are.
     pub fn misshapen(text: &str, path: &Path, settings: &[Setting]) -> Option<(String, String)> {
         let name = path.display().to_string();
         let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
@@ -106,8 +108,8 @@ impl Scenario {
         Self::from_toml_with(text, name, folder, &[], &FileAccess::anywhere())
     }
 
-    /// Reads a scenario from text with some of its keys changed; its relative paths start from `folder`, and all files that it names must be
-    /// among those that may be read.
+    /// Reads a scenario from text with some of its keys changed; its relative paths start from
+    /// `folder`, and all files that it names must be permitted.
     ///
     /// # Errors
     /// Like [`Self::load_with`].
@@ -125,7 +127,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The scenario as TOML, with every default spelled out, under a comment of what it is about.
+    /// The scenario as TOML, with every default written out, below its description as a comment.
     pub fn to_toml(&self) -> Result<String, Error> {
         let keys = encode(self).map_err(|source| Error::encode("the scenario", &source))?;
         Ok(match self.about.is_empty() {
@@ -134,12 +136,12 @@ impl Scenario {
         })
     }
 
-    /// A path of the scenario, from its own folder.
+    /// A path of the scenario, resolved from its folder.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.folder.join(path)
     }
 
-    /// The same scenario for a file in another folder: its paths start from there, as far as they can.
+    /// The same scenario for a file in another folder, with relative paths adapted if possible.
     pub fn moved_to(&self, folder: &Path) -> Self {
         let mut moved = self.clone();
         let from_there = |path: &mut PathBuf| {
@@ -169,7 +171,8 @@ impl Scenario {
     }
 }
 
-/// An absolute folder by its true place, of which `..` is the folder above: links are followed as far as there is something.
+/// The true location of an absolute folder, in which `..` is the folder above: links are followed
+/// as far as the path exists.
 fn real(folder: &Path) -> PathBuf {
     let there = folder.ancestors().find_map(|above| {
         let rest = folder.strip_prefix(above).ok()?;
@@ -178,7 +181,8 @@ fn real(folder: &Path) -> PathBuf {
     normal(&there.unwrap_or_else(|| folder.to_owned()))
 }
 
-/// An absolute path by the true place of its folder. If it is a link itself it stays one: what it leads to may name files beside it.
+/// An absolute path with the true location of its folder. A link itself is kept, because its target
+/// may name files beside it.
 fn real_but_its_name(path: &Path) -> PathBuf {
     match (path.parent(), path.file_name()) {
         (Some(folder), Some(name)) => real(folder).join(name),
@@ -186,10 +190,10 @@ fn real_but_its_name(path: &Path) -> PathBuf {
     }
 }
 
-/// Reads another kind of TOML file than a scenario: keys that `T` does not have are refused as those of a scenario are.
+/// Reads another kind of TOML file: keys that `T` does not have are refused as in a scenario.
 ///
 /// # Errors
-/// Text that is no TOML, or holds a key or value that it may not, with its place.
+/// For text that is not valid TOML, or has an invalid key or value, with its place.
 pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> Result<T, Error> {
     let source = || NamedSource::new(path.display().to_string(), text.to_owned());
     let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
@@ -208,7 +212,7 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     })
 }
 
-/// A path without `.` and, where what they undo is known, `..`.
+/// A path without `.` and, where the preceding part is known, without `..`.
 fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for part in path.components() {
@@ -225,7 +229,8 @@ fn normal(path: &Path) -> PathBuf {
     normal
 }
 
-/// The way to an absolute path from an absolute folder; the path itself where they share no root.
+/// The relative path from one absolute folder to an absolute path; the path itself if they share no
+/// root.
 fn relative(path: &Path, folder: &Path) -> PathBuf {
     let shared = path
         .components()
@@ -242,8 +247,8 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
     up.chain(path.components().skip(shared)).collect()
 }
 
-/// A fault without the lines around it, where they are of a file that is no scenario: a link of a stranger may lead
-/// anywhere, and what stands there may be secret.
+/// Removes the source lines from a fault in a file that is not a scenario: an untrusted link may
+/// lead anywhere, and the content may be secret.
 fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
     match error {
         Error::Scenario(fault) if fault.source_code.name() == name && !text.contains("robot") => {
@@ -261,7 +266,7 @@ fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
     }
 }
 
-/// A text with settings, each a line of TOML, laid over it, and where each key comes from.
+/// A text merged with settings, each a line of TOML, and the origin of each key.
 fn merged<'t>(
     text: &'t str,
     name: &'t str,
@@ -290,7 +295,8 @@ fn merged<'t>(
     Ok((document, origins))
 }
 
-/// The schema of a scenario. Making it takes longer than all else here, and a thousand scenarios may be read.
+/// The schema of a scenario, cached: generating it takes longer than all else here, and a thousand
+/// scenarios may be read.
 fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
     SCHEMA.get_or_init(Scenario::json_schema)
@@ -331,7 +337,8 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
     Ok(scenario)
 }
 
-/// The first paragraph of the comment at the head of a text, in one line. What ilon notes there itself begins with `#:`.
+/// The first paragraph of the comment at the head of a text, in one line. Notes of ilon itself
+/// begin with `#:`.
 fn about(text: &str) -> String {
     let is_no_word_of_it = |line: &&str| line.is_empty() || line.starts_with("#:");
     let lines = text.lines().map(str::trim).skip_while(is_no_word_of_it);

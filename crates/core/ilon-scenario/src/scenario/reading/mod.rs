@@ -1,4 +1,5 @@
-//! How the text of a scenario becomes a [`Scenario`](super::Scenario): its keys checked against the schema, settings laid over it, sections read.
+//! Converts the text of a scenario to a [`Scenario`](super::Scenario): checks keys against the
+//! schema, merges settings, reads sections.
 
 mod keys;
 mod load;

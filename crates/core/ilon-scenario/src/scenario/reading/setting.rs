@@ -1,4 +1,4 @@
-//! Keys changed from outside a scenario's file, and which text each key came from.
+//! Keys changed from outside a scenario's file, and the origin of each key.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use miette::{NamedSource, SourceSpan};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// What the text of a setting is called where a fault shows its place.
+/// The name of a setting's text in the report of a fault.
 pub const SETTING: &str = "setting";
 
 /// A key changed from outside the file: `KEY=VALUE`.
@@ -31,7 +31,7 @@ impl std::str::FromStr for Setting {
 }
 
 impl std::fmt::Display for Setting {
-    /// As it is written on the command line.
+    /// As written on the command line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}={}", self.key, self.value)
     }
@@ -51,7 +51,8 @@ impl Setting {
         &self.key
     }
 
-    /// The setting as a line of TOML. A value that is no TOML is taken as text, so that no quotes are needed in a shell.
+    /// The setting as a line of TOML. A value that is not TOML is taken as a string, so that a
+    /// shell needs no quotes.
     pub(super) fn as_toml(&self) -> String {
         let Self { key, value } = self;
         let as_is = format!("{key} = {value}");
@@ -62,7 +63,7 @@ impl Setting {
     }
 }
 
-/// Where each key of the merged document was written.
+/// The origin of each key of the merged document.
 pub(super) struct Origins<'t> {
     /// The file's name and text.
     pub file: (&'t str, &'t str),
@@ -73,7 +74,8 @@ pub(super) struct Origins<'t> {
 impl Origins<'_> {
     /// The text that holds a key, and a span in it.
     pub fn of(&self, path: &[String], span: Range<usize>) -> (NamedSource<String>, SourceSpan) {
-        // A key at fault may be one on the way to the key that was set; it is the file's own where the file has it.
+        // A key at fault may be on the way to the key that was set; it is the file's own if the
+        // file has it.
         let (name, text) = self.file;
         let document = DeTable::parse(text);
         let in_file = |path: &[String]| {
@@ -85,7 +87,7 @@ impl Origins<'_> {
             let mut settings = self.settings.iter();
             settings.any(|(keys, _)| path.starts_with(keys) || keys.starts_with(path))
         };
-        // Of a key that is missing the table around it is shown.
+        // For a missing key the table around it is shown.
         let path = match path.split_last() {
             Some((_, around)) if !in_file(path) && !is_set(path) => around,
             _ => path,
@@ -136,10 +138,12 @@ pub(super) fn dotted_keys(table: &DeTable<'_>) -> Vec<String> {
     keys
 }
 
-/// Lays one table over another, at a key given from the outermost table in; `is_list` says whether a key holds a list.
+/// Merges one table into another, at a key given from the outermost table in; `is_list` tells
+/// whether a key holds a list.
 ///
-/// The value of a setting replaces the value that it names; tables on the way are merged. A number in a key is a place in a list: that of an
-/// element that is there, or that after the last, which adds one. A list that is not there is made.
+/// The value of a setting replaces the value that it names; tables on the way are merged. A number
+/// in a key is an index into a list: of an existing element, or one after the last, which appends
+/// an element. A missing list is created.
 pub(super) fn merge<'i>(
     below: &mut DeTable<'i>,
     above: DeTable<'i>,
@@ -184,7 +188,7 @@ fn merge_value<'i>(
     }
 }
 
-/// A value in which tables that name all places of a list from the first on are lists.
+/// Converts tables whose keys are all indices of a list, from the first on, to lists.
 fn with_lists<'i>(
     value: Spanned<DeValue<'i>>,
     at: &mut Vec<String>,
@@ -211,7 +215,8 @@ fn with_lists<'i>(
     Spanned::new(span, made)
 }
 
-/// Whether the keys of a table are places of a list of so many elements, or of those that come after them without a gap.
+/// Whether the keys of a table are indices of a list with `count` elements, or of elements appended
+/// without a gap.
 fn are_places(table: &DeTable<'_>, count: usize) -> bool {
     let mut places: Vec<usize> = Vec::new();
     for key in table.keys() {
@@ -225,7 +230,7 @@ fn are_places(table: &DeTable<'_>, count: usize) -> bool {
     !places.is_empty() && (count..).zip(new).all(|(next, place)| next == *place)
 }
 
-/// The values of a table whose keys are places of a list, in their order.
+/// The values of a table whose keys are list indices, in order.
 fn by_place<'i>(table: DeTable<'i>) -> Vec<(usize, Spanned<DeValue<'i>>)> {
     let placed = table
         .into_iter()

@@ -1,4 +1,4 @@
-//! Where in the text of a scenario an error lies that shows only when its robot is known.
+//! Finds the place in a scenario's text of an error that is detected only with the robot.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use toml::de::{DeTable, DeValue};
 use crate::scenario::checks::objection::Objection;
 use crate::{Error, ScenarioFault};
 
-/// The text that a scenario was read from; empty of one that was made.
+/// The text that a scenario was read from; empty for one that was built in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// The file's name, and what stands in it.
+    /// The file's name and content.
     read: Option<Arc<(String, String)>>,
-    /// Keys that settings changed: what the text says of them does not count.
+    /// Keys that settings changed, for which the text is not the origin.
     changed: Vec<Vec<String>>,
 }
 
@@ -28,7 +28,7 @@ impl Source {
         }
     }
 
-    /// The error with the lines of the scenario's file that it is about, where these are known.
+    /// The error with the lines of the scenario's file that it concerns, if they are known.
     pub fn placed(&self, error: Error) -> Error {
         match error {
             Error::Invalid { message, help } => match self.find(&message) {
@@ -51,7 +51,8 @@ impl Source {
         }
     }
 
-    /// Where what a message names between backticks stands: a key with its tables, or a value that is there once.
+    /// The place of what a message names between backticks: a key with its tables, or a value that
+    /// occurs once.
     fn find(&self, message: &str) -> Option<(NamedSource<String>, Range<usize>)> {
         let (name, text) = self.read.as_deref()?;
         let document = DeTable::parse(text).ok()?;
@@ -74,7 +75,7 @@ impl Source {
     }
 }
 
-/// Where a text stands as a value, if it does so once.
+/// The place of a text that occurs exactly once as a value.
 fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
     let mut found = None;
     let mut left: Vec<&Spanned<DeValue<'_>>> = document.values().collect();
@@ -90,7 +91,8 @@ fn the_value(document: &DeTable<'_>, text: &str) -> Option<Range<usize>> {
     found
 }
 
-/// Of a fault of a robot's file that the scenario is to blame for: its keys and values, between backticks; `None` of others.
+/// For a fault of a robot's file that the scenario causes: its keys and values, between backticks;
+/// otherwise `None`.
 fn of_scenario(fault: &Fault) -> Option<String> {
     match fault {
         Fault::Unreadable { .. } => Some("`robot.file`".to_owned()),

@@ -1,4 +1,4 @@
-//! How `[reference]` is read: one key that names a path, and keys beside it that say how its time passes.
+//! Reading of `[reference]`: one key names a path, and keys beside it define its timing.
 
 use std::fmt;
 
@@ -123,7 +123,7 @@ impl JsonSchema for Tracked {
         "ReferenceSection".into()
     }
 
-    /// That of the path, each with the keys that stand beside it.
+    /// The path's schema, with the keys beside it added to each kind.
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let timing = generator.subschema_for::<Timing>().to_value();
         let mut schema = Reference::json_schema(generator);

@@ -1,4 +1,4 @@
-//! A list of causes, each with its null.
+//! A list of causes, each with the change (the null) that removes it.
 
 use ilon_robot::Robot;
 use ilon_trace::{Cause, Header};
@@ -8,21 +8,22 @@ use crate::scenario::Scenario;
 /// A change of a scenario and its robot.
 pub(crate) type Null = Box<dyn Fn(&mut Scenario, &mut Robot) + Send + Sync>;
 
-/// A run whose causes are asked for.
+/// The run whose causes are listed.
 #[derive(Clone, Copy)]
 pub(in crate::causes) struct Run<'a> {
-    /// Its scenario, resolved.
+    /// The resolved scenario.
     pub scenario: &'a Scenario,
     pub robot: &'a Robot,
     /// The header of its trace.
     pub header: &'a Header,
-    /// Where the robot's joints stand as it begins, in rad or m.
+    /// Positions of the robot's joints at the start, in rad or m.
     pub stands: &'a [f64],
-    /// Its physics step in seconds.
+    /// Physics step in seconds.
     pub physics_dt_s: f64,
 }
 
-/// Of ground and bodies of one kind more than this are one cause together.
+/// If a scenario has more than this many patches or bodies of one kind, they count as one cause
+/// together. Chosen.
 pub(super) const MOST_OF_A_KIND: usize = 3;
 
 #[derive(Default)]
@@ -42,7 +43,8 @@ impl List {
         self.0.push((cause, Box::new(null)));
     }
 
-    /// Each thing of a list of the scenario by itself; of many all together, called by `many`.
+    /// Adds each thing of a list by itself; if there are too many, adds them as one cause named
+    /// `many`.
     pub fn each<T>(
         &mut self,
         key: &str,

@@ -1,17 +1,17 @@
-//! What every robot has: rollers, bearings, motors, wheel loops and a control period.
+//! Causes that every robot has: rollers, bearings, motors, wheel loops and a control period.
 
 use ilon_robot::{Joint, MotorLimits, Robot, RollersAsMade};
 
 use super::list::List;
 use crate::scenario::{Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
 
-/// Friction at which nothing slides.
+/// A friction coefficient at which nothing slides. Chosen.
 const HOLDS: f64 = 100.0;
 
-/// By how much wheel loops that follow at once are stiffer than those of the run.
+/// Factor on the gains of the wheel loops that makes them follow without lag. Chosen.
 const AT_ONCE: f64 = 50.0;
 
-/// Sliding, and what rollers and their bearings are.
+/// Sliding, and the rollers with their bearings.
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     list.add(
         "sliding",
@@ -82,7 +82,7 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     }
 }
 
-/// Grip that never ends, and no creep, everywhere.
+/// Unlimited grip and no creep on every surface.
 fn never_slides(scenario: &mut Scenario) {
     let floor = &mut scenario.world.floor;
     for patch in &mut floor.patches {
@@ -116,7 +116,7 @@ fn of_floor_resists(scenario: &Scenario) -> bool {
         || pairs.any(|pair| pair.rolling_resistance > 0.0)
 }
 
-/// No rolling resistance anywhere.
+/// No rolling resistance on any surface.
 fn rolls_freely(scenario: &mut Scenario) {
     let floor = &mut scenario.world.floor;
     floor.rolling_resistance = None;
@@ -133,7 +133,7 @@ fn rolls_freely(scenario: &mut Scenario) {
     }
 }
 
-/// What holds the wheels from doing what is asked.
+/// What keeps the wheels from following their targets.
 pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     let guidance = &scenario.guidance;
     let is_limited =
@@ -205,7 +205,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     );
 }
 
-/// How often it decides.
+/// The control period.
 pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List) {
     let period_s = scenario.run.control_dt_s;
     // A control period is a whole number of steps.

@@ -1,9 +1,10 @@
-//! What can make a difference to a run, and the null of each: what the scenario and the robot are without it.
+//! The possible causes of a difference, and the null of each: the scenario and the robot without
+//! it.
 //!
 //! | file | causes |
 //! |---|---|
-//! | `list` | a list of them |
-//! | `scene` | what the scenario names: faults, ground, bodies, sensors, joints that setpoints move |
+//! | `list` | a list of causes |
+//! | `scene` | what the scenario names: faults, ground, bodies, sensors, joints moved by setpoints |
 //! | `machine` | what every robot has: rollers, bearings, motors, wheel loops, control |
 
 mod list;
@@ -16,7 +17,7 @@ use list::List;
 pub(crate) use list::Null;
 pub(super) use list::Run;
 
-/// What a scenario names that is no default: what goes wrong, what is there, what moves, and what the robot sees badly.
+/// The causes that a scenario names: faults, ground and bodies, moving joints, sensor errors.
 pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     let mut list = List::default();
     scene::faults(run.header, &mut list);
@@ -39,7 +40,7 @@ pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     list.0
 }
 
-/// All that can make a difference: what [`named`] gives, and what every robot has.
+/// All causes: those of [`named`] and those that every robot has.
 pub(super) fn all(run: Run) -> Vec<(Cause, Null)> {
     let (scenario, robot) = (run.scenario, run.robot);
     let mut list = List(named(run));

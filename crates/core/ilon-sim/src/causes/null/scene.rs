@@ -1,4 +1,4 @@
-//! What a scenario names: what goes wrong, what is there, what moves, and what the robot sees badly.
+//! Causes that a scenario names: faults, ground and bodies, moving joints, sensor errors.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use ilon_trace::Header;
 use super::list::{List, MOST_OF_A_KIND, Run};
 use crate::scenario::{Encoders, Floor, FloorPatch, Imu, ImuNoise, PoseSensor, Scenario};
 
-/// Each fault by itself. The header's faults stand in the scenario's order.
+/// Each fault by itself. The header lists the faults in the scenario's order.
 pub(super) fn faults(header: &Header, list: &mut List) {
     let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
     for (index, fault) in header.faults.iter().flatten().enumerate() {
@@ -22,7 +22,7 @@ pub(super) fn faults(header: &Header, list: &mut List) {
     }
 }
 
-/// What lies on the floor, what is in its place, and how it slopes.
+/// Obstacles on the floor, patches of other floor, and the slope.
 pub(super) fn ground(floor: &Floor, list: &mut List) {
     let at = |x_m: f64, y_m: f64| format!("at ({x_m}, {y_m}) m");
     list.each(
@@ -81,7 +81,7 @@ pub(super) fn ground(floor: &Floor, list: &mut List) {
     }
 }
 
-/// All that a patch of floor has otherwise, in words.
+/// Describes in which properties a patch differs from the floor.
 fn of_patch(patch: &FloorPatch) -> String {
     let mut parts = Vec::new();
     if let Some(material) = &patch.material {
@@ -105,7 +105,7 @@ fn of_patch(patch: &FloorPatch) -> String {
     }
 }
 
-/// Free bodies one by one. Those that may lie on one another go together.
+/// Free bodies, one at a time. Bodies that may lie on one another count as one cause.
 pub(super) fn bodies(scenario: &Scenario, list: &mut List) {
     let bodies = &scenario.world.bodies;
     if bodies.iter().filter(|body| body.z_m.is_some()).count() > 1 {
@@ -123,8 +123,8 @@ pub(super) fn bodies(scenario: &Scenario, list: &mut List) {
     );
 }
 
-/// Joints that move, each held where it stands as the run begins: those that setpoints move, or the others. What is coupled is held together, and many
-/// are.
+/// Joints that move, each held at its position at the start: those moved by setpoints (`sent`), or
+/// the others. Coupled joints are held together; if there are many, all are held together.
 pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
     let robot = run.robot;
     let is_sent = |name: &str| {
@@ -166,7 +166,7 @@ pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
     }
 }
 
-/// What the robot sees late, seldom or with noise.
+/// Delay, low rate and noise of the sensors.
 pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
     let sensors = &scenario.sensors;
     let pose = &sensors.pose;

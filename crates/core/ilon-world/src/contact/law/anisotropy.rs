@@ -1,19 +1,22 @@
-//! Contacts that grip, or give, or are dragged at, otherwise in one direction than in another.
+//! Contacts with anisotropic friction, compliance or drag.
 //!
-//! **Grip.** The friction impulse of such a contact lies in an ellipse, |S^-1 p_t| <= mu p_n with S symmetric and positive, and where
-//! it slides the velocity is along the ellipse's normal against it, so that friction takes the most that the ellipse lets it (an associated
-//! law). In p' = S^-1 p_t and u' = S u_t that is Coulomb's law with a disc: p_t . u_t = p' . u', and u' against p' is u_t against
-//! S^-2 p_t, the normal of the ellipse. So the problem is solved in these, with S W S for W, and what was found is taken back.
+//! **Friction.** The friction impulse of such a contact lies in an ellipse, |S^-1 p_t| <= mu p_n
+//! with S symmetric and positive. When it slides, the velocity is along the ellipse's normal,
+//! opposed to the impulse, so that friction dissipates the most that the ellipse allows (an
+//! associated law). In p' = S^-1 p_t and u' = S u_t that is Coulomb's law with a disc: p_t . u_t =
+//! p' . u', and u' against p' is u_t against S^-2 p_t, the normal of the ellipse. So the problem is
+//! solved in these variables, with S W S for W, and the solution is transformed back.
 //!
-//! **Giving.** A contact that gives by a matrix across its normal has what couples its tangents beside W's diagonal.
+//! **Compliance.** A contact whose tangential compliance is a matrix has a coupling of its tangents
+//! in addition to W.
 
 use nalgebra::{Matrix2, Vector2};
 
-/// The laws whose friction is otherwise by direction.
+/// The laws with anisotropic friction.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Anisotropies(Vec<Anisotropy>);
 
-/// A law whose friction is otherwise by direction.
+/// A law with anisotropic friction.
 #[derive(Clone, Copy, Debug)]
 struct Anisotropy {
     /// The row of its first tangent.
@@ -28,8 +31,9 @@ impl Anisotropies {
         self.0.clear();
     }
 
-    /// Lets a law whose first tangent has this row hold otherwise by direction: along a unit vector among its tangents as it says, across it
-    /// `ratio` times as much, > 0. Its velocities, which are the last, become u'.
+    /// Makes the friction of a law anisotropic; its first tangent has the row `at`. Along a unit
+    /// vector among its tangents the friction is the law's, across it `ratio` times as much, > 0.
+    /// Its velocities, which are the last, become u'.
     pub fn push(&mut self, at: usize, (along, ratio): (Vector2<f64>, f64), velocities: &mut [f64]) {
         let scaled = |ratio: f64| {
             let lies = along * along.transpose();
@@ -45,14 +49,14 @@ impl Anisotropies {
         self.0.push(anisotropy);
     }
 
-    /// Takes W of so many rows to S W S.
+    /// Transforms W with `rows` rows to S W S.
     pub fn apply(&self, delassus: &mut [f64], rows: usize) {
         for anisotropy in &self.0 {
             scale_response(delassus, rows, (anisotropy.at, anisotropy.by));
         }
     }
 
-    /// Takes impulses, velocities and W back to what they are without S.
+    /// Transforms impulses, velocities and W back.
     pub fn take_back(
         &self,
         (impulses, velocities): (&mut [f64], &mut [f64]),
@@ -68,7 +72,7 @@ impl Anisotropies {
         }
     }
 
-    /// A friction impulse whose two rows begin here as its law counts it: S^-1 p_t.
+    /// A friction impulse in two rows from `at` on, as its law sees it: S^-1 p_t.
     pub fn in_disc(&self, at: usize, tangents: Vector2<f64>) -> Vector2<f64> {
         let anisotropy = self.0.iter().find(|s| s.at == at);
         anisotropy.map_or(tangents, |anisotropy| anisotropy.back * tangents)

@@ -1,14 +1,16 @@
-//! Rows whose velocity and impulse lie on a curve of straight pieces.
+//! Rows whose velocity and impulse lie on a piecewise linear curve.
 //!
-//! Along the curve the velocity u grows or stays, and the impulse p rises by less than what would move the row so far by itself: by less
-//! than du / w, with w the row's own response. So each line p = line + u / w of what the row does as the others are meets it once.
+//! Along the curve the velocity u does not fall, and the impulse p rises by less than du / w, with
+//! w the row's own response. So each line p = line + u / w, the row's behaviour for given other
+//! impulses, intersects the curve exactly once.
 
-/// A curve of straight pieces, from its least velocity on.
+/// A piecewise linear curve, from its smallest velocity on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Curve {
-    /// Where its pieces meet: velocity in m/s or rad/s, and impulse in N s or N m s. At least one.
+    /// The points between its pieces: velocity in m/s or rad/s, and impulse in N s or N m s. At
+    /// least one.
     pub points: Vec<[f64; 2]>,
-    /// How velocity and impulse change along its first and its last piece, which have no other end.
+    /// Direction, as velocity and impulse, of its first and its last piece, which are unbounded.
     pub ends: [[f64; 2]; 2],
 }
 
@@ -16,22 +18,22 @@ pub(crate) struct Curve {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Curves {
     points: Vec<[f64; 2]>,
-    /// Of each curve the first of its points and the first that is none of them, and its ends.
+    /// For each curve the range of its points, and its ends.
     all: Vec<(usize, usize, [[f64; 2]; 2])>,
 }
 
-/// Where a row meets its curve.
+/// The intersection of a row with its curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Meeting {
     pub velocity: f64,
     pub impulse: f64,
-    /// How velocity and impulse change along the piece that is met.
+    /// Direction, as velocity and impulse, of the intersected piece.
     along: [f64; 2],
 }
 
 impl Meeting {
-    /// By how much the impulse of the meeting grows with the line p - u / own that is met: 0 where the impulse is the same all along the piece, 1 where
-    /// the velocity is.
+    /// The derivative of the intersection's impulse by the line p - u / own: 0 if the impulse is
+    /// constant along the piece, 1 if the velocity is.
     pub fn slope(&self, own: f64) -> f64 {
         let [velocity, impulse] = self.along;
         impulse / (impulse - velocity / own)
@@ -44,7 +46,7 @@ impl Curves {
         self.all.clear();
     }
 
-    /// Adds a curve, and gives its place.
+    /// Adds a curve, and returns its index.
     pub fn push(&mut self, curve: &Curve) -> usize {
         let first = self.points.len();
         self.points.extend_from_slice(&curve.points);
@@ -53,11 +55,11 @@ impl Curves {
         self.all.len() - 1
     }
 
-    /// Where the line p - u / own = `line` meets the curve at a place.
+    /// The intersection of the line p - u / own = `line` with the curve at an index.
     pub fn meet(&self, place: usize, line: f64, own: f64) -> Meeting {
         let (first, end, ends) = self.all[place];
         let points = &self.points[first..end];
-        // By how much a point lies above the line; it falls along the curve.
+        // The height of a point above the line; it falls along the curve.
         let above = |[velocity, impulse]: [f64; 2]| impulse - velocity / own - line;
         let at = |from: [f64; 2], along: [f64; 2], share: f64| Meeting {
             velocity: from[0] + share * along[0],
@@ -72,7 +74,8 @@ impl Curves {
                 let (from, to) = (points[next - 1], points[next]);
                 let along = [to[0] - from[0], to[1] - from[1]];
                 let (before, after) = (above(from), above(to));
-                // From the nearer end: pieces may be much longer than what is counted in them.
+                // From the nearer end, because pieces may be much longer than the distances on
+                // them.
                 if before < -after {
                     at(from, along, before / (before - after))
                 } else {
@@ -91,7 +94,8 @@ impl Curves {
 mod tests {
     use super::*;
 
-    /// Every line p - u / own = constant meets the curve once, on the piece that lies there: its first and its last have no other end.
+    /// Every line p - u / own = constant intersects the curve once, on the expected piece: its
+    /// first and its last are unbounded.
     #[test]
     fn a_line_meets_the_curve_where_both_have_one_velocity_and_one_impulse() {
         let curve = Curve {
@@ -99,7 +103,7 @@ mod tests {
             ends: [[1.0, 0.4], [1.0, -0.2]],
         };
         let mut curves = Curves::default();
-        // Another before it, so that the places differ.
+        // Another curve first, so that the indices differ.
         curves.push(&Curve {
             points: vec![[7.0, 7.0]],
             ends: [[0.0, -1.0]; 2],
@@ -123,17 +127,18 @@ mod tests {
             assert!((met.impulse - impulse).abs() < 1e-12, "{met:?} {impulse}");
             let off = [met.along[0] - along[0], met.along[1] - along[1]];
             assert!(off.iter().all(|off| off.abs() < 1e-12), "{met:?} {along:?}");
-            // On an upright piece the velocity is given, and the impulse follows the line.
+            // On a vertical piece the velocity is given, and the impulse follows the line.
             let slope = met.slope(own);
             assert_eq!(slope == 1.0, along[0] == 0.0);
-            // Over the rise of the line along the piece.
+            // Relative to the rise of the line along the piece.
             let expected = along[1] / (along[1] - along[0] / own);
             assert!((slope - expected).abs() < 1e-12, "{slope} {expected}");
         }
     }
 
-    /// Pieces may be a billion times as long as what is counted in them, as those of a torque that hardly falls with the rate: a
-    /// meeting near either end of one is as exact as the numbers that are met, not as the length of the piece.
+    /// Pieces may be a billion times as long as the distances on them, such as those of a torque
+    /// that hardly falls with the rate: an intersection near either end is as accurate as its
+    /// numbers, not as the length of the piece.
     #[test]
     fn near_either_end_of_a_very_long_piece_the_meeting_is_exact() {
         let far = 1e9;
@@ -149,11 +154,12 @@ mod tests {
         let mut curves = Curves::default();
         let place = curves.push(&curve);
         let own = 2.0;
-        // From [1, -1] on, impulse falls by (0.1 far - 1) / (far - 1) for each unit of velocity.
+        // From [1, -1] on, the impulse falls by (0.1 far - 1) / (far - 1) per unit of velocity.
         let falls = (0.1 * far - 1.0) / (far - 1.0);
         for (velocity, impulse) in [(-0.5, 0.05), (1.5, -1.0 - 0.5 * falls)] {
             let met = curves.meet(place, impulse - velocity / own, own);
-            // Sums of numbers of about one; from the far end they would be off by some of 1e9, 1e-7.
+            // Sums of numbers of about one; computed from the far end they would have errors of 1e9
+            // roundings, 1e-7.
             assert!((met.velocity - velocity).abs() < 1e-12, "{met:?}");
             assert!((met.impulse - impulse).abs() < 1e-12, "{met:?}");
         }

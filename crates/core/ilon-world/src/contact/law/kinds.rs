@@ -1,65 +1,70 @@
-//! The laws between an impulse and the velocity where it acts, each written once: as its proximal map.
+//! The laws between an impulse and the velocity at its place, each written once: as its proximal
+//! map.
 //!
-//! A row of its own, on which nothing else acts, moves with u = (p - q) / g if the impulse p acts on it: g is its mobility's inverse, in N s per
-//! m/s, and q the impulse that would stop it. Together with the law that has one solution, p = prox(q), and with it everything that a solver needs:
+//! A single row on which nothing else acts moves with u = (p - q) / g under the impulse p: g is the
+//! inverse of its mobility, in N s per m/s, and q the impulse that would stop it. Together with the
+//! law this has one solution, p = prox(q), which is all that a solver needs:
 //!
-//! - the laws hold where p = prox(p - g u) for any g > 0: `residual` solves that;
-//! - its derivative by q says how a law answers, from 0 (the impulse is given) to 1 (the velocity is given);
-//! - with g = 0 it is the nearest impulse that the law allows at all.
+//! - the law holds if p = prox(p - g u), for any g > 0: `residual` solves that;
+//! - its derivative by q ranges from 0 (the law gives the impulse) to 1 (the law gives the
+//!   velocity);
+//! - with g = 0 it is the nearest impulse that the law allows at any velocity.
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::curve::Curves;
 
-/// What holds between an impulse and the velocity where it acts.
+/// A law between an impulse and the velocity at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Law {
     /// Three rows: the normal and two tangents.
     Contact {
         /// Coulomb friction coefficient mu.
         friction: f64,
-        /// b: the contact may come nearer by at most this, in m/s; negative where it shall be pushed apart.
+        /// b: the largest velocity of approach, in m/s; negative to push the bodies apart.
         approach_m_s: f64,
-        /// c: compliance of the contact over the step, in m/s per N s: it gives by this much for what it carries.
+        /// c: compliance of the contact over the step, in m/s per N s.
         compliance: f64,
     },
-    /// One row: the turning of a joint, held within bounds. Dry friction has bounds of equal size; what keeps a motor from
-    /// driving beyond a rate has 0 as one of them, and its velocity is counted from that rate.
+    /// One row: the rate of a joint, with a bounded impulse. Dry friction has symmetric bounds. The
+    /// law that keeps a motor from driving beyond a rate has 0 as one bound, and its velocity is
+    /// relative to that rate.
     Joint {
-        /// The impulse while the joint turns forwards, in N m s, <= 0.
+        /// The impulse during forward rotation, in N m s, <= 0.
         least_n_m_s: f64,
-        /// The impulse while it turns backwards, in N m s, >= 0.
+        /// The impulse during backward rotation, in N m s, >= 0.
         most_n_m_s: f64,
     },
-    /// Two rows: a motion in a plane that is held by an impulse of bounded size, in whatever direction.
+    /// Two rows: a motion in a plane, with an impulse of bounded magnitude in any direction.
     Disc {
-        /// The impulse while it moves, in N s, >= 0.
+        /// The impulse during the motion, in N s, >= 0.
         most_n_s: f64,
     },
     /// One row: a roller along its axle, between two stops.
     Slide {
-        /// The velocity that takes it to the stop behind within the step, in m/s, <= 0.
+        /// The velocity that reaches the rear stop within the step, in m/s, <= 0.
         least_m_s: f64,
-        /// The velocity that takes it to the stop ahead, in m/s, >= 0.
+        /// The velocity that reaches the front stop within the step, in m/s, >= 0.
         most_m_s: f64,
     },
     /// One row: velocity and impulse lie on a curve, which is added to the problem before.
     Curve {
-        /// Its place among the curves.
+        /// Its index among the curves.
         place: usize,
     },
 }
 
-/// The impulses that a law allows next to others, in N s or N m s, and their derivative by these. Of laws of fewer than three rows the rest is 0.
+/// The nearest impulses that a law allows, in N s or N m s, and their derivative. For laws with
+/// fewer than three rows the rest is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Allowed {
     pub impulse: [f64; 3],
-    /// Of each row by each.
+    /// Derivative of each row by each.
     pub slope: [[f64; 3]; 3],
 }
 
 impl Allowed {
-    /// Of a law of one row.
+    /// For a law with one row.
     fn one(impulse: f64, slope: f64) -> Self {
         let mut allowed = Self::default();
         allowed.impulse[0] = impulse;
@@ -67,7 +72,8 @@ impl Allowed {
         allowed
     }
 
-    /// Sets two rows from one on to the nearest of `asked` in a disc. Its size grows with the impulse of the row before by `grows`.
+    /// Sets two rows from `first` on to the point of a disc nearest to `asked`. The disc's radius
+    /// grows with the impulse of the row before by `grows`.
     #[inline(always)]
     fn hold_in_disc(&mut self, first: usize, asked: Vector2<f64>, limit: f64, grows: f64) {
         if limit <= 0.0 {
@@ -94,7 +100,7 @@ impl Allowed {
 }
 
 impl Law {
-    /// How many rows it has.
+    /// The number of its rows.
     pub fn rows(&self) -> usize {
         match self {
             Law::Contact { .. } => 3,
@@ -103,7 +109,7 @@ impl Law {
         }
     }
 
-    /// Which of its rows is the first of two among which its friction lies.
+    /// The first of the two rows of its friction, if it has friction.
     pub fn first_tangent(&self) -> Option<usize> {
         match self {
             Law::Contact { .. } => Some(1),
@@ -112,8 +118,9 @@ impl Law {
         }
     }
 
-    /// The proximal map of the law: the impulses that it allows next to those in `asked`, where the velocity is (p - asked) / `yields`; see the
-    /// module. `yields` is in N s per m/s or N m s per rad/s, that of the first row: in the other rows no law depends on it. Friction's bound follows
+    /// The proximal map of the law: the allowed impulses nearest to those in `asked`, where the
+    /// velocity is (p - asked) / `yields`; see the module. `yields` is in N s per m/s or N m s per
+    /// rad/s, for the first row: in the other rows no law depends on it. Friction's bound follows
     /// the load that the contact carries here.
     #[inline(always)]
     pub(super) fn allows(&self, curves: &Curves, asked: &[f64], yields: f64) -> Allowed {

@@ -1,65 +1,69 @@
-//! Newton's method on the residual of the laws (`residual`), with a search along each step.
+//! Newton's method on the residual of the laws (`residual`), with a line search.
 //!
-//! The impulses may leave the laws' bounds on the way. Each step is halved until |F|^2 is less than the most of the last eight times (Grippo, Lampariello
-//! and Lucidi 1986): a fall in each step would stop where the pieces of F meet.
+//! The impulses may violate the laws' bounds on the way. Each step is halved until |F|^2 is less
+//! than the largest of the last eight (Grippo, Lampariello and Lucidi 1986): a monotone search
+//! would stop where the pieces of F meet.
 
 use super::system::{ImpulseProblem, Kept, TOLERANCE};
 use crate::contact::linear::solve_in_place;
 
-/// Redundant contacts can share a load in many ways: a softness of this share of each row's own response picks the shares that change least. It falls with
-/// what is missing, by so much per m/s, to the least that rounding leaves determined, so that the last steps are Newton's own.
+/// Redundant contacts can share a load in many ways: a compliance of this share of each row's own
+/// response selects the shares that change least. It falls with the residual, by this much per m/s,
+/// to the least that rounding still resolves, so that the last steps are pure Newton steps. Chosen.
 const RIDGE: f64 = 1e-7;
 const RIDGE_FALLS: f64 = 1e-3;
 const LEAST_RIDGE: f64 = 1e-9;
 
-/// In a search, whether the laws hold is looked at only where no more than this is missing, in m/s.
+/// In a line search, the laws are checked only if the residual is at most this, in m/s. Chosen.
 const NEAR: f64 = 1e-4;
 
-/// Halvings of a step at most: where none of its parts leads down, the last is taken, which seldom leads far and often on.
+/// The most halvings of a step. If none descends, the last one is taken, which is rarely far and
+/// often makes progress. Chosen.
 const HALVINGS: usize = 14;
 
-/// Of the fall that a step promises, so much is asked for.
+/// The share of the predicted decrease that a step must achieve. Chosen.
 const FALL: f64 = 1e-3;
 
-/// Newton's method, with its room.
+/// Newton's method with its work space.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Newton {
     /// F.
     missing: Vec<f64>,
-    /// What a whole step does to the impulses, and to the velocities.
+    /// The effect of a whole step on the impulses, and on the velocities.
     step: Vec<f64>,
     step_m_s: Vec<f64>,
-    /// The rows whose impulses hang on one another, what a step does to them, and the other rows.
+    /// The rows whose impulses depend on one another, the effect of a step on them, and the other
+    /// rows.
     coupled: Vec<usize>,
     solution: Vec<f64>,
     given: Vec<usize>,
-    /// Where a step began.
+    /// The impulses at the start of a step.
     from: Kept,
-    /// The impulses before they were put back into the laws' bounds.
+    /// The impulses before they were projected back into the laws' bounds.
     beyond: Kept,
 }
 
-/// Where a search ended.
+/// The end of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
-    /// By how much the laws are broken, in m/s or rad/s.
+    /// The violation of the laws, in m/s or rad/s.
     pub error: f64,
-    /// Steps that it took.
+    /// The number of steps.
     pub steps: u32,
 }
 
-/// How far a step is taken.
+/// The length of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stride {
-    /// Always whole: from near the solution that ends soonest, even where F grows on the way.
+    /// Always whole: near the solution this converges soonest, even if F grows on the way.
     Whole,
-    /// As much of it as leads down.
+    /// As much of it as descends.
     Searched,
 }
 
 impl Newton {
-    /// Takes so many steps at most from the impulses as they are, until the laws hold, and puts the impulses back into the laws' bounds. `matrix` is
-    /// room.
+    /// Takes at most this many steps from the current impulses, until the laws hold, and projects
+    /// the impulses into the laws' bounds. `matrix` is work space.
     pub fn search(
         &mut self,
         problem: &mut ImpulseProblem,
@@ -101,7 +105,8 @@ impl Newton {
         Found { error, steps }
     }
 
-    /// Finds the step from F and its derivative, of |F|^2 = `size`. Says whether there is one.
+    /// Computes the step from F and its derivative, with |F|^2 = `size`. Returns whether there is
+    /// one.
     fn find_step(&mut self, problem: &ImpulseProblem, matrix: &mut [f64], size: f64) -> bool {
         let ridge = (RIDGE_FALLS * size.sqrt()).clamp(LEAST_RIDGE, RIDGE);
         let rows = problem.rows();
@@ -123,8 +128,9 @@ impl Newton {
         is_found && self.step.iter().all(|step| step.is_finite())
     }
 
-    /// Takes the rows out of the system whose impulse a law gives whatever the others do, as those of open contacts: of many bodies they are most. The
-    /// others are left as `coupled`.
+    /// Removes from the system the rows whose impulse is fixed by a law whatever the others are,
+    /// such as open contacts, the majority in a scene with many bodies. The others remain as
+    /// `coupled`.
     fn take_out_given(&mut self, matrix: &mut [f64]) {
         let rows = self.step.len();
         let is_coupled = |row: &usize| {
@@ -160,7 +166,7 @@ impl Newton {
         }
     }
 
-    /// Takes as much of the step as leads below `most`, and gives |F|^2 there.
+    /// Takes as much of the step as descends below `most`, and returns |F|^2 there.
     fn take_step(&mut self, problem: &mut ImpulseProblem, most: f64) -> f64 {
         problem.keep(&mut self.from);
         problem.respond(&self.step, &mut self.step_m_s);

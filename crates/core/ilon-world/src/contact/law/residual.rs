@@ -1,22 +1,25 @@
-//! What is missing from the laws of a step: one equation for each row, F(p) = 0, in m/s or rad/s (Alart and Curnier 1991).
+//! The violation of the laws of a step: one equation per row, F(p) = 0, in m/s or rad/s (Alart and
+//! Curnier 1991).
 //!
-//! With r the response of a row to its own impulse, q = p - u / r is what the row would carry if it had to stop the velocity that is left, and
-//! F = r (p - prox(q)), with the law's proximal map (`kinds`): how far the impulse is from what the law allows, as a velocity. Where the law gives
-//! the velocity, F is what that is off by; where it gives the impulse, r times what that is off by. F is continuous, and made of smooth pieces.
+//! With r the response of a row to its own impulse, q = p - u / r is the impulse that would stop
+//! the remaining velocity, and F = r (p - prox(q)), with the law's proximal map (`kinds`): the
+//! distance of the impulse from the allowed one, as a velocity. If the law gives the velocity, F is
+//! the velocity's error; if it gives the impulse, r times the impulse's error. F is continuous and
+//! piecewise smooth.
 
 use super::kinds::{Allowed, Law};
 use super::system::ImpulseProblem;
 
-/// How the rows of a law are measured.
+/// The units in which the rows of a law are measured.
 struct Measure {
-    /// r, in m/s per N s. Two rows among which friction lies have one, so that its bound stays round.
+    /// r, in m/s per N s. Both rows of friction have the same r, so that its bound stays round.
     responses: [f64; 3],
-    /// What a row of F has for each impulse: r, and of a contact's normal what the contact gives besides.
+    /// The derivative of a row of F by its impulse: r, plus the compliance for a contact's normal.
     scales: [f64; 3],
 }
 
 impl ImpulseProblem {
-    /// Writes F down, and its derivative by the impulses, row by row, where that is asked for. Gives |F|^2.
+    /// Writes F and, if requested, its derivative by the impulses, row by row. Returns |F|^2.
     pub(super) fn residual(&self, missing: &mut [f64], mut derivative: Option<&mut [f64]>) -> f64 {
         for &(at, law) in &self.laws {
             let measure = self.measure(at, law);
@@ -33,12 +36,13 @@ impl ImpulseProblem {
         missing.iter().map(|missing| missing * missing).sum()
     }
 
-    /// What a law of one row lets pass of its line p - u / r: 0 where it gives the impulse, 1 where it gives the velocity.
+    /// The derivative of a one-row law by its line p - u / r: 0 if it gives the impulse, 1 if it
+    /// gives the velocity.
     pub(super) fn slope(&self, at: usize, law: Law) -> f64 {
         self.allowed(at, law, &self.measure(at, law)).slope[0][0]
     }
 
-    /// F of a law of one row.
+    /// F of a law with one row.
     pub(super) fn missing(&self, at: usize, law: Law) -> f64 {
         let measure = self.measure(at, law);
         measure.scales[0] * (self.impulses[at] - self.allowed(at, law, &measure).impulse[0])
@@ -68,7 +72,8 @@ impl ImpulseProblem {
         law.allows(&self.curves, &asked, 1.0 / measure.responses[0])
     }
 
-    /// Writes down how F of the k-th row of a law changes with all impulses: by scale (dp_k - sum of slope_j dq_j), with dq_j = dp_j - W_j dp / r_j.
+    /// Writes the derivative of F in the k-th row of a law by all impulses: scale (dp_k - sum of
+    /// slope_j dq_j), with dq_j = dp_j - W_j dp / r_j.
     #[inline(always)]
     fn differentiate(
         &self,

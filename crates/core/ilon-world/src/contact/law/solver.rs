@@ -1,43 +1,43 @@
-//! How the laws of a step are solved all at once: by one method, Newton's with a search along each
-//! step (`newton`), on one residual (`residual`).
+//! Solves the laws of a step all at once: by Newton's method with a line search (`newton`) on one
+//! residual (`residual`).
 //!
-//! It begins from the impulses of the last step. A robot that rolls needs one step of it, nearly
-//! all others a few whole ones, though F may grow on the way (the watchdog rule of Chamberlain et
-//! al. 1982). Where these lead nowhere, in jams, each step is searched along, from the beginning
-//! again; and where that leads nowhere either, `splitting` finds better and better starts.
+//! It starts from the impulses of the last step. A rolling robot needs one Newton step, nearly all
+//! others a few whole ones, although F may grow on the way (the watchdog rule of Chamberlain et al.
+//! 1982). If these do not converge, in jams, it starts again with a line search along each step;
+//! and if that does not converge either, `splitting` finds better and better starts.
 
 use super::newton::{Newton, Stride};
 use super::splitting::Splitting;
 use super::system::{ImpulseProblem, Kept, TOLERANCE};
 
-/// What solves the laws of a step. It allocates only while it grows.
+/// Solver of the laws of a step. It allocates only while it grows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Solver {
     newton: Newton,
     splitting: Splitting,
     matrix: Vec<f64>,
-    /// The impulses that the solution began from, and those that broke the laws least so far.
+    /// The start of the solution, and the impulses with the smallest violation so far.
     begun: Kept,
     best: Kept,
     effort: SolverEffort,
 }
 
-/// What solving the laws of contact took.
+/// The cost of solving the laws of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SolverEffort {
     /// Steps of Newton's method.
     pub newton_steps: u32,
-    /// How often Newton's method needed another start.
+    /// Number of times that Newton's method needed another start.
     pub restarts: u32,
 }
 
-/// Steps of Newton's method at most: from the first start, from there again, and from each other
-/// start.
+/// The most steps of Newton's method: from the first start, from there again with a line search,
+/// and from each other start. Chosen.
 const WHOLE: (u32, Stride) = (8, Stride::Whole);
 const FIRST: (u32, Stride) = (20, Stride::Searched);
 const OTHERS: (u32, Stride) = (60, Stride::Searched);
 
-/// Steps of `splitting` before each other start.
+/// Steps of `splitting` before each other start. Chosen.
 const BETWEEN: [usize; 8] = [25, 25, 50, 100, 200, 400, 800, 1600];
 
 impl Solver {
@@ -49,7 +49,7 @@ impl Solver {
         error
     }
 
-    /// What was done since this was asked for last.
+    /// The cost since the last call.
     pub fn take_effort(&mut self) -> SolverEffort {
         std::mem::take(&mut self.effort)
     }
@@ -83,7 +83,7 @@ impl Solver {
         least
     }
 
-    /// Searches on from the impulses as they are. Says whether that leads to the solution.
+    /// Continues the search from the current impulses. Returns whether it has reached the solution.
     fn search(
         &mut self,
         problem: &mut ImpulseProblem,
@@ -95,8 +95,8 @@ impl Solver {
         self.keep_if_better(problem, least, found.error)
     }
 
-    /// Keeps the impulses if they break the laws less than any so far. Says whether they solve
-    /// them.
+    /// Keeps the impulses if they violate the laws less than all before. Returns whether they are
+    /// the solution.
     fn keep_if_better(&mut self, problem: &ImpulseProblem, least: &mut f64, error: f64) -> bool {
         if error < *least {
             *least = error;

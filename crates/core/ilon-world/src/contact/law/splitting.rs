@@ -1,38 +1,39 @@
-//! Better starts where Newton's method leads nowhere: every law by itself, and what couples them, in turn (Douglas and Rachford 1956, in the form of
-//! Gabay and Mercier 1976).
+//! Better starts if Newton's method does not converge: alternates between each law by itself and
+//! their coupling (Douglas and Rachford 1956, in the form of Gabay and Mercier 1976).
 //!
-//! In place of W each row answers by itself with a response R of its own:
+//! Instead of W each row answers with a response R of its own:
 //!
-//! - (W + R) p = R q + u - u_free: what the impulses q, given so far, and the velocities u ask for;
+//! - (W + R) p = R q + u - u_free: the impulses p that match the given impulses q and velocities u;
 //! - u grows by R (q - p), which makes it the velocities of p;
-//! - q = prox(p - u / R): what each law allows there (`kinds`).
+//! - q = prox(p - u / R): the impulse that each law allows there (`kinds`).
 //!
-//! Where p = q, all is solved. With fixed bounds of friction that comes nearer from any start and with any R > 0; how soon follows from R, which is
-//! balanced between how far p and q are apart and how far q moves (He, Yang and Wang 2000). Bounds that follow a load which friction itself changes may
-//! go round with it: then the start that is reached is a better one all the same.
+//! If p = q, the problem is solved. With fixed friction bounds this converges from any start and
+//! for any R > 0; the speed depends on R, which is balanced between the distance of p and q and the
+//! change of q (He, Yang and Wang 2000). Bounds that follow a load which friction itself changes
+//! may cycle with it; the start that is reached is still a better one.
 
 use super::system::ImpulseProblem;
 use crate::contact::linear::{factorise, solve_factorised};
 
-/// R over the rows' own responses at first, and its bounds.
+/// R relative to the rows' own responses at the start, and its bounds. Chosen.
 const SHARE: f64 = 1e-2;
 const SHARES: [f64; 2] = [1e-7, 10.0];
 
-/// Steps with one R.
+/// Steps with the same R. Chosen.
 const STEPS: usize = 20;
 
-/// R changes by this factor where one of the two is so many times the other.
+/// R changes by this factor if one of the two is this many times the other. Chosen.
 const CHANGES: f64 = 2.5;
 const APART: f64 = 4.0;
 
-/// What goes on from one call to the next: it follows from q and u, with any R.
+/// The state that continues from one call to the next: it follows from q and u, with any R.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Splitting {
     /// q, in N s or N m s.
     allowed: Vec<f64>,
     /// u, in m/s or rad/s.
     velocities: Vec<f64>,
-    /// R over the rows' own responses, and R itself, in m/s per N s.
+    /// R relative to the rows' own responses, and R itself, in m/s per N s.
     share: f64,
     responses: Vec<f64>,
     /// p.
@@ -40,15 +41,15 @@ pub(super) struct Splitting {
 }
 
 impl Splitting {
-    /// Begins from the impulses as they are.
+    /// Starts from the current impulses.
     pub fn begin(&mut self, problem: &ImpulseProblem) {
         self.allowed.clone_from(&problem.impulses);
         self.velocities.clone_from(&problem.velocities);
         self.share = SHARE;
     }
 
-    /// Takes so many steps, and gives the problem the impulses that the laws allow there. Gives by how much these break the laws, in m/s or rad/s. `matrix`
-    /// is room.
+    /// Takes `steps` steps, and gives the problem the impulses that the laws allow there. Returns
+    /// their violation of the laws, in m/s or rad/s. `matrix` is work space.
     pub fn go(
         &mut self,
         problem: &mut ImpulseProblem,
@@ -82,7 +83,8 @@ impl Splitting {
         problem.settle()
     }
 
-    /// Takes R as a share of each row's own response. Friction has one for its two rows, so that its bound stays round.
+    /// Sets R to a share of each row's own response. Both rows of friction have the same R, so that
+    /// its bound stays round.
     fn take_responses(&mut self, problem: &ImpulseProblem) {
         let own = |row: usize| self.share * problem.w(row, row);
         self.responses.clear();
@@ -95,7 +97,7 @@ impl Splitting {
         }
     }
 
-    /// Takes a step. Gives how far p and q are apart, and how far q moves, as velocities.
+    /// Takes a step. Returns the distance of p and q, and the change of q, as velocities.
     fn step(&mut self, problem: &ImpulseProblem, factors: &[f64]) -> (f64, f64) {
         let Self {
             allowed,

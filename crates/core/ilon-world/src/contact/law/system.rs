@@ -1,4 +1,4 @@
-//! The laws of a step, the impulses that are supposed and the velocities that follow.
+//! The laws of a step, the current impulses and the velocities that follow.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,35 +6,39 @@ use super::anisotropy::Anisotropies;
 use super::curve::{Curve, Curves};
 use super::kinds::Law;
 
-/// The impulses of a step. It is cleared and filled again in every step and allocates only while it grows.
+/// The impulses of a step. It is cleared and filled again in every step, and allocates only while
+/// it grows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpulseProblem {
-    /// With the first row of each.
+    /// Each with its first row.
     pub(super) laws: Vec<(usize, Law)>,
     /// p, in N s or N m s.
     pub(super) impulses: Vec<f64>,
     /// u, in m/s or rad/s.
     pub(super) velocities: Vec<f64>,
-    /// u_free, those without any impulse.
+    /// u_free, the velocities without any impulse.
     free: Vec<f64>,
-    /// What stands on W's diagonal beside the robot's response, in m/s per N s: contacts that give across their normal.
+    /// Addition to W's diagonal, in m/s per N s: contacts with tangential compliance.
     softness: Vec<f64>,
     /// W, row by row.
     pub(super) delassus: Vec<f64>,
-    /// Of contacts that grip otherwise by direction.
+    /// For contacts with anisotropic friction.
     pub(super) anisotropies: Anisotropies,
-    /// Contacts that give otherwise by direction: the row of the first tangent, and what stands beside W's diagonal, in m/s per N s.
+    /// Contacts with anisotropic compliance: the row of the first tangent, and the addition beside
+    /// W's diagonal, in m/s per N s.
     coupled: Vec<(usize, f64)>,
     pub(super) curves: Curves,
 }
 
-/// Solved, when no law is broken by more than this, in m/s or rad/s: what f32 resolves of a slow robot's rates.
+/// Solved if no law is violated by more than this, in m/s or rad/s: the resolution of a slow
+/// robot's rates in f32.
 pub(super) const TOLERANCE: f64 = 1e-8;
 
-/// Beyond this velocity, in m/s or rad/s, rounding hides the tolerance: an f64 of that size is known to 1.2e-10, and sums of dozens to less.
+/// Beyond this velocity, in m/s or rad/s, rounding exceeds the tolerance: an f64 of that size has a
+/// resolution of 1.2e-10, and sums of dozens have less.
 const FARTHEST: f64 = 1e6;
 
-/// Impulses, and the velocities that follow, as they once were.
+/// A saved state of impulses and velocities.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kept {
     impulses: Vec<f64>,
@@ -42,7 +46,7 @@ pub(super) struct Kept {
 }
 
 impl ImpulseProblem {
-    /// Forgets everything.
+    /// Removes everything.
     pub fn clear(&mut self) {
         self.laws.clear();
         self.impulses.clear();
@@ -53,8 +57,8 @@ impl ImpulseProblem {
         self.curves.clear();
     }
 
-    /// Adds a law, with the velocity that there would be without any impulse: normal and two tangents of a contact, the
-    /// rate of a joint.
+    /// Adds a law, with the velocity without any impulse: normal and two tangents of a contact, or
+    /// the rate of a joint.
     pub fn push(&mut self, law: Law, free_velocity: &[f64]) {
         debug_assert_eq!(free_velocity.len(), law.rows());
         self.laws.push((self.velocities.len(), law));
@@ -63,28 +67,28 @@ impl ImpulseProblem {
         self.softness.resize(self.velocities.len(), 0.0);
     }
 
-    /// Lets the contact that was added last give along its tangents, by so much in m/s per N s: what it holds and what slides is
-    /// then the velocity where it acts, and what it gives on top.
+    /// Makes the last contact compliant along its tangents, in m/s per N s: its friction law then
+    /// holds for the velocity at its place plus that of its deflection.
     pub fn soften(&mut self, tangents: [f64; 2]) {
         let rows = self.rows();
         self.softness[rows - 2..].copy_from_slice(&tangents);
     }
 
-    /// Lets the velocity along each tangent of the contact that was added last give for the impulse along the other too, by so much
-    /// in m/s per N s.
+    /// Couples the two tangents of the last contact: the compliance of the velocity along each by
+    /// the impulse along the other, in m/s per N s.
     pub fn couple(&mut self, tangents: f64) {
         self.coupled.push((self.rows() - 2, tangents));
     }
 
-    /// Lets the contact or disc that was added last hold otherwise by direction: along a unit vector among its tangents as its law says,
-    /// across it `ratio` times as much, > 0.
+    /// Makes the last contact or disc anisotropic: along a unit vector among its tangents its law
+    /// holds, across it with `ratio` times the limit, > 0.
     pub fn make_anisotropic(&mut self, along: Vector2<f64>, ratio: f64) {
         let at = self.rows() - 2;
         self.anisotropies
             .push(at, (along, ratio), &mut self.velocities);
     }
 
-    /// Adds a curve, and gives its place.
+    /// Adds a curve, and returns its index.
     pub fn add_curve(&mut self, curve: &Curve) -> usize {
         self.curves.push(curve)
     }
@@ -94,7 +98,8 @@ impl ImpulseProblem {
         self.velocities.len()
     }
 
-    /// Sets W once all laws are there. `fill` takes a row's place, and room for what it has on and before the diagonal.
+    /// Sets W once all laws have been added. `fill` gets a row's index, and the slice of its
+    /// entries up to the diagonal.
     pub fn set_delassus(&mut self, fill: impl Fn(usize, &mut [f64])) {
         let rows = self.rows();
         self.free.clone_from(&self.velocities);
@@ -116,8 +121,8 @@ impl ImpulseProblem {
         self.anisotropies.apply(&mut self.delassus, rows);
     }
 
-    /// Starts the solution of the law that was added at a place from an impulse: the nearest that the law allows. Of a
-    /// law of fewer rows only the first numbers count.
+    /// Starts the solution of a law, given by its index, from the nearest impulse that the law
+    /// allows. For laws with fewer rows only the first numbers count.
     pub fn warm_start(&mut self, law: usize, mut asked: Vector3<f64>) {
         if let (at, Some(first)) = (self.laws[law].0, self.laws[law].1.first_tangent()) {
             let rubs = self
@@ -128,7 +133,7 @@ impl ImpulseProblem {
         self.bring(law, asked);
     }
 
-    /// Sets the impulse of a law to the nearest that it allows, and the velocities that follow.
+    /// Sets the impulse of a law to the nearest that it allows, and updates the velocities.
     fn bring(&mut self, law: usize, asked: Vector3<f64>) {
         let (at, law) = self.laws[law];
         let allowed = law.allows(&self.curves, asked.as_slice(), 0.0);
@@ -137,8 +142,8 @@ impl ImpulseProblem {
         }
     }
 
-    /// Puts all impulses back into the bounds of their laws, with the velocities that follow, and gives by how much the laws are broken, as
-    /// [`Self::error`] does.
+    /// Projects all impulses into the bounds of their laws, updates the velocities, and returns the
+    /// violation of the laws like [`Self::error`].
     pub(super) fn settle(&mut self) -> f64 {
         let mut is_within = true;
         for (at, law) in &self.laws {
@@ -156,7 +161,7 @@ impl ImpulseProblem {
         self.error()
     }
 
-    /// Sets an impulse, and the velocities that follow.
+    /// Sets an impulse, and updates the velocities.
     pub(super) fn set(&mut self, row: usize, impulse: f64) {
         let by = impulse - self.impulses[row];
         if by != 0.0 {
@@ -170,19 +175,19 @@ impl ImpulseProblem {
         }
     }
 
-    /// Remembers the impulses as they are.
+    /// Saves the current impulses.
     pub(super) fn keep(&self, kept: &mut Kept) {
         kept.impulses.clone_from(&self.impulses);
         kept.velocities.clone_from(&self.velocities);
     }
 
-    /// Takes the velocities anew from the impulses, u = u_free + W p, without the rounding of the way to them.
+    /// Recomputes the velocities from the impulses, u = u_free + W p, without accumulated rounding.
     pub(super) fn follow_impulses(&mut self) {
         self.velocities.clone_from(&self.free);
         add_response(&self.delassus, &self.impulses, &mut self.velocities);
     }
 
-    /// Adds to the impulses, and what that does to the velocities.
+    /// Adds to the impulses, and updates the velocities.
     pub(super) fn add(&mut self, step: &[f64]) {
         add_response(&self.delassus, step, &mut self.velocities);
         for (impulse, by) in self.impulses.iter_mut().zip(step) {
@@ -190,7 +195,8 @@ impl ImpulseProblem {
         }
     }
 
-    /// Moves a share of a step away from impulses that are remembered, with what the step does to the velocities.
+    /// Moves a share of a step away from saved impulses, with the effect of the step on the
+    /// velocities.
     pub(super) fn move_from(
         &mut self,
         from: &Kept,
@@ -213,13 +219,14 @@ impl ImpulseProblem {
         add_response(&self.delassus, impulses, velocities);
     }
 
-    /// Goes back to impulses that are remembered, to the bit: from where [`Self::set`] would leave the rounding of the way there in the velocities.
+    /// Restores saved impulses to the bit; [`Self::set`] would leave accumulated rounding in the
+    /// velocities.
     pub(super) fn go_back(&mut self, kept: &Kept) {
         self.impulses.clone_from(&kept.impulses);
         self.velocities.clone_from(&kept.velocities);
     }
 
-    /// Whether friction holds a contact or a bearing, as the impulses are now: within its limit.
+    /// Whether friction holds a contact or a bearing at the current impulses: within its limit.
     pub fn holds(&self, law: usize) -> bool {
         let (at, law) = self.laws[law];
         match law {
@@ -245,12 +252,13 @@ impl ImpulseProblem {
         }
     }
 
-    /// The impulses as they are now, row by row, in N s or N m s.
+    /// The current impulses, row by row, in N s or N m s.
     pub fn impulses(&self) -> &[f64] {
         &self.impulses
     }
 
-    /// The velocities where they act, row by row, in m/s or rad/s; of contacts that give, with what they give.
+    /// The velocities at their places, row by row, in m/s or rad/s; for compliant contacts
+    /// including the deflection.
     pub fn velocities(&self) -> &[f64] {
         &self.velocities
     }
@@ -268,7 +276,7 @@ impl ImpulseProblem {
         Vector3::from_row_slice(&self.velocities[at..at + 3])
     }
 
-    /// Takes impulses, velocities and W back to what they are where no direction differs from another.
+    /// Transforms impulses, velocities and W back from anisotropic variables.
     pub(super) fn take_back(&mut self) {
         let rows = self.rows();
         let (impulses, velocities) = (&mut self.impulses, &mut self.velocities);
@@ -281,11 +289,11 @@ impl ImpulseProblem {
         &self.free
     }
 
-    /// By how much the laws are broken, in m/s or rad/s: the most of all. An impulse beyond what friction can do counts by
-    /// the velocity that the excess makes where it acts. Infinite where the impulses make velocities that are none, or of which rounding is all that
-    /// could be told.
+    /// The largest violation of all laws, in m/s or rad/s. An impulse beyond friction's limit
+    /// counts by the velocity that the excess causes at its place. Infinite if the velocities are
+    /// NaN, or so large that rounding dominates.
     pub(super) fn error(&self) -> f64 {
-        // Not a number is not below it either.
+        // NaN is not below it either.
         if !self.velocities.iter().all(|u| u.abs() < FARTHEST) {
             return f64::INFINITY;
         }
@@ -323,7 +331,7 @@ impl ImpulseProblem {
         self.laws.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// The same of two rows whose impulse is held in a disc of this size.
+    /// The violation of two rows with an impulse in a disc of this radius.
     fn error_in_disc(&self, at: usize, limit: f64) -> f64 {
         let (p, u) = (pair(&self.impulses, at), pair(&self.velocities, at));
         let rubbed = p.norm();
@@ -334,7 +342,7 @@ impl ImpulseProblem {
         } else if rubbed < limit * (1.0 - 1e-9) {
             u.norm()
         } else {
-            // It may only move against what holds it.
+            // It may move only against the impulse.
             let pull = p / rubbed;
             (u - pull * u.dot(&pull).min(0.0)).norm()
         };
@@ -344,7 +352,7 @@ impl ImpulseProblem {
 
 /// Adds W times impulses to velocities.
 fn add_response(delassus: &[f64], impulses: &[f64], velocities: &mut [f64]) {
-    // W is symmetric: its rows are its columns, which are added up several numbers at a time.
+    // W is symmetric: its rows are its columns, which allow adding several numbers at a time.
     let columns = delassus.chunks_exact(impulses.len().max(1));
     for (column, impulse) in columns.zip(impulses).filter(|(_, p)| **p != 0.0) {
         for (velocity, w) in velocities.iter_mut().zip(column) {
@@ -353,7 +361,7 @@ fn add_response(delassus: &[f64], impulses: &[f64], velocities: &mut [f64]) {
     }
 }
 
-/// The two numbers of a list from a place on.
+/// Two numbers of a list from an index on.
 pub(super) fn pair(of: &[f64], at: usize) -> Vector2<f64> {
     Vector2::new(of[at], of[at + 1])
 }

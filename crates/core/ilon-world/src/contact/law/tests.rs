@@ -1,4 +1,4 @@
-//! Impulses that follow on paper, and laws that hold for impulses drawn at random.
+//! Impulses that follow by hand, and laws that hold for random problems.
 
 mod discs;
 mod each;
@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 use super::system::TOLERANCE;
 use super::{ImpulseProblem, Law, Solver};
 
-/// Numbers between -1 and 1, the same in every run.
+/// Random numbers between -1 and 1, the same in every run.
 struct Draw(u64);
 
 impl Draw {
@@ -21,8 +21,8 @@ impl Draw {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A symmetric matrix A^T A + ridge, row by row: positive definite, and of lower rank without the ridge where A
-    /// has fewer rows than columns.
+    /// A symmetric matrix A^T A + ridge, row by row: positive definite, or singular without the
+    /// ridge if A has fewer rows than columns.
     fn response(&mut self, rows: usize, rank: usize, ridge: f64) -> Vec<f64> {
         let a: Vec<f64> = (0..rank * rows).map(|_| self.next()).collect();
         let entry = |i: usize, j: usize| {
@@ -66,8 +66,9 @@ fn problem(laws: &[Law], free: &[f64], response: &[f64]) -> ImpulseProblem {
     problem
 }
 
-/// A block of mass m that falls by v on a floor of friction mu while it slides by s: the floor stops the fall with
-/// m v, and the sliding loses mu v, no more than it has. On paper: p_n = m v, |p_t| = min(mu m v, m s).
+/// A block of mass m that falls at v on a floor of friction mu while it slides at s: the floor
+/// stops the fall with m v, and friction reduces the sliding speed by mu v, at most to zero. By
+/// hand: p_n = m v, |p_t| = min(mu m v, m s).
 #[test]
 fn a_block_loses_as_much_sliding_as_coulomb_says() {
     let (mass_kg, fall, slide) = (2.5, 0.4, Vector2::new(-0.3, 0.4));
@@ -88,8 +89,8 @@ fn a_block_loses_as_much_sliding_as_coulomb_says() {
     }
 }
 
-/// A contact that opens by itself, or may come nearer than it does, carries nothing; one that is in too deep is pushed
-/// out at the rate asked for.
+/// A contact that opens by itself, or may come nearer than it does, carries nothing; one that is
+/// too deep is pushed out at the given rate.
 #[test]
 fn contacts_push_only_and_only_as_far_as_asked() {
     let response = [2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0];
@@ -111,7 +112,7 @@ fn contacts_push_only_and_only_as_far_as_asked() {
     }
 }
 
-/// A soft contact gives by c p: the spring's share.
+/// A compliant contact deflects by c p: the spring's share.
 #[test]
 fn a_soft_contact_gives_in_proportion_to_what_it_carries() {
     let law = Law::Contact {
@@ -126,9 +127,10 @@ fn a_soft_contact_gives_in_proportion_to_what_it_carries() {
     assert!((soft.impulses[0] - 0.4).abs() < 1e-8);
 }
 
-/// A contact that sticks and gives across its normal by a matrix, whose impulse along either tangent moves the other too:
-/// with w = 2 of the bodies, (w + 0.5) p_1 + 0.3 p_2 = -0.3 and 0.3 p_1 + (w + 0.8) p_2 = 0.2, that is p = (-0.9, 0.59) / 6.91. It comes
-/// behind another law, so that its rows are not the first.
+/// A sticking contact whose tangential compliance is a matrix, so that the impulse along either
+/// tangent moves the other too: with w = 2 of the bodies, (w + 0.5) p_1 + 0.3 p_2 = -0.3 and 0.3
+/// p_1 + (w + 0.8) p_2 = 0.2, that is p = (-0.9, 0.59) / 6.91. It comes after another law, so that
+/// its rows are not the first.
 #[test]
 fn a_contact_that_gives_by_a_matrix_solves_both_tangents_together() {
     let mut both = ImpulseProblem::default();
@@ -151,8 +153,9 @@ fn a_contact_that_gives_by_a_matrix_solves_both_tangents_together() {
     }
 }
 
-/// A roller's end on a tilted robot: friction turns it so that it presses itself down, mu |W_nt| > W_nn, and whoever solves
-/// for the normal with the friction as it was swings between an impulse and none.
+/// A roller's end on a tilted robot: friction turns it so that it presses itself down, mu |W_nt| >
+/// W_nn. An iteration that solves for the normal with the previous friction alternates between an
+/// impulse and none.
 #[test]
 fn a_contact_that_its_friction_presses_down_or_lifts_is_solved() {
     for (coupling, sliding) in [(-1.061, 0.32), (-1.061, -0.32), (1.061, 0.32)] {
@@ -169,7 +172,8 @@ fn a_contact_that_its_friction_presses_down_or_lifts_is_solved() {
     }
 }
 
-/// A dry bearing holds what it can and opposes what it cannot: p = -clamp(free / w, +-most).
+/// A dry bearing holds within its limit and opposes the motion beyond it: p = -clamp(free / w,
+/// +-most).
 #[test]
 fn a_dry_bearing_holds_what_it_can() {
     for (free, most, impulse) in [(0.5, 0.2, -0.2), (0.5, 0.1, -0.1), (-0.5, 0.1, 0.1)] {
@@ -179,9 +183,9 @@ fn a_dry_bearing_holds_what_it_can() {
     }
 }
 
-/// The solution may start from what acted in the step before, on a floor that has turned slippery since: an impulse
-/// that friction cannot make any more is none, however still it holds the contact. On paper: a block of mass m on a
-/// slope, held by p_t = m g sin dt, of which mu m g cos dt is left.
+/// The solution may start from the impulses of the last step, on a floor that has become slippery
+/// since: an impulse beyond friction's limit is no solution, although it holds the contact. By
+/// hand: a block of mass m on a slope, held by p_t = m g sin dt, of which mu m g cos dt remains.
 #[test]
 fn a_start_beyond_the_cone_is_no_solution() {
     let (mass_kg, dt_s, slope) = (2.5, 2e-3, 0.3_f64);
@@ -193,7 +197,7 @@ fn a_start_beyond_the_cone_is_no_solution() {
     for mu in [0.1, 0.0] {
         let mut block = problem(&[contact(mu)], &[-presses, pulls, 0.0], &response);
         let held = Vector3::new(mass_kg * presses, -mass_kg * pulls, 0.0);
-        // Set as it is, without being brought back into the cone: the residual must show it.
+        // Set without projection into the cone: the residual must show it.
         held.iter()
             .enumerate()
             .for_each(|(row, p)| block.set(row, *p));
@@ -208,7 +212,7 @@ fn a_start_beyond_the_cone_is_no_solution() {
     }
 }
 
-/// As for a bearing whose friction has fallen.
+/// The same for a bearing whose friction has fallen.
 #[test]
 fn a_start_beyond_a_bearings_friction_is_no_solution() {
     let mut bearing = problem(&[bearing(0.1)], &[0.5], &[2.5]);
@@ -218,8 +222,9 @@ fn a_start_beyond_a_bearings_friction_is_no_solution() {
     assert!((bearing.impulses[0] + 0.1).abs() < 1e-8);
 }
 
-/// What keeps a motor from driving beyond a rate takes as much of its impulse as that needs, and no more than it gives:
-/// a wheel of response w that would be u too fast loses min(u / w, given); one that is too slow loses nothing.
+/// The law that keeps a motor from driving beyond a rate removes as much of its impulse as needed,
+/// and no more than it gives: a wheel with response w that would be u too fast loses min(u / w,
+/// given); one that is too slow loses nothing.
 #[test]
 fn a_one_sided_joint_holds_one_way_only() {
     for (free, given, impulse) in [(0.5, 1.0, -0.2), (0.5, 0.1, -0.1), (-0.5, 1.0, 0.0)] {
@@ -233,7 +238,7 @@ fn a_one_sided_joint_holds_one_way_only() {
     }
 }
 
-/// Four legs under one table, of which three would do: they carry it together, whatever their shares.
+/// Four legs under one table, where three would do: they carry it together, whatever their shares.
 #[test]
 fn redundant_contacts_carry_the_load_together() {
     let legs = [[0.15, 0.16], [0.15, -0.16], [-0.15, 0.16], [-0.15, -0.16]];
@@ -255,8 +260,8 @@ fn redundant_contacts_carry_the_load_together() {
     assert!((carried - 0.02 * mass_kg).abs() < 1e-6);
 }
 
-/// Contacts and bearings drawn at random, sticking, sliding, open and redundant: every law holds afterwards, and
-/// u = u_free + W p does. Fifteen rows on a robot of ten degrees of freedom.
+/// Random contacts and bearings, sticking, sliding, open and redundant: every law holds afterwards,
+/// and so does u = u_free + W p. Fifteen rows on a robot with ten degrees of freedom.
 #[test]
 fn random_problems_are_solved_to_the_end() {
     let mut draw = Draw(2);
@@ -284,12 +289,13 @@ fn random_problems_are_solved_to_the_end() {
             assert!(u.x >= -error - 1e-12 && p.x.min(u.x) <= error + 1e-12);
         }
     }
-    // A random matrix is no robot: some have no solution at all with friction, and some need more rounds.
+    // A random matrix is not a robot: some problems have no solution with friction, and some need
+    // more iterations.
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
-/// Contacts that friction beyond 1 couples strongly may have no solution. The impulses that are left are numbers all the same, no worse than those that
-/// it began with, and the velocities are those that follow from them: u = u_free + W p.
+/// Contacts strongly coupled by friction beyond 1 may have no solution. The remaining impulses are
+/// finite, no worse than those at the start, and the velocities are theirs: u = u_free + W p.
 #[test]
 fn where_there_is_no_solution_the_best_is_kept_with_its_velocities() {
     let mut draw = Draw(12);
@@ -311,7 +317,7 @@ fn where_there_is_no_solution_the_best_is_kept_with_its_velocities() {
         let most = jam.impulses.iter().fold(1.0, |most, p| p.abs().max(most));
         for (row, w) in response.chunks_exact(rows).enumerate() {
             let follows: f64 = w.iter().zip(&jam.impulses).map(|(w, p)| w * p).sum();
-            // What Newton's method leaves of rounding, from velocities of 1e6 m/s at most.
+            // Rounding of Newton's method, from velocities of 1e6 m/s at most.
             let off_m_s = (free[row] + follows - jam.velocities[row]).abs();
             assert!(
                 off_m_s < TOLERANCE * most,
@@ -321,13 +327,14 @@ fn where_there_is_no_solution_the_best_is_kept_with_its_velocities() {
     }
 }
 
-/// What cannot be solved to the end is left as it was best: solved on from there it never ends with a greater error.
+/// A problem without a solution keeps its best state: solved again from there it never ends with a
+/// greater error.
 #[test]
 fn what_is_solved_on_never_ends_with_a_greater_error() {
     let mut draw = Draw(2);
     let mut unsolved = 0;
     for _ in 0..100 {
-        // So rough that some have no solution.
+        // Friction so high that some have no solution.
         let mu = 20.0 * draw.next().abs();
         let free: Vec<f64> = (0..15).map(|_| draw.next()).collect();
         let response = draw.response(15, 6, 0.0);
@@ -341,19 +348,20 @@ fn what_is_solved_on_never_ends_with_a_greater_error() {
         };
         let (first, impulses) = left_from(&[]);
         let (then, _) = left_from(&impulses);
-        // To what rounding makes of it: fifteen products of entries of up to 6.
+        // Within rounding: fifteen products of entries up to 6.
         let largest = impulses.iter().fold(0.0_f64, |most, p| p.abs().max(most));
         let most = first.max(TOLERANCE) + 2e-14 * largest;
         assert!(then <= most, "{then:e} after {first:e}, {largest:e}");
         unsolved += usize::from(first > TOLERANCE);
     }
-    // It is tried.
+    // The case occurs.
     assert!(unsolved > 0);
 }
 
-/// Four rollers under a robot, each of which slides its own way at 1 m/s, on a floor so stiff that it gives by a ten-thousandth of
-/// what the robot does. How the four share the load is seen in no velocity but by that: an error of 1e-6 m/s is a hundredth of
-/// the load, and sweeps approach it by a ten-thousandth each.
+/// Four rollers under a robot, each of which slides in its own direction at 1 m/s, on a floor so
+/// stiff that it deflects by a ten-thousandth of the robot's motion. The load shares are visible in
+/// the velocities only by that: an error of 1e-6 m/s is a hundredth of the load, and sweeps
+/// approach it by a ten-thousandth each.
 #[test]
 fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
     let legs = [[0.15, 0.16], [0.15, -0.16], [-0.15, 0.16], [-0.15, -0.16]];
@@ -385,7 +393,7 @@ fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
             of_body.sum::<f64>() + own
         };
         let response: Vec<f64> = (0..144).map(|i| w(i / 12, i % 12)).collect();
-        // 10 ms of gravity, and each roller in a way of its own.
+        // 10 ms of gravity, and each roller in its own direction.
         let free: Vec<f64> = (0..12)
             .map(|row| if row % 3 == 0 { -0.0981 } else { draw.next() })
             .collect();
@@ -398,7 +406,7 @@ fn wheels_that_slide_share_their_load_on_a_stiff_floor() {
         let error = solve(&mut sliding);
         assert!(error <= TOLERANCE, "{error:e}");
         let carried: f64 = (0..4).map(|leg| sliding.impulses[3 * leg]).sum();
-        // Beside gravity nothing moves the robot up, but what the load on soft contacts lets it down by: 3e-5 m/s.
+        // Only the deflection of soft contacts by the load moves the robot down: 3e-5 m/s.
         let let_down = (carried / mass_kg - 0.0981).abs();
         assert!(let_down < 1e-4, "{let_down:e}");
     }
@@ -425,8 +433,9 @@ fn over_a_nap(
     problem
 }
 
-/// A block of 2 kg that falls by 0.4 m/s and slides by 1 m/s grips mu along the nap and r mu across it. At an angle its friction lies on the
-/// ellipse, and what is left of the sliding along the ellipse's normal: u = -k (p_a / mu^2, p_c / (r mu)^2).
+/// A block of 2 kg that falls at 0.4 m/s and slides at 1 m/s has friction mu along the nap and r mu
+/// across it. At an angle its friction lies on the ellipse, and the remaining sliding velocity
+/// along the ellipse's normal: u = -k (p_a / mu^2, p_c / (r mu)^2).
 #[test]
 fn friction_over_a_nap_lies_on_its_ellipse_and_takes_the_most_it_can() {
     let (mass_kg, fall, mu, ratio) = (2.0, 0.4, 0.3, 0.5);
@@ -446,17 +455,17 @@ fn friction_over_a_nap_lies_on_its_ellipse_and_takes_the_most_it_can() {
         let left = Vector2::new(u.dot(&along), u.dot(&across));
         assert!((p.x - mass_kg * fall).abs() < 1e-7);
         let size = (rubs.x / mu).hypot(rubs.y / (ratio * mu)) / p.x;
-        // 2 kg at 1 m/s have 2 N s, and friction takes 0.24 at most: it slides. Solved to 1e-8 m/s.
+        // 2 kg at 1 m/s have 2 N s, and friction takes at most 0.24: it slides. Solved to 1e-8 m/s.
         assert!((size - 1.0).abs() < 1e-6, "{size}");
         let normal = -Vector2::new(rubs.x, rubs.y / (ratio * ratio)).normalize();
         assert!(left.perp(&normal).abs() < 1e-6 && left.dot(&normal) > 0.0);
-        // No other impulse of the ellipse takes more.
+        // No other impulse of the ellipse dissipates more.
         for step in 0..24 {
             let (s, c) = (f64::from(step) * 0.27).sin_cos();
             let other = (c * along + ratio * s * across) * mu * p.x;
             assert!(p.yz().dot(&u) <= other.dot(&u) + 1e-9);
         }
-        // What was solved for is what was asked: u = u_free + W p.
+        // The solution belongs to the given problem: u = u_free + W p.
         assert!((u - slide - p.yz() / mass_kg).norm() < 1e-12);
     }
 }
@@ -486,7 +495,7 @@ fn random_problems_over_a_nap_never_gain_power() {
             let (p, u) = (random.contact_impulse(at), random.contact_velocity(at));
             let disc = random.anisotropies.in_disc(at + 1, p.yz());
             assert!(disc.norm() <= mu * p.x * (1.0 + 1e-9));
-            // What is left of a contact that holds is the error, which S scales by up to 4.
+            // The velocity of a sticking contact is the error, which S scales by up to 4.
             assert!(p.yz().dot(&u.yz()) <= 8.0 * error * p.yz().norm() + 1e-12);
         }
     }
@@ -494,7 +503,7 @@ fn random_problems_over_a_nap_never_gain_power() {
     assert!(unsolved <= 25, "{unsolved} of 500");
 }
 
-/// Tangents that are turned by an angle, and a nap that is turned back by it, are the same contact.
+/// Rotated tangents with a nap rotated back by the same angle describe the same contact.
 #[test]
 fn a_nap_turned_against_the_tangents_is_the_same() {
     let mut draw = Draw(4);
@@ -534,7 +543,7 @@ fn slide([least_m_s, most_m_s]: [f64; 2]) -> Law {
     }
 }
 
-/// A bead of 0.5 kg on a rod goes on, or is stopped at a stop of the step.
+/// A bead of 0.5 kg on a rod moves on, or is stopped at a stop in the step.
 #[test]
 fn a_bead_between_stops_does_what_follows_on_paper() {
     for (free, impulse, left) in [
@@ -551,8 +560,9 @@ fn a_bead_between_stops_does_what_follows_on_paper() {
     }
 }
 
-/// A roller on the ground with play, drawn at random: what the floor puts on it along its leaning axle moves a light row of its own, of 100 1/kg.
-/// The contact's laws hold, and those of the stops: between them the row has no impulse, at one the impulse pushes it back from there.
+/// A roller on the ground with play, random: the floor's force along its tilted axle moves a light
+/// row of its own, of 100 1/kg. The contact's laws hold, and those of the stops: between them the
+/// row has no impulse, at one the impulse pushes it back from there.
 #[test]
 fn a_contact_with_play_is_solved_wherever_the_roller_is_between_its_stops() {
     const OWN_1_KG: f64 = 100.0;
@@ -599,6 +609,6 @@ fn a_contact_with_play_is_solved_wherever_the_roller_is_between_its_stops() {
         assert!(held && (least_m_s - near..most_m_s + near).contains(&rate_m_s));
         stopped += usize::from(impulse.abs() > near);
     }
-    // Both are tried.
+    // Both cases occur.
     assert!((30..270).contains(&stopped), "{stopped}");
 }

@@ -1,32 +1,35 @@
-//! Rollers that give: the law of a contact with a tread between the roller's core and the ground.
+//! Soft rollers: the law of a contact with a tread between the roller's core and the ground.
 //!
-//! **Along the normal** a spring k stands beside a damper c that only pushes: F = max(0, -k g - c g'), g the gap between core
-//! and ground. **Across it** a bristle of stiffness k_t and damping c_t stands in line with a slider that holds |F| <= mu N:
+//! **Along the normal** a spring k is parallel to a damper c that only pushes: F = max(0, -k g - c
+//! g'), g the gap between core and ground. **Across it** a bristle of stiffness k_t and damping c_t
+//! is in series with a slider that holds |F| <= mu N:
 //!
 //! F = -k_t s - c_t s',  s' = u - slip - nu s,  nu = |V| / lambda + ...,
 //!
-//! with u the velocity of the core's surface over the ground, and nu the rate at which sheared tread leaves the ground and
-//! fresh one takes its place, because the place of contact moves over the ground with V. A roller that rolls under a pull F then
-//! creeps by u = nu F / k_t.
+//! with u the velocity of the core's surface over the ground, and nu the rate at which sheared
+//! tread leaves the ground and fresh tread replaces it, because the contact point moves over the
+//! ground with V. A roller that rolls under a force F therefore creeps at u = nu F / k_t.
 //!
-//! **In a step** of length h, from u_0 to u_1, both are laws between the impulse p = h F and u_1. Of the mean force, with the
-//! mean of the velocities, that is the trapezoidal rule, of second order:
+//! **In a step** of length h, from u_0 to u_1, both are laws between the impulse p = h F and u_1.
+//! For the mean force, with the mean of the velocities, that is the trapezoidal rule, of second
+//! order:
 //!
 //! F = -k (g_0 + h (a u_0 + b u_1)) - c ((1 - q) u_0 + q u_1),  a = b = 1/4, q = 1/2.
 //!
-//! A stiff spring would swing to and fro for ever under it: the implicit rule has a = 0, b = q = 1, and damps whatever a step
-//! does not see. So the two are blended by how far the spring's own motion is beyond the step, z = h sqrt(k / m): by
-//! z^2 / (4 + z^2) of the implicit one. The order stays two where the step resolves the spring, and any step is stable. A gap
-//! that is still open is closed by the implicit rule, without a damper: nothing is gained in a landing.
+//! A stiff spring would oscillate for ever under it. The implicit rule has a = 0, b = q = 1, and
+//! damps what a step does not resolve. So the two are blended by how far the spring's own motion
+//! exceeds the step, z = h sqrt(k / m): with a share z^2 / (4 + z^2) of the implicit rule. The
+//! order stays two if the step resolves the spring, and any step is stable. A gap that is still
+//! open is closed by the implicit rule, without a damper: a landing then gains no energy.
 
 use nalgebra::Vector2;
 
-/// A spring with a damper beside it.
+/// A spring parallel to a damper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Spring {
-    /// In N/m.
+    /// Stiffness, in N/m.
     pub stiffness_n_m: f64,
-    /// In N s/m.
+    /// Damping, in N s/m.
     pub damping_n_s_m: f64,
 }
 
@@ -37,25 +40,25 @@ pub(crate) struct TreadLaw {
     pub normal: Spring,
     /// Across it.
     pub shear: Spring,
-    /// 1 / lambda, in 1/m: how much of what is sheared leaves the ground per metre rolled.
+    /// 1 / lambda, in 1/m: the share of sheared tread that leaves the ground per metre rolled.
     pub renewal_1_m: f64,
-    /// The mass that stands on a wheel, in kg.
+    /// The mass supported by a wheel, in kg.
     pub load_kg: f64,
 }
 
 /// A contact's law along one direction: u + bias + compliance p = 0 while it holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Softness {
-    /// In m/s per N s.
+    /// Compliance, in m/s per N s.
     pub compliance: f64,
-    /// In m/s.
+    /// Bias, in m/s.
     pub bias_m_s: f64,
 }
 
-/// How the two rules are weighed in a step.
+/// The weights of the two rules in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Blend {
-    /// The part of the implicit rule.
+    /// The share of the implicit rule.
     implicit: f64,
     a: f64,
     b: f64,
@@ -72,24 +75,25 @@ impl Blend {
         }
     }
 
-    /// For a spring that moves a mass, whose inverse in 1/kg is given, in a step.
+    /// For a spring that moves a mass, given by its inverse in 1/kg, in a step.
     fn for_spring(spring: &Spring, per_kg: f64, dt_s: f64) -> Self {
         let z_squared = spring.stiffness_n_m * per_kg * dt_s * dt_s;
         Self::of(z_squared / (4.0 + z_squared))
     }
 }
 
-/// The least response in D, to divide by: a tread that is wholly renewed in a step holds nothing.
+/// The least response in D, to avoid a division by zero: a tread that is wholly renewed in a step
+/// holds nothing.
 const LEAST_N_S_M: f64 = 1e-30;
 
-/// How a tread is pressed in a step.
+/// The normal law of a tread in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Press {
     pub spring: Spring,
-    /// The gap when the step began, in metres, and its rate then, in m/s.
+    /// The gap at the beginning of the step, in metres, and its rate then, in m/s.
     pub gap_m: f64,
     pub opening_m_s: f64,
-    /// What it pushes with when the step begins, in N.
+    /// Its force at the beginning of the step, in N.
     pub load_n: f64,
     pub softness: Softness,
 }
@@ -126,8 +130,9 @@ impl TreadLaw {
         }
     }
 
-    /// Across the normal, in a step of `dt_s`: from a bend in metres that the surface changes at a rate in m/s, along each of two
-    /// tangents, across which the contact answers to an impulse by so much, in 1/kg; `renewed_1_s` is nu of each.
+    /// Across the normal, in a step of `dt_s`: from a deflection in metres that the surface changes
+    /// at a rate in m/s, along each of two tangents; across them the contact's response to an
+    /// impulse is given in 1/kg, and `renewed_1_s` is nu of each.
     pub fn shear(
         &self,
         (bend_m, rate_m_s): (Vector2<f64>, Vector2<f64>),
@@ -140,7 +145,8 @@ impl TreadLaw {
 }
 
 impl Press {
-    /// What is in the spring once the gap has changed with the mean of its rates, in J; nothing of a spring that does not push.
+    /// The spring's energy after the gap has changed with the mean of its rates, in J; zero if the
+    /// spring does not push.
     pub fn stored_j(&self, opens_m_s: f64, pushes: bool, dt_s: f64) -> f64 {
         let gap_m = self.gap_m + 0.5 * dt_s * (self.opening_m_s + opens_m_s);
         if pushes {
@@ -151,15 +157,16 @@ impl Press {
     }
 }
 
-/// How a tread is sheared in a step.
+/// The shear law of a tread in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
     stiffness_n_m: f64,
     bend_m: Vector2<f64>,
     rate_m_s: Vector2<f64>,
-    /// What renewal leaves of the bend along each tangent.
+    /// The share of the deflection along each tangent that renewal leaves.
     left: [f64; 2],
-    /// How much of the bend's change goes with the velocity after the step, along each tangent; the rest goes with that before it.
+    /// The share of the deflection's change that follows the velocity after the step, along each
+    /// tangent; the rest follows that before it.
     after: [f64; 2],
     pub softness: [Softness; 2],
 }
@@ -181,7 +188,8 @@ impl Shear {
             let blend = Blend::for_spring(spring, per_kg[i], dt_s);
             let d = left * (k * dt_s * blend.b + c * blend.q);
             let d = d.max(LEAST_N_S_M);
-            // Of the bend at the beginning: in the mean of the step, and what its renewal moves the damper by.
+            // For the initial deflection: its mean over the step, and the damper's velocity by its
+            // renewal.
             let kept = 0.5 * (1.0 - blend.implicit) * (1.0 + left) + blend.implicit * left;
             let of_bend = k * kept - c * (1.0 - left) / dt_s;
             let of_rate = left * (k * dt_s * blend.a + c * (1.0 - blend.q));
@@ -201,8 +209,8 @@ impl Shear {
         }
     }
 
-    /// The bend after the step, in metres, with the surface's velocity then; of one that slides, what its friction in N bends it
-    /// to.
+    /// The deflection after the step, in metres, for the surface's velocity then; of a sliding one,
+    /// the deflection by its friction in N.
     pub fn bent_m(
         &self,
         after_m_s: Vector2<f64>,
@@ -211,8 +219,8 @@ impl Shear {
     ) -> Vector2<f64> {
         match slides_under_n {
             Some(friction_n) => -friction_n / self.stiffness_n_m,
-            // By the rule of its force: were the bend of a roller that a step stops at once the mean of its rates, it would hold more
-            // than the roller ever had.
+            // By the rule of its force: if the deflection of a roller that a step stops at once
+            // were the mean of its rates, it would store more energy than the roller had.
             None => {
                 let bent = |i: usize| {
                     let mean_m_s =
@@ -224,7 +232,7 @@ impl Shear {
         }
     }
 
-    /// What is in a bristle of this bend, in J.
+    /// The energy of a bristle with this deflection, in J.
     pub fn stored_j(&self, bend_m: &Vector2<f64>) -> f64 {
         0.5 * self.stiffness_n_m * bend_m.norm_squared()
     }
@@ -264,24 +272,27 @@ mod tests {
 
     #[test]
     fn a_resolved_spring_is_followed_to_second_order() {
-        // An eighth of a period of sqrt(1e5 / 2) = 223.6 rad/s: the gap is -1e-5 cos(pi/4), still closed.
+        // An eighth of a period of sqrt(1e5 / 2) = 223.6 rad/s: the gap is -1e-5 cos(pi/4), still
+        // closed.
         let omega = (1e5_f64 / 2.0).sqrt();
         let time_s = std::f64::consts::FRAC_PI_4 / omega;
         let exact = -1e-5 * std::f64::consts::FRAC_PI_4.cos();
         let error = |steps| (bounced(steps, time_s).0 - exact).abs();
         let (coarse, fine) = (error(20), error(40));
-        // Second order: four times less in half the step; the next order makes a tenth of it at most.
+        // Second order: an error four times smaller at half the step; the next order contributes at
+        // most a tenth.
         assert!((coarse / fine - 4.0).abs() < 0.4, "{coarse} {fine}");
     }
 
     #[test]
     fn a_spring_far_beyond_the_step_is_damped_and_not_rung() {
-        // z = 223.6 * 0.2 = 45: after twenty steps nothing of 10 um may be left that swings.
+        // z = 223.6 * 0.2 = 45: after twenty steps no oscillation of the 10 um may remain.
         let (gap_m, rate) = bounced(20, 4.0);
         assert!(gap_m.abs() < 1e-8 && rate.abs() < 1e-7, "{gap_m} {rate}");
     }
 
-    /// The spring in a bristle that stops a light roller within a step holds no more than the roller had, whatever the step.
+    /// The spring in a bristle that stops a light roller within a step stores no more energy than
+    /// the roller had, whatever the step.
     #[test]
     fn a_bristle_that_stops_a_roller_in_a_step_holds_no_more_than_the_roller_had() {
         // 2 g at 0.1 m/s: 10 uJ. z = sqrt(4e4 / 2e-3) h goes from 0.4 to 45.
@@ -303,11 +314,13 @@ mod tests {
         }
     }
 
-    /// Bend and force of a step follow one rule: what the bristle is bent by at the end, and how the force of the step bends it, agree.
+    /// Deflection and force of a step follow one rule: the deflection at the end and the force of
+    /// the step agree.
     #[test]
     fn a_bristle_bends_by_the_velocities_weighed_as_its_force_weighs_them() {
-        // From rest and unbent, without damper and renewal: F = -k h b u_1 in the mean of the step, b = 1/4 + 3/4 z of the implicit share z,
-        // and the bend at its end is h (1 + z) / 2 u_1: half of it by the trapezoidal rule, all of it by the implicit one.
+        // From rest and undeflected, without damper and renewal: F = -k h b u_1 in the mean of the
+        // step, b = 1/4 + 3/4 z with the implicit share z, and the deflection at its end is h (1 +
+        // z) / 2 u_1: half of it by the trapezoidal rule, all of it by the implicit one.
         let law = TreadLaw {
             shear: Spring {
                 damping_n_s_m: 0.0,
@@ -334,7 +347,8 @@ mod tests {
 
     #[test]
     fn a_roller_that_rolls_under_a_pull_creeps_by_the_pull_over_the_creep_stiffness() {
-        // V = 0.2 m/s over lambda = 5 mm: nu = 40/s. A steady u of 1 mm/s bends to u / nu = 25 um, 1 N at 4e4 N/m.
+        // V = 0.2 m/s over lambda = 5 mm: nu = 40/s. A steady u of 1 mm/s deflects by u / nu = 25
+        // um, 1 N at 4e4 N/m.
         let (nu, u, h) = (40.0, 1e-3, 2e-3);
         let mut bend = Vector2::zeros();
         let steady = Vector2::new(u, 0.0);

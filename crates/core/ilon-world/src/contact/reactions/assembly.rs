@@ -1,4 +1,4 @@
-//! Which laws hold in a step: contacts of bodies with the ground and with one another, dry
+//! Collects the laws of a step: contacts of bodies with the ground and with one another, dry
 //! bearings, motors at their rate limits.
 
 use nalgebra::{Vector2, Vector3};
@@ -18,15 +18,16 @@ use crate::dynamics::Path;
 use crate::ground::{FloorSurface, Nap};
 
 /// A contact that would still open at this rate, in its robot's unit of speed, after a step without
-/// impulses is none: other contacts do not change it by as much, unless they have to stop more. It
-/// spares rough ground most of its potential contacts. 0.1 m/s for wheels of 50 mm.
+/// impulses is left out: other contacts do not change its velocity by as much, unless they have to
+/// stop more. This removes most potential contacts on rough ground. 0.1 m/s for wheels of 50 mm.
+/// Chosen.
 const OPEN: f64 = 0.143;
 
-/// What is deeper in the ground than its load explains is pushed out at this speed, in the same
-/// unit: too slowly to bounce, by 2.5e-5 of a wheel's radius. 5 mm/s for wheels of 50 mm.
+/// A contact deeper than its load explains is pushed out at this speed, in the same unit: too
+/// slowly to bounce, by 2.5e-5 of a wheel's radius. 5 mm/s for wheels of 50 mm. Chosen.
 const PUSH_OUT: f64 = 7.1e-3;
 
-/// What the roller of a part is made of.
+/// The material of the roller of a part.
 fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
     match part {
         Part::Roller(wheel, _) => scene.robot.wheels[wheel].material.as_deref(),
@@ -34,7 +35,7 @@ fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
     }
 }
 
-/// What share of the ground's friction a part of a body finds.
+/// The share of the ground's friction that a part of a body finds.
 fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     match part {
         Part::Roller(wheel, _) => scene.wheels[wheel].grip,
@@ -42,11 +43,12 @@ fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     }
 }
 
-/// Whether a roller comes down because its wheel, which is round, rolls on to it from one that bears,
-/// and does not hit something. On an even floor it comes no faster than the load would move the wheel
-/// alone within the step; on bumps and edges it must not be deep after half of it.
+/// Whether a roller comes down because its round wheel rolls on to it from one that bears, without
+/// an impact. On an even floor its approach is no faster than the load would move the wheel alone
+/// within the step; on bumps and edges it must not be deep after half of it.
 fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_s: f64) -> bool {
-    /// So deep, in wheel radii: 0.1 mm and 30 um for wheels of 50 mm.
+    /// Depths of a gentle approach on even ground and on bumps, in wheel radii: 0.1 mm and 30 um
+    /// for wheels of 50 mm. Chosen.
     const EVEN: f64 = 2e-3;
     const BUMPY: f64 = 6e-4;
     let Part::Roller(wheel, _) = part else {
@@ -67,10 +69,10 @@ fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_
     body.is_round && is_gentle && body.rollers.iter().any(|roller| roller.pressed)
 }
 
-/// The direction of a nap among the tangents of a contact; `None` where the ground there stands
-/// upright along it.
+/// The direction of a nap among the tangents of a contact; `None` if the ground is vertical along
+/// the nap.
 fn nap_among(nap: &Nap, frame: &[Vector3<f64>; 3]) -> Option<Vector2<f64>> {
-    /// Ground that is steeper than this, as the cosine of an angle, has no nap.
+    /// Ground that is steeper than this, as the cosine of an angle, has no nap. Chosen.
     const LEAST: f64 = 1e-3;
     let (y, x) = libm::sincos(nap.angle_rad);
     let lies = along_frame(frame, &Vector3::new(x, y, 0.0)).yz();
@@ -119,7 +121,7 @@ impl ReactionSolver {
             let under_load_n_m = body.surface.axle_drag_m * axle.load_n.max(0.0);
             let friction_n_m = body.rollers[axle.roller].friction_n_m + under_load_n_m;
             if friction_n_m > 0.0 && axle.response.is_some() {
-                // Its spin against the hub.
+                // Its spin relative to the hub.
                 let still = (&Vector3::zeros(), &Vector3::zeros());
                 let (hub, hub_turns) = (Some(body.joint), -axle.axis);
                 let mut side = scene.moving_with(hub, &scene.step.middle, still, &hub_turns);
@@ -139,7 +141,7 @@ impl ReactionSolver {
         potential.clear();
         potential.extend(nearby.iter().map(|place| scenes.potential_contact(place)));
 
-        // What stops the one that comes in fastest may move the others by as much.
+        // Stopping the fastest approach may move the others by as much.
         let open_m_s =
             |contact: &PotentialContact| contact.free.x + contact.gap_before_m.max(0.0) / dt_s;
         let comes_m_s = potential.iter().map(open_m_s).fold(0.0, f64::min).abs();
@@ -158,8 +160,8 @@ impl ReactionSolver {
         self.nearby = nearby;
     }
 
-    /// Takes up a contact that may press in the step: the laws of its normal, of its friction and
-    /// of what rolling over it costs.
+    /// Adds a contact that may press in the step: the laws of its normal, its friction and its
+    /// rolling resistance.
     fn take_up(
         &mut self,
         scenes: Scenes<'_>,
@@ -168,7 +170,7 @@ impl ReactionSolver {
     ) {
         let scene = &scenes.of(place.a.body);
         let (approach_m_s, compliance) = self.closing(scenes, (place, contact), press.as_ref());
-        // Bodies grip one another as they grip the floor beneath, and are hard.
+        // Bodies have the friction of the floor beneath, and are rigid.
         let material = material_of(scene, place.a.part);
         let footing = scene.ground.footing_at(&place.place_m, material);
         let ground = match place.b {
@@ -225,8 +227,8 @@ impl ReactionSolver {
         self.resist_rolling(scene, (place, contact), (&ground, along), load_n);
     }
 
-    /// How fast a contact may close in the step before it presses, in m/s, negative where it is
-    /// pushed out; and by how much its normal gives for each impulse, in m/s per N s.
+    /// The closing speed of a contact in the step before it presses, in m/s, negative to push it
+    /// out; and the compliance of its normal, in m/s per N s.
     fn closing(
         &self,
         scenes: Scenes<'_>,
@@ -241,14 +243,14 @@ impl ReactionSolver {
         let compliance = spring.compliance(dt_s);
         let gap_m = contact.gap_before_m;
         let approach_m_s = if scene.body.coupled().is_some() {
-            // rapier lets its contacts be some way in one another.
+            // rapier lets its contacts overlap a little.
             place.gap_m / dt_s
         } else if gap_m > 0.0 {
             let half_s = 0.5 * dt_s;
             let takes_over = place.came_down && rolls_on(&scene, (place.a.part, contact), half_s);
             gap_m / if takes_over { half_s } else { dt_s }
         } else {
-            // No faster than what the spring was loaded with, and a little.
+            // No faster than by the deflection under the previous load, plus a little.
             let before = self.impulse_before(&scene, (place.a, place.b));
             let loaded_m_s = compliance * before.map_or(0.0, |impulse| impulse.x);
             let relaxed_s = dt_s + spring.relaxation_s;
@@ -257,7 +259,7 @@ impl ReactionSolver {
         (approach_m_s, compliance)
     }
 
-    /// Says in the rows of a contact where its rollers stand among those that may touch.
+    /// Sets in the rows of a contact the indices of its rollers among those that may touch.
     fn seat_axles(&mut self, contact: &mut PotentialContact) {
         let index_of = |axle: &Option<Axle>| axle.as_ref().map(|axle| self.index_of(axle));
         let [of_a, of_b] = contact.axles.each_ref().map(index_of);
@@ -272,7 +274,7 @@ impl ReactionSolver {
         }
     }
 
-    /// The place of a roller among those that may touch, where it is put if it is not there yet.
+    /// The index of a roller among those that may touch; it is added if it is not there yet.
     fn index_of(&mut self, axle: &Axle) -> usize {
         let key = |axle: &Axle| (axle.body, axle.wheel, axle.roller);
         let of_this = |other: &Axle| key(other) == key(axle);
@@ -282,7 +284,7 @@ impl ReactionSolver {
         })
     }
 
-    /// What acted in the last step where a new reaction between these goes on from it.
+    /// The impulse of the last step between these, from which a new reaction continues.
     pub(super) fn impulse_before(
         &self,
         scene: &Scene<'_>,
@@ -310,7 +312,7 @@ impl ReactionSolver {
         self.hold_joint(scene, part, side, law, 0.0);
     }
 
-    /// Holds a roller with play between its stops, at a place among those that may touch.
+    /// Holds a roller with play between its stops, given its index among those that may touch.
     fn hold_slide(&mut self, scene: &Scene<'_>, index: usize) {
         let axle = self.axles[index];
         let roller = &scene.wheels[axle.wheel].rollers[axle.roller];
@@ -331,12 +333,12 @@ impl ReactionSolver {
         self.hold_joint(scene, part, side, law, 0.0);
     }
 
-    /// Keeps the motor of a wheel from driving it beyond its rate limit: of what it gives it takes
-    /// back as much as that needs, and not more.
+    /// Keeps the motor of a wheel from driving it beyond its rate limit: removes as much of its
+    /// torque as needed, and not more.
     fn limit_motor(&mut self, scene: &Scene<'_>, wheel: usize) {
         let (motor, dof) = (&scene.step.motors[wheel], scene.body.dof_of(wheel));
         let (now_rad_s, free_rad_s) = (scene.step.rates_before[dof], scene.step.rates_free[dof]);
-        // The way in which the step would end beyond it; a wheel may start from rest, or turn back
+        // The sense in which the step would end beyond it; a wheel may start from rest, or reverse
         // within the step.
         let is_near = motor.is_near_limit(now_rad_s);
         let ends_beyond = free_rad_s.abs() > motor.rate_limit_rad_s;
@@ -367,14 +369,14 @@ impl ReactionSolver {
         self.hold_joint(scene, Part::RateLimit(wheel), side, law, limit_rad_s);
     }
 
-    /// The rate of a side whose roller has a place among those that may touch.
+    /// The rate of a side whose roller has an index among those that may touch.
     pub(super) fn rate(&self, side: &Side, rates: &[f64], of_axle: fn(&Axle) -> (f64, f64)) -> f64 {
         let axle = side.axle.map(|(i, c)| (c, of_axle(&self.axles[i])));
         let of_axle = axle.map_or(0.0, |(c, (rad_s, m_s))| c * rad_s + side.slide * m_s);
         side.of_bodies(rates) + of_axle
     }
 
-    /// Adds a joint, of which body A has both parts, whose rate is counted from another.
+    /// Adds a joint, whose two parts are both of body A, with its rate relative to a given one.
     pub(super) fn hold_joint(
         &mut self,
         scene: &Scene<'_>,
@@ -389,7 +391,7 @@ impl ReactionSolver {
         self.push(law, reaction, &[Row::of_one(side)], &[free]);
     }
 
-    /// Adds a law and where it acts.
+    /// Adds a law and its place.
     pub(super) fn push(&mut self, law: Law, reaction: Reaction, rows: &[Row], free: &[f64]) {
         self.problem.push(law, free);
         self.rows.extend_from_slice(rows);

@@ -1,4 +1,4 @@
-//! Contacts that give: treads and creep.
+//! Compliant contacts: treads and creep.
 
 use ilon_robot::Scale;
 use nalgebra::{Vector2, Vector3};
@@ -12,15 +12,15 @@ use crate::contact::scene::Scene;
 use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
-/// A tread that would still be this far from the ground after a step is none of its contacts, in
-/// wheel radii.
+/// A tread that would still be this far from the ground after a step is not included, in wheel
+/// radii. Chosen.
 const OPEN: f64 = 2e-5;
 
-/// Of the mean load of a wheel, the least that creep is counted under: a roller that carries next
-/// to nothing slips for next to nothing.
+/// The least load for creep, relative to the mean load of a wheel: a roller with hardly any load
+/// would creep without limit. Chosen.
 const LEAST_LOAD: f64 = 1e-2;
 
-/// Whether a tread does not reach the ground in the step: with the rate it has, or would have
+/// Whether a tread does not reach the ground in the step, with its current rate and with that
 /// without any contact.
 pub(super) fn stays_open(
     contact: &PotentialContact,
@@ -40,7 +40,7 @@ fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
 }
 
 impl ReactionSolver {
-    /// How the tread of a contact is pressed; `None` where it has none.
+    /// The normal law of a contact's tread; `None` without one.
     pub(super) fn press(
         &self,
         scene: &Scene<'_>,
@@ -51,8 +51,9 @@ impl ReactionSolver {
         Some(tread.press(contact.gap_before_m, contact.before.x, scene.dt_s))
     }
 
-    /// What a contact carries when the step begins, in N: of a tread at its present depth; of a rigid
-    /// contact, which only the end of the step knows, what the wheel carried in the last one.
+    /// The load of a contact at the beginning of the step, in N: for a tread at its present depth;
+    /// for a rigid contact, whose load is only known at the end of the step, that of the wheel in
+    /// the last one.
     pub(super) fn load_n(
         &self,
         scene: &Scene<'_>,
@@ -72,8 +73,8 @@ impl ReactionSolver {
         )
     }
 
-    /// How a contact gives across its normal: by its tread, and by what the ground creeps. `along`
-    /// is the direction of the ground's nap among the tangents.
+    /// The tangential compliance of a contact: by its tread and by the ground's creep. `along` is
+    /// the direction of the ground's nap among the tangents.
     pub(super) fn tangent_compliance(
         &self,
         scene: &Scene<'_>,
@@ -84,7 +85,7 @@ impl ReactionSolver {
         let part = place.a.part;
         let travel_m_s = place.travel_m_s.norm();
         let load_n = load_n.max(LEAST_LOAD * mean_load_n(scene, part));
-        // Slip per way, for each newton of pull, along the nap and across it.
+        // Slip per rolled distance, per newton of force, along the nap and across it.
         let creep_1_n = ground.creeps().map(|creep| creep / load_n);
         let along = along.filter(|_| creep_1_n[0] != creep_1_n[1]);
         let Some((tread, press)) = tread_of(scene, part).zip(press) else {

@@ -1,22 +1,22 @@
 //! The jump of a hand-over, separated from the rest of a step.
 //!
-//! A roller that comes down does not roll yet, and on a mecanum wheel it lies in another direction
-//! than the one that it follows: the robot's rates jump. Friction brings that about within a part s
-//! of the step in which it is at its limit; over the rest the contact is held and its regular force
-//! does no work. If the work of the whole impulse went with the mean of the velocities before and
-//! after, the regular force would be taken to slide over the whole step, and a hand-over would lose
-//! in proportion to the step's length.
+//! A roller that comes down does not roll yet, and on a mecanum wheel its axis has another
+//! direction than that of its predecessor: the robot's rates jump. Friction at its limit causes the
+//! jump within a part s of the step; over the rest the contact sticks and its regular force does no
+//! work. If the work of the whole impulse were computed with the mean of the velocities before and
+//! after, the regular force would count as sliding over the whole step, and a hand-over would lose
+//! energy in proportion to the step's length.
 //!
-//! So the impulses p of a step are separated. p_j takes the rollers to rolling, W p_j = -u_0 where
-//! they come down and W p_j = 0 at all other contacts that are held, and p_r = p - p_j is the rest.
-//! Motors and bearings do not react within the jump: W is here the response without what they lose
-//! per rate gained, which the step otherwise holds implicitly. With u_0+ = u_0 + W p_j, and the
-//! jump over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
+//! So the impulses p of a step are separated. p_j brings the rollers to rolling, W p_j = -u_0 where
+//! they come down and W p_j = 0 at all other sticking contacts, and p_r = p - p_j is the rest.
+//! Motors and bearings do not react within the jump: W is here the response without their loss per
+//! rate gained, which the step otherwise includes implicitly. With u_0+ = u_0 + W p_j, and the jump
+//! over when friction has done its part, mu p_n s = -(p_j + s p_r) along the sliding:
 //!
-//! work of p_j = p_j . ((u_0 + u_0+) / 2 + s (u_1 - u_0+) / 2),
-//! work of p_r = p_r . (u_s + u_1) / 2, u_s = u_0+ - s (u_0+ - u_0),
+//! work of p_j = p_j . ((u_0 + u_0+) / 2 + s (u_1 - u_0+) / 2), work of p_r = p_r . (u_s + u_1) /
+//! 2, u_s = u_0+ - s (u_0+ - u_0).
 //!
-//! and with u_s goes whatever else acts over the step, and the robot's motion.
+//! All other forces that act over the step, and the robot's motion, use u_s too.
 
 use std::ops::Range;
 
@@ -29,46 +29,45 @@ use crate::contact::reactions::response::{Responses, of_axles};
 use crate::contact::reactions::row::Row;
 use crate::robot::articulated::Articulated;
 
-/// A contact that comes in faster, in its robot's unit of speed, hits: what happens then takes the
-/// whole step. 1 cm/s for wheels of 50 mm.
+/// A contact that approaches faster, in its robot's unit of speed, is an impact, which takes the
+/// whole step. 1 cm/s for wheels of 50 mm. Chosen.
 const HITS: f64 = 0.0143;
 
-/// The jump of a step; nothing where no roller came down.
+/// The jump of a step; zero if no roller came down.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HandoverImpulse {
     /// p_j, row by row.
     impulses: Vec<f64>,
     /// W p_j, row by row.
     velocities: Vec<f64>,
-    /// By how much it changes the rates of the bodies, by degree of freedom.
+    /// Its change of the bodies' rates, by degree of freedom.
     change: Vec<f64>,
-    /// s, the part of the step that it takes.
+    /// s, the share of the step that it takes.
     share: f64,
     held: Vec<usize>,
     matrix: Vec<f64>,
     solution: Vec<f64>,
-    /// What frees the wheels from their motors, a square as wide as there are wheels.
+    /// Decouples the wheels from their motors: a square matrix with one row per wheel.
     freeing: Vec<f64>,
-    /// What the unit impulse of each row does to each wheel, row by row; and what of that comes
-    /// from freeing the wheels.
+    /// Effect of the unit impulse of each row on each wheel, row by row; and the part from
+    /// decoupling the wheels.
     at_joints: Vec<f64>,
     freed: Vec<f64>,
 }
 
-/// How the bodies answer to impulses, as they are held in the step, and what holds them.
+/// The response of the bodies to impulses, with the implicit damping of the step, and that damping.
 pub(crate) struct BodyResponse<'a> {
     pub rows: &'a [Row],
     pub responses: &'a Responses,
-    /// What the motor and bearing of each wheel lose of their impulse per rate that it gains, in N
-    /// m s per rad/s.
+    /// Loss of impulse per rate gained by the motor and bearing of each wheel, in N m s per rad/s.
     pub held_n_m_s2: &'a [f64],
-    /// By how much each roller would answer more to an impulse about its axis if its bearing did
-    /// not hold it, in rad/s per N m s.
+    /// Additional response of each roller to an impulse about its axis without its bearing's
+    /// damping, in rad/s per N m s.
     pub freed_axles: &'a [f64],
 }
 
 impl BodyResponse<'_> {
-    /// What freed bearings of rollers add to W of two rows.
+    /// Addition to W of two rows by rollers without bearing damping.
     fn of_freed_axle(&self, row: usize, column: usize) -> f64 {
         let rows = (&self.rows[row], &self.rows[column]);
         of_axles(rows, |axle| [self.freed_axles[axle], 0.0])
@@ -76,7 +75,7 @@ impl BodyResponse<'_> {
 }
 
 impl HandoverImpulse {
-    /// Whether rollers of bodies came down in a step, and gently.
+    /// Whether rollers of bodies came down in a step without an impact.
     pub fn happens(reactions: &[Reaction], bodies: &[Articulated]) -> bool {
         let pressing = |r: &&Reaction| r.rows() == 3 && r.impulse.x > 0.0;
         let gently =
@@ -111,16 +110,16 @@ impl HandoverImpulse {
         self.share = share(reactions, &self.impulses);
     }
 
-    /// By how much the rates of the bodies are further, where the mean over the step starts from,
-    /// than they were when it began, for a range of the degrees of freedom of all bodies.
+    /// Change of the bodies' rates from the beginning of the step to the start of the mean over it,
+    /// for a range of the degrees of freedom of all bodies.
     pub fn start_change(&self, dofs: Range<usize>) -> impl Iterator<Item = f64> {
         let over = 1.0 - self.share;
-        // Of a step without contacts that were solved for here there is none.
+        // There is none for a step whose contacts were not solved here.
         let change = self.change.get(dofs).unwrap_or(&[]);
         change.iter().map(move |change| over * change)
     }
 
-    /// Half of what it does to the rates of the bodies once it is found, to be completed.
+    /// Half of its effect on the rates of the bodies after it is found, to be completed.
     pub fn change_mut(&mut self) -> &mut [f64] {
         &mut self.change
     }
@@ -130,12 +129,12 @@ impl HandoverImpulse {
         self.impulses[row]
     }
 
-    /// s, the part of the step that it takes.
+    /// s, the share of the step that it takes.
     pub fn share(&self) -> f64 {
         self.share
     }
 
-    /// Energy that the impulse of a row took, in J, and its velocities before and after the step.
+    /// Energy taken by the impulse of a row, in J, given its velocities before and after the step.
     pub fn taken_j(&self, row: usize, impulse: f64, (before, after): (f64, f64)) -> f64 {
         let (of_jump, jumped) = (self.impulses[row], before + self.velocities[row]);
         let in_jump = 0.5 * (before + jumped) + 0.5 * self.share * (after - jumped);
@@ -143,8 +142,8 @@ impl HandoverImpulse {
         -(of_jump * in_jump + (impulse - of_jump) * 0.5 * (start + after))
     }
 
-    /// What takes the wheels' motors out of a response: with A the matrix that holds them, G what
-    /// they lose, E the wheels' columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 +
+    /// Removes the wheels' motors from a response: with A the matrix that includes their damping, G
+    /// the damping, E the wheels' columns and S = E^T A^-1 E, the inverse of A - E G E^T is A^-1 +
     /// A^-1 E (1 - G S)^-1 G E^T A^-1 (Woodbury).
     fn free_joints(&mut self, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
@@ -168,7 +167,7 @@ impl HandoverImpulse {
         }
     }
 
-    /// What each row does to the wheels, as they are held and what freeing them adds.
+    /// The effect of each row on the wheels, with damping, and the addition by decoupling.
     fn find_at_joints(&mut self, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
         self.at_joints.clear();
@@ -199,14 +198,15 @@ impl HandoverImpulse {
         sum
     }
 
-    /// Solves W p_j = -u_0 where rollers come down and 0 where else a contact or a bearing is held.
+    /// Solves W p_j = -u_0 where rollers come down and 0 where another contact or a bearing sticks.
     fn find_impulses(
         &mut self,
         reactions: &[Reaction],
         problem: &ImpulseProblem,
         held: &BodyResponse<'_>,
     ) {
-        /// Redundant contacts can share a jump in many ways: the least softness picks one.
+        /// Redundant contacts can share a jump in many ways: a minimal compliance selects one.
+        /// Chosen.
         const RIDGE: f64 = 1e-6;
         self.held.clear();
         self.solution.clear();
@@ -244,10 +244,11 @@ impl HandoverImpulse {
         self.held = still;
     }
 
-    /// What the impulses do to the rows, and half of what they do to the bodies.
+    /// The effect of the impulses on the rows, and half of that on the bodies.
     fn find_effect(&mut self, problem: &ImpulseProblem, held: &BodyResponse<'_>) {
         let joints = held.responses.joints();
-        // What the impulses do to the wheels, as they are held, and then what freeing them adds.
+        // The effect of the impulses on the wheels, with damping, and then the addition by
+        // decoupling.
         self.matrix.clear();
         for joint in 0..joints {
             let of_rows = self.held.iter();
@@ -285,8 +286,8 @@ fn takes_up(reaction: &Reaction) -> bool {
     reaction.came_down && reaction.impulse.x > 0.0
 }
 
-/// How long friction takes at its limit, as a part of the step: the mean over the rollers that came
-/// down, weighted by what each of them loses.
+/// The share of the step for which friction is at its limit: the mean over the rollers that came
+/// down, weighted by their losses.
 fn share(reactions: &[Reaction], jump: &[f64]) -> f64 {
     let (mut shares, mut weights) = (0.0, 0.0);
     let mut row = 0;
@@ -339,9 +340,9 @@ mod tests {
         }
     }
 
-    /// Friction at its limit gives mu p_n over a whole step. To stop what slides it must give the
-    /// jump and, for as long as it takes, what the rest of the step asks of it: mu p_n s = -(p_j +
-    /// s p_r) along the sliding.
+    /// Friction at its limit gives mu p_n over a whole step. To stop the sliding it must give the
+    /// jump and, for as long as that takes, the regular force: mu p_n s = -(p_j + s p_r) along the
+    /// sliding.
     #[test]
     fn friction_stops_what_slides_in_the_part_of_a_step_in_which_it_can() {
         let (friction, normal_n_s) = (0.5, 0.04);
@@ -352,7 +353,7 @@ mod tests {
             // A handful of roundings.
             assert!(left_n_s.abs() < 1e-17, "{rest_n_s}: {left_n_s:e}");
         }
-        // Where friction cannot, it takes all of the step.
+        // If friction is too weak, it takes the whole step.
         let weak = came_down(0.05, Vector3::new(normal_n_s, -0.004, 0.0));
         assert_eq!(share(&[weak], &[0.0, -0.004, 0.0]), 1.0);
     }

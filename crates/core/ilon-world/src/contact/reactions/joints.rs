@@ -1,4 +1,4 @@
-//! What joints between bodies hold: stops, dry friction, and couplings of one joint to another.
+//! The laws of joints between bodies: stops, dry friction, and couplings of one joint to another.
 
 use ilon_robot::{BodyJoint, Coupling};
 use nalgebra::Vector3;
@@ -11,12 +11,12 @@ use crate::contact::reactions::row::Row;
 use crate::contact::scene::Scene;
 use crate::dynamics::ROOT_DOFS;
 
-/// A joint that is nearer to its stop than this, in its unit, may come to it by what the ground
-/// does to it in the step.
+/// A joint nearer to its stop than this, in its unit, may reach it by the ground's forces in the
+/// step. Chosen.
 const NEAR_STOP: f64 = 0.02;
 
-/// What is beyond its stop, or not where its coupling has it, comes back at this many of its units
-/// in a unit of time: too slowly to bounce.
+/// A joint beyond its stop, or off its coupling, returns at this speed, in its unit per unit of
+/// time: too slowly to bounce. Chosen.
 const COMES_BACK: f64 = 7.1e-3;
 
 impl ReactionSolver {
@@ -47,7 +47,7 @@ impl ReactionSolver {
         self.hold_joint(scene, Part::Servo(index), side, Law::Curve { place }, 0.0);
     }
 
-    /// Keeps a joint between its stops: it may come no nearer in the step than to the stop itself.
+    /// Keeps a joint between its stops: in the step it may come no further than to the stop.
     fn stop_joint(&mut self, scene: &Scene<'_>, index: usize, joint: &BodyJoint) {
         let position = scene.step.before.joint_positions()[index];
         let dof = ROOT_DOFS + index;

@@ -1,38 +1,37 @@
-//! When a joint reaches its stop within a step, and how deep contacts are.
+//! The time at which a joint reaches its stop within a step, and the depth of contacts.
 //!
-//! A stop that is not reached yet when a step begins lets the joint come no further than to it: the
-//! impulse that stops it there acts over the whole step. That is of first order in the step. So a
-//! step in which a joint reaches its stop is taken in two parts, and the first of them ends just
-//! before that.
+//! A stop that is not reached at the start of a step limits the joint's motion to it: the impulse
+//! that stops it there acts over the whole step, which is of first order in the step. So a step in
+//! which a joint reaches its stop is split in two, and the first part ends just before that.
 
 use super::ReactionSolver;
 use crate::contact::reactions::reaction::{Part, Reaction};
 use crate::robot::articulated::Articulated;
 
-/// Of the load of a wheel and its radius, the least energy for which a stop is a matter of its own:
-/// 15 uJ of a robot of 12 kg on wheels of 50 mm.
+/// The least energy of an impact on a stop for which the step is split, relative to a wheel's load
+/// times its radius: 15 uJ for a robot of 12 kg on wheels of 50 mm. Chosen.
 const LEAST_WORK: f64 = 1e-5;
 
-/// How a joint comes to its stop in a step, in rad and rad/s, or m and m/s.
+/// The approach of a joint to its stop in a step, in rad and rad/s, or m and m/s.
 struct Approach {
-    /// How far it has to go when the step begins.
+    /// Distance at the beginning of the step.
     gap: f64,
-    /// How fast it goes.
+    /// Approach speed.
     closes: f64,
     /// The impulse that stops it, in N m s or N s.
     impulse: f64,
 }
 
 impl Approach {
-    /// Whether it is there within a step.
+    /// Whether it reaches the stop within a step.
     fn lands(&self, dt_s: f64) -> bool {
         self.gap > 0.0 && self.gap < self.closes * dt_s
     }
 }
 
 impl ReactionSolver {
-    /// After how many seconds of a step of `dt_s` that has been solved the first joint reaches its
-    /// stop; infinite where none does.
+    /// The time in a solved step of `dt_s`, in seconds, at which the first joint reaches its stop;
+    /// infinite if none does.
     pub fn lands_after_s(&self, bodies: &[Articulated], dt_s: f64) -> f64 {
         let mut first_s = f64::INFINITY;
         for reaction in &self.all {
@@ -49,8 +48,8 @@ impl ReactionSolver {
         first_s
     }
 
-    /// How deep an articulated body and what it touches were in one another in the middle of the
-    /// last step at most, in metres.
+    /// Largest penetration between an articulated body and its partners in the middle of the last
+    /// step, in metres.
     pub fn pressed_m(&self, body: usize) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
         let depths_m =
@@ -62,8 +61,8 @@ impl ReactionSolver {
         depths_m.fold(0.0, f64::max)
     }
 
-    /// By how much deeper than when it began the deepest contact of an articulated body would be at
-    /// the end of the last step if all moved on with the mean of the rates, in metres.
+    /// Increase of the deepest penetration of an articulated body over the last step, if everything
+    /// moved with the mean rates, in metres.
     pub fn sinks_m(&self, body: usize, dt_s: f64) -> f64 {
         let contacts = self.all.iter().filter(|reaction| reaction.rows() == 3);
         let rigid = contacts
@@ -77,7 +76,7 @@ impl ReactionSolver {
     }
 }
 
-/// How a joint comes to the stop that a reaction is; `None` of all else.
+/// The approach of a joint to the stop of a reaction; `None` for other reactions.
 fn approach(reaction: &Reaction, body: &Articulated) -> Option<Approach> {
     let Part::Stop(joint, ahead) = reaction.a.part else {
         return None;

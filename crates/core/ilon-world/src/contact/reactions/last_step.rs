@@ -1,17 +1,17 @@
-//! The reactions of the last step: what lasts of a step until the next one, and what can be read of
-//! it.
+//! The reactions of the last step: the part of a step that is kept until the next one, and that can
+//! be queried.
 
 use crate::contact::reactions::reaction::{Member, Part, Partner, Reaction};
 use crate::robot::articulated::Articulated;
 use crate::settings::ContactSpring;
 
-/// The reactions of the last step, or of the last part of one that was taken in parts.
+/// The reactions of the last step, or of the last part of a split one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reactions {
     all: Vec<Reaction>,
-    /// By how much they break the laws, in m/s or rad/s.
+    /// Their violation of the laws, in m/s or rad/s.
     error: f64,
-    /// How long it was, in seconds.
+    /// Its length, in seconds.
     dt_s: f64,
     /// Energy of treads that left the ground in it, in J.
     released_j: f64,
@@ -27,8 +27,8 @@ pub(super) fn spring_between(bodies: &[Articulated], a: Member, b: Partner) -> C
 }
 
 impl Reactions {
-    /// Takes over what has been solved for a step of `dt_s`. Only the room that is needed is kept:
-    /// many worlds have it, and one solver.
+    /// Takes over the solution of a step of `dt_s`. Only the memory that is needed is kept, because
+    /// many worlds share one solver.
     pub(super) fn take_solved(
         &mut self,
         solved: &mut Vec<Reaction>,
@@ -41,8 +41,8 @@ impl Reactions {
         (self.error, self.released_j, self.dt_s) = (error, released_j, dt_s);
     }
 
-    /// Takes over what another solver did in the step: its reactions, and by how much it broke the
-    /// laws, in m/s or rad/s.
+    /// Takes over another solver's reactions in the step, and their violation of the laws, in m/s
+    /// or rad/s.
     pub fn take(&mut self, reactions: Vec<(Reaction, f64)>) {
         let (mut all, errors): (Vec<_>, Vec<_>) = reactions.into_iter().unzip();
         let error = errors.into_iter().fold(0.0, f64::max);
@@ -54,14 +54,14 @@ impl Reactions {
         &self.all
     }
 
-    /// Those of which an articulated body is A.
+    /// Those with an articulated body as A.
     pub fn of_body(&self, body: usize) -> impl Iterator<Item = &Reaction> {
         let all = self.all.iter();
         all.filter(move |reaction| reaction.a.body == body)
     }
 
-    /// What the dry bearings and joints of an articulated body, the stops of its rollers and
-    /// rolling took in the last step, in J.
+    /// Energy taken by the dry bearings and joints of an articulated body, the stops of its rollers
+    /// and rolling resistance in the last step, in J.
     pub fn bearings_took_j(&self, body: usize) -> f64 {
         let is_bearing = |r: &&Reaction| {
             matches!(
@@ -77,14 +77,14 @@ impl Reactions {
         bearings.map(|reaction| reaction.taken_j.sum()).sum()
     }
 
-    /// Whether a rigid roller is about to slide: its friction is near its limit, and it holds or
-    /// has just begun to slide. One that gives is at its limit whenever it takes over, and its
-    /// tread decides when it slides.
+    /// Whether a rigid roller is about to slide: its friction is near its limit, and it sticks or
+    /// has just begun to slide. A soft roller is at its limit whenever it takes over, and its tread
+    /// determines when it slides.
     pub fn about_to_slide(&self, bodies: &[Articulated]) -> bool {
-        /// Near its limit, as a share of it.
+        /// A share of the limit that counts as near. Chosen.
         const NEAR_LIMIT: f64 = 0.5;
-        /// A roller that slides faster, in its robot's unit of speed, has made up its mind: 3 cm/s
-        /// for wheels of 50 mm.
+        /// A roller that slides faster, in its robot's unit of speed, slides already: 3 cm/s for
+        /// wheels of 50 mm. Chosen.
         const SLIDES: f64 = 0.043;
         self.all.iter().any(|reaction| {
             let slides_m_s = SLIDES * bodies[reaction.a.body].scale.speed_m_s();
@@ -97,7 +97,7 @@ impl Reactions {
         })
     }
 
-    /// By how much the laws were broken in the last step, in m/s or rad/s.
+    /// The violation of the laws in the last step, in m/s or rad/s.
     pub fn error(&self) -> f64 {
         self.error
     }
@@ -127,15 +127,15 @@ impl Reactions {
         contacts.map(energy_j).sum()
     }
 
-    /// How long the step was, in seconds; 0 before the first.
+    /// Length of the step, in seconds; 0 before the first.
     pub fn dt_s(&self) -> f64 {
         self.dt_s
     }
 }
 
-/// When bodies come together in one problem, or part: each goes on where it acted.
+/// For bodies that join one problem, or leave it: each continues with its impulses.
 impl Reactions {
-    /// Adds those of other bodies, which now stand behind so many.
+    /// Adds those of other bodies, which are now numbered from `bodies` on.
     pub fn append(&mut self, mut other: Self, bodies: usize) {
         for reaction in &mut other.all {
             reaction.a.body += bodies;
@@ -148,8 +148,8 @@ impl Reactions {
         self.error = self.error.max(other.error);
     }
 
-    /// Those by which a chassis, what hangs on it or a roller acts on another body: each with that
-    /// body's place.
+    /// Those by which a chassis, a body on its joints or a roller acts on another body: each with
+    /// that body's index.
     pub fn on_bodies(&self) -> impl Iterator<Item = (&Reaction, usize)> {
         self.all
             .iter()
@@ -161,7 +161,7 @@ impl Reactions {
             })
     }
 
-    /// Adds one of the last step between A and B, as they are numbered now.
+    /// Adds one of the last step between A and B, by their current numbers.
     pub fn go_on(&mut self, mut reaction: Reaction, a: usize, b: Option<usize>) {
         reaction.a.body = a;
         if let (Partner::Of(member), Some(b)) = (&mut reaction.b, b) {
@@ -170,7 +170,7 @@ impl Reactions {
         self.all.push(reaction);
     }
 
-    /// Takes out those of bodies that stand behind so many.
+    /// Removes those of bodies numbered from `first` on.
     pub fn split_off_behind(&mut self, first: usize) -> Vec<Reaction> {
         let is_behind = |reaction: &mut Reaction| {
             let of_b = matches!(reaction.b, Partner::Of(member) if member.body >= first);
@@ -179,8 +179,8 @@ impl Reactions {
         self.all.extract_if(.., is_behind).collect()
     }
 
-    /// Keeps those of some bodies, as they are numbered among these, and gives those of the others.
-    /// What was between the two is forgotten.
+    /// Keeps those of some bodies, renumbered among these, and returns those of the others. Those
+    /// between the two groups are dropped.
     pub fn split_off(&mut self, keeps: impl Fn(usize) -> bool) -> Self {
         let renumbered = |body: usize| (0..body).filter(|of| keeps(*of) == keeps(body)).count();
         let mut left = Self {
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use crate::contact::reactions::reaction::Member;
 
-    /// Who touches whom, by their numbers; none is the ground.
+    /// The touching pairs by number; `None` is the ground.
     fn pairs(reactions: &Reactions) -> Vec<(usize, Option<usize>)> {
         let pair = |reaction: &Reaction| match reaction.b {
             Partner::Of(b) => (reaction.a.body, Some(b.body)),
@@ -220,9 +220,9 @@ mod tests {
         reactions.all.iter().map(pair).collect()
     }
 
-    /// Of four bodies 0 and 2 stay and 1 and 3 leave, each numbered anew among their own; put
-    /// behind the first two they are 2 and 3. What was between those that stay and those that leave
-    /// is forgotten.
+    /// Of four bodies 0 and 2 stay and 1 and 3 leave, each numbered anew within its group; appended
+    /// to the first two they are 2 and 3. Reactions between those that stay and those that leave
+    /// are dropped.
     #[test]
     fn bodies_that_part_and_meet_keep_their_reactions() {
         let member = |body: usize| Member {

@@ -1,5 +1,4 @@
-//! Wheels whose drive is more than a straight line: motors at their bounds, and gears that lose a
-//! share of what they pass on.
+//! Nonlinear wheel drives: motors at their limits, and gears with an efficiency.
 
 use super::ReactionSolver;
 use crate::MotorTorque;
@@ -10,7 +9,7 @@ use crate::dynamics::ROOT_DOFS;
 use crate::robot::drive::WheelDrive;
 
 impl ReactionSolver {
-    /// Whether a wheel's drive is more than a straight line in this step, as far as that is known.
+    /// Whether a wheel's drive is nonlinear in this step, as far as that is known.
     pub(super) fn needs_drive(&self, scene: &Scene<'_>, wheel: usize) -> bool {
         let gear_loses = scene.robot.wheels[wheel].drive.gear_efficiency < 1.0;
         gear_loses
@@ -34,8 +33,8 @@ impl ReactionSolver {
         self.hold_joint(scene, Part::Drive(wheel), side, Law::Curve { place }, 0.0);
     }
 
-    /// Finds the motors and servos that the solved step takes off the straight line on which they
-    /// were solved. Says whether there are any.
+    /// Finds the motors and servos that left the straight line on which the step was solved.
+    /// Returns whether there are any.
     pub(super) fn find_bounded_motors(&mut self, scenes: Scenes<'_>) -> bool {
         let known = self.driven.len();
         for scene in scenes.each() {
@@ -54,15 +53,15 @@ impl ReactionSolver {
         self.driven.len() > known
     }
 
-    /// Notes a joint of the tree whose drive was solved on a straight line, and is off it as the
-    /// step was solved.
+    /// Records a joint of the tree whose drive was solved on a straight line, and is off it in the
+    /// solution.
     fn find_bounded(
         &mut self,
         scene: &Scene<'_>,
         joint: usize,
         (law, straight): (&MotorTorque, &MotorTorque),
     ) {
-        /// What rounding makes of a torque, as a share of it.
+        /// Rounding of a torque, as a share of it. Chosen.
         const ROUNDED: f64 = 1e-6;
         let dof = ROOT_DOFS + joint;
         let free_rad_s = scene.step.rates_free[dof] - scene.step.rates_before[dof];

@@ -1,5 +1,5 @@
-//! What a place where bodies are near each other would be as a contact: how its velocities follow
-//! from their rates.
+//! A place where bodies are near each other as a potential contact: its velocities as functions of
+//! the bodies' rates.
 
 use nalgebra::Vector3;
 
@@ -14,65 +14,66 @@ use crate::robot::state::State;
 /// A roller that may touch something.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axle {
-    /// Its body's place among the articulated bodies.
+    /// Its body's index among the articulated bodies.
     pub body: usize,
     pub wheel: usize,
     pub roller: usize,
     /// Its axis in the middle of the step, in the floor's frame.
     pub axis: Vector3<f64>,
-    /// Its rate about its axis when the step began, in rad/s.
+    /// Its rate about its axis at the beginning of the step, in rad/s.
     pub before_rad_s: f64,
-    /// What it starts from once a jump is over.
+    /// Its rate after a jump at the beginning of the step.
     pub start_rad_s: f64,
     /// Its rate at the end of the step without any reaction, and then with them, in rad/s.
     pub rate_rad_s: f64,
-    /// What an angular impulse of 1 N m s does to it, in rad/s; `None` where it turns with the hub
-    /// because it has seized.
+    /// Its rate change per angular impulse of 1 N m s, in rad/s; `None` if it has seized and turns
+    /// with the hub.
     pub response: Option<f64>,
-    /// What it would do if its bearing did not act; 0 where it has seized.
+    /// The same without its bearing's damping; 0 if it has seized.
     pub free_response: f64,
-    /// How it slides along its axle.
+    /// Its axial motion.
     pub slide: AxleSlide,
-    /// What its contacts carry when the step begins, in N.
+    /// Load of its contacts at the beginning of the step, in N.
     pub load_n: f64,
 }
 
 impl Axle {
-    /// Its rates about its axis and along it when the step began, in rad/s and m/s.
+    /// Its rates about its axis and along it at the beginning of the step, in rad/s and m/s.
     pub fn before(&self) -> (f64, f64) {
         (self.before_rad_s, self.slide.before_m_s)
     }
 
-    /// The same as they are known by now.
+    /// The same rates, currently known.
     pub fn now(&self) -> (f64, f64) {
         (self.rate_rad_s, self.slide.rate_m_s)
     }
 
-    /// What impulses of 1 N m s about its axis and of 1 N s along it do to it, in rad/s and m/s.
+    /// Its rate changes per impulse of 1 N m s about its axis and of 1 N s along it, in rad/s and
+    /// m/s.
     pub fn responses(&self) -> [f64; 2] {
         [self.response.unwrap_or(0.0), self.slide.response_1_kg]
     }
 }
 
-/// A place where two bodies are near each other, as the contact that it would be.
+/// A place where two bodies are near each other, as a potential contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PotentialContact {
-    /// Distance from B when the step began, in metres, as its velocity in the middle has it.
+    /// Distance from B at the beginning of the step, in metres, by its velocity in the middle.
     pub gap_before_m: f64,
     /// Normal and two tangents.
     pub frame: [Vector3<f64>; 3],
-    /// The share of an axle stands in them, its place among the axles not yet.
+    /// They contain the coefficients of axles, but not yet the indices of these.
     pub rows: [Row; 3],
     /// The rollers that turn about their axes, of A and of B.
     pub axles: [Option<Axle>; 2],
-    /// Velocity of A against B along the frame when the step began, in m/s.
+    /// Velocity of A relative to B along the frame at the beginning of the step, in m/s.
     pub before: Vector3<f64>,
-    /// And at its end without any reaction.
+    /// The same at its end without any reaction.
     pub free: Vector3<f64>,
 }
 
 impl Scenes<'_> {
-    /// What a place where two bodies are near each other would be as a contact.
+    /// Converts a place where two bodies are near each other to a potential contact.
     pub fn potential_contact(&self, place: &Candidate) -> PotentialContact {
         let a = self.of(place.a.body);
         let b = match place.b {
@@ -81,8 +82,8 @@ impl Scenes<'_> {
         };
         let part = place.a.part;
         let (frame, tangent) = match place.turning.came_down_at_m {
-            // A roller that came down: its tangents as they were then. Across the ground it is
-            // where it is now.
+            // A roller that came down has its tangents of the beginning of the step; along the
+            // normal its current place counts.
             Some(at_m) => (
                 frame(place.normal, a.axis_of(part, &a.step.before)),
                 (&a.step.before, at_m),
@@ -94,14 +95,14 @@ impl Scenes<'_> {
         };
         let row = |(state, at_m): (&State, Vector3<f64>), direction: Vector3<f64>| {
             let mut row = Row::of_one(a.side(part, state, at_m, direction));
-            // Set where there is one: a side is large, and most contacts are with the ground.
+            // Set only if it exists: a side is large, and most contacts are with the ground.
             if let Some((scene, part)) = &b {
                 let side = scene.side(*part, &scene.step.middle, place.place_m, direction);
                 row.b = Some(side.reversed());
             }
             row
         };
-        // Whole before it is returned, for its rows are large and not to be moved.
+        // Complete before it is returned, because its rows are large and should not be moved.
         let mut contact = PotentialContact {
             gap_before_m: place.gap_m,
             frame,
@@ -146,7 +147,7 @@ impl Scenes<'_> {
 }
 
 impl Scene<'_> {
-    /// The axis of a part's roller in a state, in the floor's frame; any direction of what is none.
+    /// The axis of a part's roller in a state, in the floor's frame; any direction for other parts.
     fn axis_of(&self, part: Part, state: &State) -> Vector3<f64> {
         match part {
             Part::Roller(wheel, roller) => {
@@ -157,7 +158,7 @@ impl Scene<'_> {
         }
     }
 
-    /// The roller of a part, if it is one's, with the rate that it has without reactions.
+    /// The roller of a part, if it has one, with its rate without reactions.
     fn axle(&self, part: Part) -> Option<Axle> {
         let Part::Roller(wheel, roller) = part else {
             return None;
@@ -186,12 +187,12 @@ impl Scene<'_> {
         })
     }
 
-    /// How the velocity of a place of a part along a direction follows from the robot's rates, in
-    /// the pose that it has in a state.
+    /// The velocity of a point of a part along a direction as a function of the robot's rates, in
+    /// the pose of a state.
     ///
-    /// A roller moves with its hub but for its rate about its own axis d: with w that rate, W the
-    /// hub's angular velocity and l the lever from the roller's middle, v = v_hub + (w - W . d) d x
-    /// l.
+    /// A roller moves with its hub except for its rate about its own axis d: with w that rate, W
+    /// the hub's angular velocity and l the lever from the roller's middle, v = v_hub + (w - W . d)
+    /// d x l.
     fn side(
         &self,
         part: Part,

@@ -1,4 +1,4 @@
-//! What bodies, the ground and dry bearings did to one another in a step.
+//! The reactions between bodies, the ground and dry bearings in a step.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -7,23 +7,23 @@ use crate::contact::law::tread::{Press, Shear, Softness};
 /// A part of an articulated body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Member {
-    /// The body's place among the articulated ones.
+    /// The body's index among the articulated ones.
     pub body: usize,
     pub part: Part,
 }
 
-/// What a reaction acts on beside body A.
+/// The partner of body A in a reaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Partner {
     /// The ground, which never moves.
     Ground,
     /// A part of another articulated body.
     Of(Member),
-    /// A itself: it is a joint.
+    /// A itself, for a reaction in a joint.
     Itself,
 }
 
-/// What of a body a reaction acts on.
+/// The part of a body on which a reaction acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Part {
     /// The chassis touches something.
@@ -38,19 +38,20 @@ pub(crate) enum Part {
     Axle(usize, usize),
     /// The play along the axle of a roller that touches something: wheel and roller.
     Slide(usize, usize),
-    /// What rolling over something costs: wheel and roller.
+    /// Rolling resistance: wheel and roller.
     Rolling(usize, usize),
-    /// What keeps the motor of a wheel from driving it beyond its rate limit.
+    /// The limit that keeps the motor of a wheel from driving it beyond a rate.
     RateLimit(usize),
-    /// What a wheel's motor at its bounds, its gear and its bearing put on it beside what is straight of the motor.
+    /// The nonlinear part of a wheel's drive: its motor at its limits, its gear and its bearing.
     Drive(usize),
-    /// What a servo at its effort puts on its joint beside what is straight of it.
+    /// The nonlinear part of a servo at its effort.
     Servo(usize),
     /// Dry friction in a joint between bodies.
     Friction(usize),
     /// A stop of a joint between bodies, and whether it is the one ahead.
     Stop(usize, bool),
-    /// What couples one joint between bodies to another, by its place among the robot's couplings.
+    /// The coupling of one joint between bodies to another, by its index among the robot's
+    /// couplings.
     Coupling(usize),
 }
 
@@ -60,7 +61,8 @@ impl Part {
         joint.map_or(Self::Chassis, Self::Link)
     }
 
-    /// Whether a reaction here goes on where one there was in the last step. A wheel changes rollers as it turns.
+    /// Whether a reaction here continues one there in the last step. A wheel changes rollers as it
+    /// turns.
     pub fn follows(self, before: Self) -> bool {
         match (self, before) {
             (Part::Roller(a, _), Part::Roller(b, _))
@@ -72,14 +74,14 @@ impl Part {
 }
 
 impl Member {
-    /// Whether a reaction here goes on where one there was in the last step.
+    /// Whether a reaction here continues one there in the last step.
     pub fn follows(self, before: Self) -> bool {
         self.body == before.body && self.part.follows(before.part)
     }
 }
 
 impl Partner {
-    /// Whether a reaction with this partner goes on where one with that was in the last step.
+    /// Whether a reaction with this partner continues one with that partner in the last step.
     pub fn follows(self, before: Self) -> bool {
         match (self, before) {
             (Self::Of(now), Self::Of(then)) => now.follows(then),
@@ -90,52 +92,59 @@ impl Partner {
 
 /// One reaction of the last step, between body A and its partner B.
 ///
-/// Its three numbers are a contact's normal and two tangents; a bearing has only the first, and rolling the first two: along the roller and
-/// across it.
+/// Its three numbers are a contact's normal and two tangents; a bearing has only the first, and
+/// rolling the first two: along the roller and across it.
 #[derive(Clone, Debug)]
 pub(crate) struct Reaction {
     pub a: Member,
     pub b: Partner,
-    /// Where, in the middle of the step, in the floor's frame, in metres; nowhere for a bearing.
+    /// Its point in the middle of the step, in the floor's frame, in metres; meaningless for a
+    /// bearing.
     pub at_m: Vector3<f64>,
-    /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first lies along the
-    /// roller of A.
+    /// For a contact the normal out of B and two tangents, in the floor's frame, of which the first
+    /// lies along the roller of A.
     pub frame: [Vector3<f64>; 3],
-    /// Coulomb friction coefficient of a contact, in the direction in which its friction pulls.
+    /// Coulomb friction coefficient of a contact, in the direction of its friction force.
     pub friction: f64,
-    /// The direction of the ground's nap among the tangents, and its friction across it over that along it, where these differ.
+    /// The direction of the ground's nap among the tangents, and the ratio of the friction across
+    /// it to that along it, if these differ.
     pub nap: Option<(Vector2<f64>, f64)>,
-    /// Impulse on A along `frame`, in N s, and on B the opposite; of a bearing in N m s.
+    /// Impulse on A along `frame`, in N s, and the opposite on B; of a bearing in N m s.
     pub impulse: Vector3<f64>,
-    /// Velocity of A against B along `frame` when the step began, in m/s; of a bearing in rad/s.
+    /// Velocity of A relative to B along `frame` at the beginning of the step, in m/s; of a bearing
+    /// in rad/s.
     pub velocity_before: Vector3<f64>,
-    /// Velocity along `frame` when it ended.
+    /// Velocity along `frame` at the end of the step.
     pub velocity_after: Vector3<f64>,
-    /// Energy that each of the impulses took out of the bodies, in J.
+    /// Energy that each of the impulses took from the bodies, in J.
     pub taken_j: Vector3<f64>,
     /// Whether a roller came down on the ground in the step.
     pub came_down: bool,
-    /// By how much the second tangent's velocity grows with the roller's rate about its axis, in m.
+    /// Derivative of the second tangent's velocity by the roller's rate about its axis, in m.
     pub rolling_radius_m: f64,
-    /// How the contact gives, if it does. Most do not, and it is as large as all else.
+    /// The contact's compliance, if it has one. Boxed, because most have none and it is as large as
+    /// all else.
     pub compliance: Option<Box<TangentCompliance>>,
 }
 
-/// How a contact gives in a step.
+/// The compliance of a contact in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TangentCompliance {
     /// Along the two tangents.
     pub softness: [Softness; 2],
-    /// By how much the velocity along each tangent gives for the impulse along the other, in m/s per N s.
+    /// Compliance of the velocity along each tangent by the impulse along the other, in m/s per N
+    /// s.
     pub coupled: f64,
-    /// The direction of the ground's nap among the tangents, where that counts: a tread is sheared along it and across it.
+    /// The direction of the ground's nap among the tangents, if it matters: a tread is sheared
+    /// along it and across it.
     pub along: Option<Vector2<f64>>,
-    /// The tread between roller and ground; without one it only creeps.
+    /// The tread between roller and ground; `None` if the contact only creeps.
     pub tread: Option<Tread>,
 }
 
 impl TangentCompliance {
-    /// What gives along a unit vector among the tangents, and across it, by so much; along the tangents themselves where there is none.
+    /// Compliances along a unit vector among the tangents, and across it; along the tangents
+    /// themselves without one.
     pub fn along(
         softness: [Softness; 2],
         along: Option<Vector2<f64>>,
@@ -166,7 +175,7 @@ impl TangentCompliance {
     }
 }
 
-/// What turns the tangents of a contact so that the first lies along a unit vector among them.
+/// The rotation of a contact's tangents that makes the first parallel to a unit vector among them.
 pub(crate) fn turned_to(along: Vector2<f64>) -> Matrix2<f64> {
     Matrix2::new(along.x, along.y, -along.y, along.x)
 }
@@ -176,7 +185,7 @@ pub(crate) fn turned_to(along: Vector2<f64>) -> Matrix2<f64> {
 pub(crate) struct Tread {
     pub press: Press,
     pub shear: Shear,
-    /// By how much it is sheared after the step, in the floor's frame, in metres.
+    /// Its shear after the step, in the floor's frame, in metres.
     pub bend_m: Vector3<f64>,
     /// Energy in it along the normal and across it, before the step and after it, in J.
     pub stored_before_j: [f64; 2],
@@ -190,7 +199,7 @@ impl Reaction {
         self.a.body == body || is_b
     }
 
-    /// One within a body, of what moves at this velocity when the step begins; nothing acts yet.
+    /// One within a body, with a velocity at the beginning of the step, and without impulse.
     pub fn within(a: Member, velocity_before: Vector3<f64>) -> Self {
         Self {
             a,
@@ -209,12 +218,12 @@ impl Reaction {
         }
     }
 
-    /// Whether it goes on where another was in the last step.
+    /// Whether it continues another in the last step.
     pub fn follows(&self, before: &Self) -> bool {
         self.a.follows(before.a) && self.b.follows(before.b)
     }
 
-    /// How many numbers the part has.
+    /// The number of rows of the part.
     pub fn rows(&self) -> usize {
         match self.a.part {
             Part::Chassis | Part::Link(_) | Part::Roller(..) => 3,
@@ -231,8 +240,8 @@ impl Reaction {
         }
     }
 
-    /// Takes over what was solved for: the impulse, and the velocity with what the contact gives. `slides` says whether its
-    /// friction is at its limit.
+    /// Takes over the solution: the impulse, and the velocity with the contact's deflection.
+    /// `slides` tells whether its friction is at its limit.
     pub fn take(&mut self, impulse: Vector3<f64>, velocity: Vector3<f64>, slides: bool, dt_s: f64) {
         self.impulse = impulse;
         self.velocity_after = velocity;
@@ -281,7 +290,7 @@ impl Reaction {
         self.compliance.as_ref()?.tread.as_ref()
     }
 
-    /// Energy that is in the contact's tread, in J.
+    /// Energy in the contact's tread, in J.
     pub fn tread_j(&self) -> f64 {
         self.tread()
             .map_or(0.0, |tread| tread.stored_j.iter().sum())

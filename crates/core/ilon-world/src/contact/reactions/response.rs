@@ -1,21 +1,22 @@
-//! How the bodies answer to impulses, as they are held in the step.
+//! The response of the bodies to impulses, with the implicit damping of the step.
 
 use crate::contact::reactions::potential::Axle;
 use crate::contact::reactions::row::{Row, Side};
 use crate::contact::scene::Scenes;
 
-/// How bodies answer to each row, and to each of their joints: solved halfway.
+/// The response of bodies to each row, and to each of their joints: half solved.
 ///
-/// With M = L^T L of each body, held by its motors and bearings as in the step, and z = L^-T J^T for each row, what the
-/// unit impulse of one row does to the velocity of another is the product of their z; what impulses p do to the rates is L^-1 of
-/// the sum of p z. So rows stay sparse, and the second half is left to do once for all of them.
+/// With M = L^T L for each body, including the damping of its motors and bearings in the step, and
+/// z = L^-T J^T for each row, the effect of one row's unit impulse on another row's velocity is the
+/// product of their z; the effect of impulses p on the rates is L^-1 times the sum of p z. So rows
+/// stay sparse, and the second half is solved only once for all of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Responses {
-    /// Where the degrees of freedom of each body begin among all, and where those of the last one end.
+    /// The first degree of freedom of each body among all, and the end of the last.
     starts: Vec<usize>,
-    /// The half of each row.
+    /// The half solution of each row.
     rows: Vec<Row>,
-    /// That of each joint, of all bodies one after the other.
+    /// The half solution of each joint, of all bodies one after the other.
     joints: Vec<Side>,
 }
 
@@ -38,19 +39,19 @@ impl Responses {
         self.starts.last().copied().unwrap_or(0)
     }
 
-    /// Where a body's degrees of freedom stand among all.
+    /// The range of a body's degrees of freedom among all.
     pub fn dofs_of(&self, body: usize) -> std::ops::Range<usize> {
         self.starts[body]..self.starts[body + 1]
     }
 
-    /// Finds the halves of all rows.
+    /// Solves the first half for all rows.
     pub fn find(&mut self, rows: &[Row], scenes: Scenes<'_>) {
         self.rows.extend_from_slice(rows);
         let sides = self.rows.iter_mut().flat_map(Row::sides_mut);
         sides.for_each(|side| halve(side, scenes));
     }
 
-    /// Finds those of all joints as well.
+    /// Solves it for all joints as well.
     pub fn find_of_joints(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
             for joint in 0..scene.tree.joints().len() {
@@ -61,12 +62,12 @@ impl Responses {
         }
     }
 
-    /// How many joints all bodies have.
+    /// The number of joints of all bodies.
     pub fn joints(&self) -> usize {
         self.joints.len()
     }
 
-    /// What the unit impulse of a row does to a joint's rate.
+    /// Effect of the unit impulse of a row on a joint's rate.
     pub fn at_joint(&self, row: usize, joint: usize) -> f64 {
         let joint = &self.joints[joint];
         let sides = self.rows[row]
@@ -75,26 +76,26 @@ impl Responses {
         sides.map(|side| side.dot(joint)).sum()
     }
 
-    /// What the unit impulse in a joint does to another's rate.
+    /// Effect of the unit impulse in a joint on another's rate.
     pub fn between_joints(&self, joint: usize, other: usize) -> f64 {
         let (a, b) = (&self.joints[joint], &self.joints[other]);
         if a.body == b.body { a.dot(b) } else { 0.0 }
     }
 
-    /// Adds the half of what an impulse of a row does to the rates of all bodies.
+    /// Adds the half solution for an impulse of a row, for the rates of all bodies.
     pub fn add_row(&self, row: usize, impulse: f64, halves: &mut [f64]) {
         for side in self.rows[row].sides() {
             side.add_to(impulse, &mut halves[self.dofs_of(side.body)]);
         }
     }
 
-    /// The same of an impulse in a joint.
+    /// The same for an impulse in a joint.
     pub fn add_joint(&self, joint: usize, impulse: f64, halves: &mut [f64]) {
         let side = &self.joints[joint];
         side.add_to(impulse, &mut halves[self.dofs_of(side.body)]);
     }
 
-    /// Takes such halves to the rates of all bodies, in place.
+    /// Solves the second half in place: the rates of all bodies.
     pub fn complete(&self, scenes: Scenes<'_>, halves: &mut [f64]) {
         for scene in scenes.each() {
             let of_body = &mut halves[self.dofs_of(scene.index)];
@@ -102,7 +103,7 @@ impl Responses {
         }
     }
 
-    /// W of a row and those up to it: what the unit impulse of each does to the velocity of this one.
+    /// W of a row and those up to it: the effect of each unit impulse on this row's velocity.
     pub fn fill_w(&self, axles: &[Axle], at: usize, w: &mut [f64]) {
         let row = &self.rows[at];
         let responses = |axle: usize| axles[axle].responses();
@@ -112,7 +113,7 @@ impl Responses {
     }
 }
 
-/// Solves halfway.
+/// Solves the first half.
 #[inline]
 fn halve(side: &mut Side, scenes: Scenes<'_>) {
     let scene = scenes.of(side.body);
@@ -121,7 +122,7 @@ fn halve(side: &mut Side, scenes: Scenes<'_>) {
         .halve(scene.tree, &mut side.root, &mut side.joints);
 }
 
-/// What the links add to W of two rows, of which the halves are given.
+/// The links' contribution to W of two rows, given their half solutions.
 #[inline]
 fn of_links((at, by): (&Row, &Row)) -> f64 {
     if at.b.is_none() && by.b.is_none() {
@@ -140,7 +141,8 @@ fn of_links((at, by): (&Row, &Row)) -> f64 {
     sum
 }
 
-/// What rollers about and along their axes add to W of two rows, given how each answers about its axis and along it.
+/// The contribution to W of two rows by rollers about and along their axes, given the response of
+/// each about its axis and along it.
 #[inline]
 pub(crate) fn of_axles((at, by): (&Row, &Row), responses: impl Fn(usize) -> [f64; 2]) -> f64 {
     let of_one = |at: &Side, by: &Side| match (at.axle, by.axle) {

@@ -1,28 +1,27 @@
-//! What rolling over the ground costs.
+//! Rolling resistance.
 //!
-//! A roller turns over the ground with the angular velocity W. Its place of contact moves over its
-//! surface, and where it does not slide as fast over the ground, with V = R1 (W . e2) e1 - R2 (W .
-//! e1) e2: e1 and e2 the tangents along the roller and across it, R1 and R2 the radii of curvature
-//! of its surface along them. Under a load N that takes the power N h(V), where h is c |V| on
-//! ground of rolling resistance c, and the moment is the one that has this power as its potential:
-//! M = N (R1 F1 e2 - R2 F2 e1) with F = dh / dV. As h(s V) = s h(V), M . W = N h(V). Where rolling
-//! costs more on small radii h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R
-//! the wheel's radius; over a nap it is |C S V|, C with what holds along the nap and across it. So
-//! what the place of contact moves along the roller the hub does, and pays for, and what it moves
-//! across it the roller.
+//! A roller turns over the ground with the angular velocity W. Where it does not slide as fast over
+//! the ground, its contact point moves over its surface with V = R1 (W . e2) e1 - R2 (W . e1) e2:
+//! e1 and e2 are the tangents along the roller and across it, R1 and R2 the radii of curvature of
+//! its surface along them. Under a load N that takes the power N h(V), with h = c |V| on ground of
+//! rolling resistance c, and the moment has this power as its potential: M = N (R1 F1 e2 - R2 F2
+//! e1) with F = dh / dV. Because h(s V) = s h(V), M . W = N h(V). If rolling costs more on small
+//! radii, h is c |S V|, S with (R / R1)^p along e1 and (R / R2)^p along e2, R the wheel's radius;
+//! over a nap it is |C S V|, C with the values along the nap and across it. So the hub pays for the
+//! motion of the contact point along the roller, and the roller for that across it.
 //!
-//! p = 1 is a moment of load times a lever arm c R. p = 1/2 is a bed of springs that gives back a
-//! share of what pressed it down less: where the roller rises the pressure is less, which moves the
-//! middle of the pressure by e along V, |e| = k |V| / sqrt(V . K V), K the curvatures 1 / R1 and 1
-//! / R2, with one k for all directions. It takes N e . K V = k N sqrt(V . K V).
+//! p = 1 is a moment of load times a lever arm c R. p = 1/2 is a bed of springs that returns a
+//! share less than what pressed it down: the pressure is lower where the roller rises, which moves
+//! the centre of pressure by e along V, |e| = k |V| / sqrt(V . K V), K the curvatures 1 / R1 and 1
+//! / R2, with the same k for all directions. It takes N e . K V = k N sqrt(V . K V).
 //!
-//! Under wheels without tilt the place of contact moves as the robot does, and the drag is c m g in
-//! any direction. Under a mecanum wheel it moves in zigzag, along one roller and back to the next:
+//! Under wheels without tilt the contact point moves like the robot, and the drag is c m g in any
+//! direction. Under a mecanum wheel it moves in zigzag, along one roller and back to the next:
 //! ahead by sqrt((r cos d)^2 + (r sin d + a / sin d)^2) / R of the robot's way at the middle of a
 //! roller, d = 90 deg - gamma, r its radius, a = R - r.
 //!
-//! In the step V is held as friction holds what slides: by an impulse of N c dt at most, against V
-//! where it is that large. At rest it holds whatever would set it rolling.
+//! In the step V is held as friction holds sliding: by an impulse of at most N c dt, opposed to V
+//! if it is at the limit. At rest it resists everything that would start the rolling.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 
@@ -35,12 +34,12 @@ use crate::contact::scene::Scene;
 use crate::contact::search::candidate::Candidate;
 use crate::ground::FloorSurface;
 
-/// An edge that is sharper than this share of the wheel's radius rolls as one of so much.
+/// An edge sharper than this share of the wheel's radius rolls like one with this radius. Chosen.
 const SHARP: f64 = 1e-3;
 
 impl ReactionSolver {
-    /// Lets rolling over the ground cost what ground and roller take of the load, in N. `along` is
-    /// the direction of the ground's nap among the tangents.
+    /// Adds the rolling resistance of ground and roller under a load in N. `along` is the direction
+    /// of the ground's nap among the tangents.
     pub(super) fn resist_rolling(
         &mut self,
         scene: &Scene<'_>,
@@ -90,14 +89,14 @@ impl ReactionSolver {
         let by_radius = Matrix2::from_diagonal(&Vector2::new(grows(along_m), grows(across_m)));
         let nap = along.unwrap_or_else(Vector2::x);
         let of_ground = Matrix2::from_diagonal(&ground.resistances(nap.dot(&before)).into());
-        // h(V)^2 is a quadratic form: along its axes drag is by two numbers.
+        // h(V)^2 is a quadratic form: along its axes the drag has two coefficients.
         let root = of_ground * turned_to(nap) * by_radius;
         let axes = SymmetricEigen::new(root.transpose() * root);
         let (most, least) = (axes.eigenvalues.imax(), axes.eigenvalues.imin());
         let [most_drag, least_drag] =
             [most, least].map(|axis| axes.eigenvalues[axis].max(0.0).sqrt());
         if most_drag > 0.0 {
-            // Where one of them is none, so that the other's row keeps its scale: a thousandth.
+            // If one of them is zero, a thousandth keeps the scale of the other's row. Chosen.
             const LEAST_RATIO: f64 = 1e-3;
             hold(most_drag);
             let ratio = (least_drag / most_drag).max(LEAST_RATIO);
@@ -107,8 +106,8 @@ impl ReactionSolver {
     }
 }
 
-/// How the rate `moment` . W of a roller's angular velocity W follows from the robot's rates: W is
-/// the hub's, but for what the roller turns about its own axis.
+/// The derivative of the rate `moment` . W of a roller's angular velocity W by the robot's rates: W
+/// is the hub's, except for the roller's rate about its own axis.
 fn turned_by(
     scene: &Scene<'_>,
     (wheel, roller): (usize, usize),

@@ -1,36 +1,37 @@
-//! How a velocity follows from the rates of the bodies that it is between.
+//! The dependence of a velocity on the rates of the two bodies between which it is measured.
 
 use nalgebra::Vector6;
 
 use crate::dynamics::{Path, ROOT_DOFS};
 
-/// How one velocity follows from the rates of the bodies that it is between, and what a unit impulse there does to them: of a
-/// contact how fast body A moves against body B, of a joint how fast parts of body A turn against each other.
+/// One velocity as a function of the rates of two bodies, and the effect of a unit impulse there on
+/// them: for a contact the velocity of body A relative to body B, for a joint the rate between
+/// parts of body A.
 ///
-/// It is sparse: it holds only what stands for the one or two bodies that move.
+/// It is sparse: it has entries only for the one or two bodies that move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
     pub a: Side,
-    /// `None` where B is the ground, which never moves, and of joints within A.
+    /// `None` if B is the ground, which never moves, and for joints within A.
     pub b: Option<Side>,
 }
 
-/// What stands in a row for one articulated body: its root, the joints on the way to one of its links, and one of its rollers about its
-/// axis.
+/// The entries of a row for one articulated body: its root, the joints on the way to one of its
+/// links, and one of its rollers about its axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
-    /// Its place among the articulated bodies.
+    /// Its index among the articulated bodies.
     pub body: usize,
     pub root: Vector6<f64>,
     pub joints: Path,
-    /// Place among the axles and share.
+    /// Index among the axles, and coefficient.
     pub axle: Option<(usize, f64)>,
-    /// Share of the velocity with which that roller slides along its axle.
+    /// Coefficient of the velocity of that roller along its axle.
     pub slide: f64,
 }
 
 impl Row {
-    /// Of what acts on A alone.
+    /// For a reaction on A alone.
     pub fn of_one(a: Side) -> Self {
         Self { a, b: None }
     }
@@ -41,7 +42,7 @@ impl Row {
         std::iter::once(&self.a).chain(&self.b)
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     #[inline]
     pub fn sides_mut(&mut self) -> impl Iterator<Item = &mut Side> {
         std::iter::once(&mut self.a).chain(&mut self.b)
@@ -49,7 +50,7 @@ impl Row {
 }
 
 impl Side {
-    /// Of what joints of a body alone have a share in.
+    /// With entries for joints of one body.
     pub fn of_joints(body: usize, joints: Path) -> Self {
         Self {
             body,
@@ -60,7 +61,7 @@ impl Side {
         }
     }
 
-    /// The part of the velocity that the links make, with these rates by degree of freedom of the body.
+    /// The part of the velocity from the links, with these rates by degree of freedom of the body.
     #[inline]
     pub fn of_bodies(&self, rates: &[f64]) -> f64 {
         let of_root = self.root.iter().zip(rates).map(|(c, rate)| c * rate);
@@ -71,7 +72,7 @@ impl Side {
         of_root.sum::<f64>() + of_joints.sum::<f64>()
     }
 
-    /// The sum of products of the shares of root and joints in two rows of the same body.
+    /// The product of the entries of root and joints in two rows of the same body.
     #[inline]
     pub fn dot(&self, other: &Self) -> f64 {
         let mut sum = self.joints.dot(&other.joints);
@@ -81,7 +82,7 @@ impl Side {
         sum
     }
 
-    /// Adds a multiple of the shares of root and joints to rates by degree of freedom.
+    /// Adds a multiple of the entries of root and joints to rates by degree of freedom.
     #[inline]
     pub fn add_to(&self, times: f64, rates: &mut [f64]) {
         for (rate, c) in rates.iter_mut().zip(&self.root) {
@@ -92,7 +93,7 @@ impl Side {
         }
     }
 
-    /// The same body, moving the other way.
+    /// The same body with the opposite sign.
     pub fn reversed(&self) -> Self {
         Self {
             body: self.body,

@@ -1,21 +1,21 @@
-//! What the ground does to a robot as a whole: what carries it, and what stands in its way.
+//! The ground's forces on a robot as a whole: support and obstacles.
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::reactions::reaction::{Part, Partner, Reaction};
 
-/// What the ground did to a robot during the last step: means over it, in the world frame, in N.
+/// The ground's forces on a robot during the last step: means over it, in the world frame, in N.
 ///
-/// The world's z axis is the floor's normal, on a slope too.
+/// The world's z axis is the floor's normal, also on a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Support {
-    /// What the wheels carry: the ground's force on all rollers along the floor's normal.
+    /// Load on the wheels: the ground's force on all rollers along the floor's normal.
     pub wheels_n: f64,
-    /// What the chassis and bodies on joints carry: the same of what of them lies on the ground.
+    /// Load on the chassis and on bodies on joints: the same for their parts that touch the ground.
     pub chassis_n: f64,
-    /// How walls, kerbs and bumps push the robot: the part of all normal forces that lies in the floor's plane, x and y. A flat floor
-    /// has none.
+    /// Force of walls, kerbs and bumps on the robot: the part of all normal forces in the floor's
+    /// plane, x and y. Zero on a flat floor.
     pub obstacles_n: Vector2<f64>,
 }
 
@@ -35,7 +35,7 @@ impl Support {
         self.obstacles_n += normal.xy();
     }
 
-    /// The mean force over a time in seconds, of impulses.
+    /// The mean force of these impulses over a time in seconds.
     pub(crate) fn over(self, dt_s: f64) -> Self {
         Self {
             wheels_n: self.wheels_n / dt_s,

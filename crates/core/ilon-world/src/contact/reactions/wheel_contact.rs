@@ -1,4 +1,4 @@
-//! What the rollers of a wheel do to the ground.
+//! The contact of a wheel's rollers with the ground.
 
 use nalgebra::{Translation3, Vector2, Vector3};
 
@@ -7,48 +7,52 @@ use crate::loss::Owed;
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
-/// The contact of one wheel with the ground during the last step: the sum over its touching rollers.
+/// The contact of one wheel with the ground during the last step: the sum over its touching
+/// rollers.
 ///
-/// Forces are means over the step, and stand where they acted, in the middle of the step. Velocities are those at its end. Of a step that was
-/// split, forces, sliding and place are means over its parts, and all else is of the last part.
+/// Forces are means over the step, at their places in the middle of the step. Velocities are those
+/// at its end. For a split step, forces, sliding and place are means over its parts, and all else
+/// is that of the last part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct WheelContact {
     /// Whether any roller pressed on the ground.
     pub touching: bool,
-    /// The roller that pressed hardest, as an index into the wheel's rollers; where none touches, 0.
+    /// Index of the roller that pressed hardest, among the wheel's rollers; 0 if none touches.
     pub roller: usize,
-    /// Where on the ground, in the body frame, in metres: the mean over the touching rollers weighted by their normal force.
+    /// Contact point on the ground in the body frame, in metres: the mean over the touching rollers
+    /// weighted by their normal force.
     pub place_in_body_m: Vector3<f64>,
     /// Normal force of the ground on the wheel, in N.
     pub normal_force_n: f64,
     /// Tangential force of the ground on the wheel, in the body frame's x and y, in N.
     pub force_in_body_n: Vector2<f64>,
-    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in m/s: the mean over
-    /// the touching rollers weighted by their normal force.
+    /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in
+    /// m/s: the mean over the touching rollers weighted by their normal force.
     pub sliding_in_body_m_s: Vector2<f64>,
     /// Coulomb friction coefficient under the roller that pressed hardest.
     pub friction: f64,
-    /// Power that sliding turns into heat, in W: the mean over the step, never negative, without
+    /// Power that sliding dissipates, in W: the mean over the step, never negative, without
     /// [`WheelContact::spin_up_power_w`].
     pub slip_power_w: f64,
-    /// Power that it takes to bring rollers that have just come down up to their spin, in W: the sliding of an entering
-    /// roller across its axis, which ends when it rolls.
+    /// Power needed to bring rollers that have just come down to their spin, in W: the sliding of
+    /// an entering roller across its axis, which ends when it rolls.
     pub spin_up_power_w: f64,
-    /// Power that the normal forces take, in W: hits that do not bounce, and treads that are squeezed, less what the contacts'
-    /// springs and pushing rollers out of the ground gives back.
+    /// Power taken by the normal forces, in W: inelastic impacts and compressed treads, less what
+    /// the contacts' springs and the pushing out of rollers return.
     pub impact_power_w: f64,
-    /// How many rollers press on the ground.
+    /// Number of rollers that press on the ground.
     pub touching_rollers: usize,
-    /// The share of the normal force that the roller which pressed hardest carries: below 1 while several share the load.
+    /// The share of the normal force on the roller that pressed hardest: below 1 while several
+    /// share the load.
     pub load_share: f64,
-    /// Spin of that roller about its axis against the hub, in rad/s.
+    /// Spin of that roller about its axis relative to the hub, in rad/s.
     pub roller_spin_rad_s: f64,
     /// The spin at which that roller would roll without sliding across its axis, in rad/s.
     pub roller_spin_ideal_rad_s: f64,
 }
 
-/// Energy that a contact took in a step, in J, by what it went into.
+/// Energy taken by a contact in a step, in J, by kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Taken {
     pub slip_j: f64,
@@ -57,17 +61,19 @@ pub(crate) struct Taken {
 }
 
 impl Taken {
-    /// Adds what another took.
+    /// Adds the energy of another contact.
     pub fn add(&mut self, other: &Self) {
         self.slip_j += other.slip_j;
         self.spin_up_j += other.spin_up_j;
         self.impact_j += other.impact_j;
     }
 
-    /// Splits what a contact took. Of a roller that came down while it did not roll, `spin_up_left_j` is what it takes to
-    /// bring it up to its spin, and is used up. `owed` is what the friction of the same body owes.
+    /// Splits the energy taken by a contact. For a roller that came down without rolling,
+    /// `spin_up_left_j` is the energy needed to bring it to its spin, and is used up. `owed` is the
+    /// debt of the same body's friction.
     ///
-    /// Where a hit turns sliding around, the sum of the hit and its friction alone is certain, and is the hit's.
+    /// If an impact reverses sliding, only the sum of the impact and its friction is certain, and
+    /// is counted as the impact's.
     pub fn of(reaction: &Reaction, spin_up_left_j: &mut f64, owed: &mut Owed) -> Self {
         let [normal_j, along_j, across_j] = reaction.taken_j.into();
         let rubbed_j = along_j + across_j;
@@ -84,8 +90,9 @@ impl Taken {
 }
 
 impl WheelContact {
-    /// Sums up what the reactions of a step on its robot did to a wheel, but for the powers. The chassis's centre of mass is given in the body
-    /// frame; `middle` has the poses at which they acted, `after` is the state at the end of the step.
+    /// Summarises the effect of the reactions of a step on a wheel of its robot, except for the
+    /// powers. The chassis's centre of mass is given in the body frame; `middle` has the poses at
+    /// which they acted, `after` is the state at the end of the step.
     pub(crate) fn read<'a>(
         reactions: impl Iterator<Item = &'a Reaction>,
         (index, body): (usize, &WheelBody),
@@ -93,7 +100,7 @@ impl WheelContact {
         dt_s: f64,
     ) -> Self {
         let hub_rate_in_hub = after.hub_rate_in_hub(index);
-        // A state counts from the chassis's centre of mass, the body frame from its own origin.
+        // A state refers to the chassis's centre of mass, the body frame to its own origin.
         let body_from_floor = Translation3::from(center_m) * middle.floor_from_chassis().inverse();
         let mut contact = Self::default();
         let mut pressed = None;
@@ -110,7 +117,7 @@ impl WheelContact {
             if normal_n <= 0.0 {
                 continue;
             }
-            // One roller may press in several places: its reactions follow one another.
+            // One roller may press in several places: its reactions are consecutive.
             let last = pressed.replace(roller);
             contact.touching_rollers += usize::from(last != Some(roller));
             contact.touching = true;
@@ -124,7 +131,7 @@ impl WheelContact {
                 contact.friction = reaction.friction;
                 let spin_rad_s = body.rollers[roller].spin_rad_s(&hub_rate_in_hub);
                 contact.roller_spin_rad_s = spin_rad_s;
-                // Across the axis the surface slides by the radius for every rad/s too much.
+                // Across the axis the surface slides by the radius for every rad/s of excess spin.
                 let radius_m = reaction.rolling_radius_m;
                 contact.roller_spin_ideal_rad_s = if radius_m == 0.0 {
                     spin_rad_s

@@ -1,17 +1,17 @@
-//! What a wheel did over some time: sums and extremes.
+//! Sums and extremes of a wheel over time.
 
 use nalgebra::Vector2;
 
 use crate::contact::reactions::wheel_contact::WheelContact;
 
-/// What a wheel, its motor and its contact did over a physics step, or over several that were added up.
+/// Sums and extremes of a wheel, its motor and its contact over a physics step, or over several.
 ///
-/// Means are impulses over time, so that the forces of all wheels add up to what accelerated the robot. Extremes of load, torque and
-/// height are over whole physics steps; those of sliding and grip are over the parts of a step that was split too, as rollers stick
-/// and slide within it.
+/// Means are impulses over time, so that the forces of all wheels add up to the robot's
+/// acceleration. Extremes of load, torque and height are over whole physics steps; those of sliding
+/// and grip also over the parts of a split step, because rollers stick and slide within it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelTally {
-    /// The time added up, in seconds.
+    /// The total time, in seconds.
     time_s: f64,
     /// The part of it in which any roller touched, in seconds.
     touching_s: f64,
@@ -20,29 +20,30 @@ pub struct WheelTally {
     force_n_s: Vector2<f64>,
     /// Places, weighted by the normal impulse.
     place_n_m_s: Vector2<f64>,
-    /// The first coefficient of friction, and what others differ by from it, weighted by the normal impulse: where it does not change, the mean
-    /// is it to the last bit.
+    /// The first friction coefficient, and the differences of others from it weighted by the normal
+    /// impulse: if it is constant, the mean equals it to the last bit.
     friction: f64,
     friction_off_n_s: f64,
     slid_m: Vector2<f64>,
     slid_m2_s: f64,
-    /// The least and the largest motor torque, in N m.
+    /// Smallest and largest motor torque, in N m.
     pub torque_n_m: [f64; 2],
-    /// The least and the largest normal force, in N.
+    /// Smallest and largest normal force, in N.
     pub normal_force_n: [f64; 2],
-    /// The least and the largest height of the wheel's centre above the floor's plane, in metres.
+    /// Smallest and largest height of the wheel's centre above the floor's plane, in metres.
     pub hub_height_m: [f64; 2],
-    /// The largest sliding speed, in m/s.
+    /// Largest sliding speed, in m/s.
     pub sliding_max_m_s: f64,
-    /// The largest share of the friction limit in use: tangential force over mu N, 1 on the edge of the friction cone.
+    /// Largest utilisation of the friction limit: tangential force over mu N, 1 on the edge of the
+    /// friction cone.
     pub friction_used_max: f64,
 }
 
-/// No values: the least is above and the largest below all numbers.
+/// No values: the minimum is above and the maximum below all numbers.
 const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 impl Default for WheelTally {
-    /// Of no time.
+    /// Over no time.
     fn default() -> Self {
         Self {
             time_s: 0.0,
@@ -64,13 +65,13 @@ impl Default for WheelTally {
     }
 }
 
-/// The least and the largest of two ranges.
+/// The union of two ranges.
 fn around([low, high]: [f64; 2], [other_low, other_high]: [f64; 2]) -> [f64; 2] {
     [low.min(other_low), high.max(other_high)]
 }
 
 impl WheelTally {
-    /// Adds a part of a step: the contact as it was in it, and the motor's torque in N m.
+    /// Adds a part of a step: the contact in it, and the motor's torque in N m.
     pub(crate) fn add_part(&mut self, contact: &WheelContact, torque_n_m: f64, dt_s: f64) {
         self.time_s += dt_s;
         self.torque_n_m_s += torque_n_m * dt_s;
@@ -94,7 +95,8 @@ impl WheelTally {
         }
     }
 
-    /// Counts a coefficient of friction, and what is known to differ from it, under a normal impulse, before that impulse itself is counted.
+    /// Counts a friction coefficient, and the known difference from it, under a normal impulse,
+    /// before that impulse itself is counted.
     fn count_friction(&mut self, friction: f64, off_n_s: f64, normal_n_s: f64) {
         if self.normal_n_s <= 0.0 {
             self.friction = friction;
@@ -102,14 +104,15 @@ impl WheelTally {
         self.friction_off_n_s += off_n_s + (friction - self.friction) * normal_n_s;
     }
 
-    /// Ends a step whose parts were added, with the height of the wheel's centre at its end, in metres.
+    /// Ends a step whose parts were added, with the height of the wheel's centre at its end, in
+    /// metres.
     pub(crate) fn end_step(&mut self, hub_height_m: f64) {
         self.torque_n_m = [self.torque_mean_n_m(); 2];
         self.normal_force_n = [self.normal_force_mean_n(); 2];
         self.hub_height_m = [hub_height_m; 2];
     }
 
-    /// Puts the means over a step of several parts into its contact.
+    /// Writes the means over a step of several parts into its contact.
     pub(crate) fn put_means_into(&self, contact: &mut WheelContact) {
         let place_m = self.place_mean_in_body_m();
         (contact.place_in_body_m.x, contact.place_in_body_m.y) = (place_m.x, place_m.y);
@@ -118,7 +121,7 @@ impl WheelTally {
         contact.sliding_in_body_m_s = self.sliding_mean_in_body_m_s();
     }
 
-    /// Adds what came after.
+    /// Adds a later tally.
     pub fn add(&mut self, after: &Self) {
         self.count_friction(after.friction, after.friction_off_n_s, after.normal_n_s);
         self.time_s += after.time_s;
@@ -136,12 +139,12 @@ impl WheelTally {
         self.friction_used_max = self.friction_used_max.max(after.friction_used_max);
     }
 
-    /// The time that was added up, in seconds.
+    /// The total time, in seconds.
     pub fn time_s(&self) -> f64 {
         self.time_s
     }
 
-    /// The part of the time in which any roller touched, in [0, 1]; 0 of no time.
+    /// The share of the time in which any roller touched, in [0, 1]; 0 without time.
     pub fn touching_share(&self) -> f64 {
         over(self.touching_s, self.time_s)
     }
@@ -151,38 +154,40 @@ impl WheelTally {
         over(self.torque_n_m_s, self.time_s)
     }
 
-    /// Mean normal force of the ground on the wheel over all of the time, in N.
+    /// Mean normal force of the ground on the wheel over the whole time, in N.
     pub fn normal_force_mean_n(&self) -> f64 {
         over(self.normal_n_s, self.time_s)
     }
 
-    /// Mean tangential force of the ground on the wheel over all of the time, in the body frame's x and y, in N.
+    /// Mean tangential force of the ground on the wheel over the whole time, in the body frame's x
+    /// and y, in N.
     pub fn force_mean_in_body_n(&self) -> Vector2<f64> {
         self.force_n_s.map(|n_s| over(n_s, self.time_s))
     }
 
-    /// Where the rollers pressed on the ground, in the body frame's x and y, in metres: the mean weighted by the normal force.
+    /// Contact point in the body frame's x and y, in metres: the mean weighted by the normal force.
     pub fn place_mean_in_body_m(&self) -> Vector2<f64> {
         self.place_n_m_s.map(|n_m_s| over(n_m_s, self.normal_n_s))
     }
 
-    /// Coulomb's coefficient of friction: the mean weighted by the normal force.
+    /// Coulomb friction coefficient: the mean weighted by the normal force.
     pub fn friction_mean(&self) -> f64 {
         self.friction + over(self.friction_off_n_s, self.normal_n_s)
     }
 
-    /// Mean sliding velocity of the rollers' surface over the ground while it touched, in the body frame's x and y, in m/s.
+    /// Mean sliding velocity of the rollers' surface over the ground in contact, in the body
+    /// frame's x and y, in m/s.
     pub fn sliding_mean_in_body_m_s(&self) -> Vector2<f64> {
         self.slid_m.map(|m| over(m, self.touching_s))
     }
 
-    /// Root mean square of the sliding speed while it touched, in m/s.
+    /// Root mean square of the sliding speed in contact, in m/s.
     pub fn sliding_rms_m_s(&self) -> f64 {
         over(self.slid_m2_s, self.touching_s).sqrt()
     }
 }
 
-/// A quotient; 0 of nothing over nothing.
+/// A quotient; 0 for zero over zero.
 fn over(sum: f64, weight: f64) -> f64 {
     if weight > 0.0 { sum / weight } else { 0.0 }
 }

@@ -1,30 +1,31 @@
-//! The nearest place of a sphere and of a cylinder to a point, in f64.
+//! The point of a sphere or cylinder nearest to a given point, in f64.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A solid sphere.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SolidBall {
-    /// Its middle, in the floor's frame, in metres.
+    /// Its centre, in the floor's frame, in metres.
     pub center_m: Vector3<f64>,
     pub radius_m: f64,
 }
 
-/// A solid cylinder along the y axis of its frame, as parry has it.
+/// A solid cylinder along the y axis of its frame, as in parry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SolidCylinder {
-    /// Pose of its middle.
+    /// Pose of its centre.
     pub floor_from_cylinder: Isometry3<f64>,
     pub radius_m: f64,
     /// Half of its length, in metres.
     pub half_length_m: f64,
 }
 
-/// On the surface, the unit normal out of it, and the distance of the point, negative inside.
+/// A point on the surface, the outward unit normal, and the distance of the given point, negative
+/// inside.
 type Foot = (Vector3<f64>, Vector3<f64>, f64);
 
 impl SolidBall {
-    /// Its nearest place to a point.
+    /// Its point nearest to a given point.
     pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         let off_m = point_m - self.center_m;
         let far_m = off_m.norm();
@@ -39,7 +40,7 @@ impl SolidBall {
 }
 
 impl SolidCylinder {
-    /// Its nearest place to a point.
+    /// Its point nearest to a given point.
     pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         let pose = &self.floor_from_cylinder;
         let local = pose.inverse_transform_point(&Point3::from(*point_m)).coords;
@@ -75,8 +76,8 @@ mod tests {
 
     use super::*;
 
-    /// A cylinder of radius 0.3 m and length 2 m is nearest with its side, its end or its rim; from inside, with what of side and end is nearer: at
-    /// either end, wherever it stands.
+    /// A cylinder of radius 0.3 m and length 2 m is nearest with its side, its end or its rim; from
+    /// inside, with the nearer of side and end: at either end, in any pose.
     #[test]
     fn a_cylinder_is_nearest_with_its_side_its_end_or_its_rim() {
         let poses = [
@@ -86,7 +87,7 @@ mod tests {
                 UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0),
             ),
         ];
-        // A place, the nearest to it, the normal there, and the distance: outwards and along its axis.
+        // A point, the nearest one, the normal there, and the distance: radial and axial.
         let seen = [
             ([0.8, 0.5], [0.3, 0.5], [1.0, 0.0], 0.5),
             ([0.1, 1.2], [0.1, 1.0], [0.0, 1.0], 0.2),

@@ -1,5 +1,5 @@
-//! Where the chassis of two articulated bodies, and what moves on their joints, are near each
-//! other.
+//! Finds places where the chassis of two articulated bodies, and the bodies on their joints, are
+//! near each other.
 
 use nalgebra::{Isometry3, Point3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
@@ -14,7 +14,7 @@ use crate::settings::NEAR;
 
 impl Scenes<'_> {
     /// Adds the places where the chassis of articulated bodies are near each other. Their rollers
-    /// are not looked at.
+    /// are left out.
     pub fn find_between_chassis(&self, found: &mut Vec<Candidate>) {
         let robots = || self.each().filter(|scene| scene.body.is_robot());
         for (index, a) in robots().enumerate() {
@@ -33,8 +33,8 @@ impl Scenes<'_> {
             for (joint_b, shape_b, b_from_shape) in shapes(b) {
                 let pose_b = convert::pose(&a_from_b) * b_from_shape;
                 let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-                // What parry cannot tell of two shapes it says at once, whatever their poses: they
-                // do not touch then.
+                // If parry does not support a pair of shapes it says so at any pose: then they do
+                // not touch.
                 let _ = DefaultQueryDispatcher.contact_manifolds(
                     &(a_from_shape.inverse() * pose_b),
                     &**shape_a,
@@ -66,7 +66,7 @@ impl Scenes<'_> {
     }
 }
 
-/// The fastest that a place of a chassis, or of a body on its joints, may move in the step, in m/s.
+/// The largest speed of a point of a chassis, or of a body on its joints, in the step, in m/s.
 fn speed_m_s(scene: &Scene<'_>) -> f64 {
     let of_chassis = shapes(scene).filter(|(joint, ..)| joint.is_none());
     let reach_m = of_chassis.map(|(_, shape, pose)| {

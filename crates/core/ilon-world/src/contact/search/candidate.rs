@@ -1,60 +1,64 @@
-//! A place where bodies are near each other, which may touch in the step.
+//! A place where bodies are near each other, and may touch in the step.
 
 use nalgebra::Vector3;
 
 use crate::contact::reactions::reaction::{Member, Partner};
 
-/// A hub whose axis leaves a plane by less than this, as the sine of an angle, turns as a round wheel on it.
+/// A hub whose axis leaves a plane by less than this, as the sine of an angle, counts as upright: a
+/// round wheel on that plane. Chosen.
 ///
-/// Upright, the outline of barrels that hand over is a circle, and only the lowest one touches. Leaning, the next one comes
-/// down with a slope that grows with the lean: within this angle by less than 3 um in a step of 0.02 rad of the wheel.
+/// For an upright wheel the outline of barrels that hand over is a circle, and only the lowest one
+/// touches. For a tilted wheel the next one comes down with a slope that grows with the tilt:
+/// within this angle by less than 3 um in a step of 0.02 rad of the wheel.
 pub(super) const UPRIGHT: f64 = 0.01;
 
 /// A place where a part of body A is near its partner B.
 ///
-/// Everything is in the floor's frame; the poses are those in the middle of the step where nothing else is said.
+/// Everything is in the floor's frame, and the poses are those in the middle of the step unless
+/// stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub a: Member,
     pub b: Partner,
-    /// On B, in metres.
+    /// Point on B, in metres.
     pub place_m: Vector3<f64>,
     /// Unit vector out of B.
     pub normal: Vector3<f64>,
-    /// Along the axis of A's roller, or any direction.
+    /// Along the axis of A's roller, or any direction without one.
     pub along: Vector3<f64>,
     /// Distance in metres, negative in penetration.
     pub gap_m: f64,
-    /// How the velocity of A's surface where it touches turns with A.
+    /// The rotation of the velocity of A's surface at the contact.
     pub turning: Turning,
-    /// Whether it is on a roller that nothing pressed on in the last step.
+    /// Whether it is on a roller on which nothing pressed in the last step.
     pub came_down: bool,
-    /// Velocity with which the place moves over B, in m/s.
+    /// Velocity of the contact point over B, in m/s.
     pub travel_m_s: Vector3<f64>,
     /// Whether it is on a roller with an exact shape.
     pub on_barrel: bool,
-    /// Its distance where the rates of the step's beginning would take it by the step's end, in metres, counted as `gap_m`; that
-    /// itself where nobody asks.
+    /// Its gap at the end of the step by the rates of its beginning, in metres, with the sign of
+    /// `gap_m`; equal to that if it is not needed.
     pub gap_ahead_m: f64,
-    /// The friction of B's shape there; `None` where the ground or the bodies say it.
+    /// The friction of B's shape there; `None` if the ground's or the bodies' applies.
     pub friction: Option<f64>,
 }
 
-/// How the velocity of the robot's surface at a contact changes because the robot turns on, with the rates as they were when
-/// the step began: along normal and tangents, which turn with the roller.
+/// The change of the velocity of the robot's surface at a contact by the robot's rotation, with the
+/// rates at the beginning of the step: along normal and tangents, which rotate with the roller.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turning {
-    /// Where the tangents' rows are taken: on a roller that came down, its place when the step began, in metres.
+    /// The reference point of the tangents' rows: for a roller that came down, its point at the
+    /// beginning of the step, in metres.
     pub came_down_at_m: Option<Vector3<f64>>,
-    /// From the beginning of the step to where the rows are taken, in m/s.
+    /// Change from the beginning of the step to the reference of the rows, in m/s.
     pub until_m_s: Vector3<f64>,
-    /// From there to its end, in m/s.
+    /// Change from there to the end, in m/s.
     pub from_m_s: Vector3<f64>,
 }
 
 impl Candidate {
-    /// A place at B with a unit vector out of B and a distance in metres, in the floor's frame, of what
-    /// does not turn.
+    /// A place at B with a unit vector out of B and a distance in metres, in the floor's frame,
+    /// without rotation.
     pub fn new(
         (a, b): (Member, Partner),
         (place_m, normal, gap_m): (Vector3<f64>, Vector3<f64>, f64),
@@ -77,14 +81,14 @@ impl Candidate {
 }
 
 impl Turning {
-    /// None that is counted.
+    /// No change.
     pub const NONE: Self = Self {
         came_down_at_m: None,
         until_m_s: Vector3::new(0.0, 0.0, 0.0),
         from_m_s: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// Of a contact in the middle of the step, that changes by this in each half of it.
+    /// For a contact in the middle of the step whose velocity changes by this in each half of it.
     pub(super) fn in_each_half(half_m_s: Vector3<f64>) -> Self {
         Self {
             came_down_at_m: None,

@@ -1,4 +1,4 @@
-//! Where free bodies are near the ground, near robots and near one another.
+//! Finds places where free bodies are near the ground, robots and one another.
 
 use nalgebra::{Point3, Vector3};
 
@@ -18,7 +18,7 @@ use crate::settings::NEAR;
 impl Scenes<'_> {
     /// Adds the places where free bodies are near anything.
     pub fn find_near_free_bodies(&self, room: &mut Workspace, found: &mut Vec<Candidate>) {
-        // Free bodies stand behind the robots.
+        // Free bodies come after the robots.
         if self.bodies.last().is_none_or(Articulated::is_robot) {
             return;
         }
@@ -37,7 +37,8 @@ impl Scenes<'_> {
         }
     }
 
-    /// Adds the places where rapier found a coupled body to touch its own bodies and what is fixed.
+    /// Adds the places where rapier found contacts of a coupled body with user bodies and fixed
+    /// ones.
     fn find_in_rapier(&self, scene: &Scene<'_>, found: &mut Vec<Candidate>) {
         let coupled = scene.body.coupled().into_iter();
         let contacts = coupled.flat_map(|coupled| &coupled.contacts);
@@ -58,7 +59,7 @@ impl Scenes<'_> {
     }
 
     fn find_around(&self, own: FreePart<'_>, room: &mut Workspace, found: &mut Vec<Candidate>) {
-        // rapier finds where coupled bodies touch the ground and one another.
+        // rapier finds contacts of coupled bodies with the ground and with one another.
         let is_coupled = own.scene.body.coupled().is_some();
         if !is_coupled {
             find_ground(own, found);
@@ -74,8 +75,8 @@ impl Scenes<'_> {
         }
     }
 
-    /// The friction of a contact where the ground has so much: that of a user's collider where
-    /// there is one, of free bodies the lowest of what touches, but against robots their own.
+    /// The friction of a contact, given the ground's: that of a user's collider if there is one,
+    /// for free bodies the lower one of the pair, but against robots their own.
     pub fn friction_between(&self, place: &Candidate, of_ground: f64) -> f64 {
         let free = |body: usize| self.bodies[body].free();
         let of_a = free(place.a.body);
@@ -100,7 +101,7 @@ impl Scenes<'_> {
 struct FreePart<'a> {
     scene: &'a Scene<'a>,
     solid: &'a Solid<'a>,
-    /// What it is within.
+    /// Its bounding box.
     bounds: Bounds,
     /// The shape's own friction, if it has one.
     friction: Option<f64>,
@@ -130,7 +131,7 @@ pub(crate) fn solids<'a, 's>(
     parts(body, state).map(|(_, solid)| solid)
 }
 
-/// The furthest that a place of a chassis, or of a body on its joints, may move in a step by the
+/// The largest displacement of a point of a chassis, or of a body on its joints, in a step by the
 /// rates of a state, in metres.
 pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     let center_m = state.center_m();
@@ -146,7 +147,7 @@ pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
     dt_s * goes_m_s.max(fastest_link_m_s(body, state))
 }
 
-/// The fastest that a place of a body on a joint may move by the rates of a state, in m/s.
+/// The largest speed of a point of a body on a joint by the rates of a state, in m/s.
 pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
     let of_links = parts(body, state).filter(|(joint, _)| joint.is_some());
     let fastest = of_links.map(|(joint, solid)| {
@@ -159,7 +160,7 @@ pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
     fastest.fold(0.0, f64::max)
 }
 
-/// How near two bodies are looked at for contact, in metres.
+/// The distance within which two bodies are searched for contacts, in metres.
 fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
     let of = |scene: &Scene<'_>| travel_m(scene.body, &scene.step.before, scene.dt_s);
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)

@@ -1,4 +1,4 @@
-//! Which of a wheel's rollers carries it, where several are near a plane.
+//! Selects which of a wheel's rollers carries it if several are near a plane.
 
 use ilon_robot::Scale;
 use nalgebra::Vector3;
@@ -8,12 +8,13 @@ use crate::contact::search::candidate::{Candidate, UPRIGHT};
 use crate::dynamics::LinkPose;
 use crate::robot::roller::RollerState;
 
-/// Leaves out the rollers of a wheel that have handed it over to another, which stands on the same plane and is nearer
-/// to it.
+/// Removes the rollers of a wheel that have handed it over to another one, which is on the same
+/// plane and nearer to it.
 ///
-/// Barrels that follow each other without a gap make an upright wheel round, and rigid: beyond its end a roller is higher
-/// than the next one and carries nothing. But in the step of the hand-over both are within a micrometre of the ground, and
-/// two that stick in one step rub against each other's way. A wheel that leans on the plane has several to stand on.
+/// Barrels that follow each other without a gap make an upright wheel round and rigid: beyond its
+/// end a roller is higher than the next one and carries nothing. But in the step of the hand-over
+/// both are within a micrometre of the ground, and two that stick in one step obstruct each other.
+/// A wheel that is tilted against the plane may stand on several.
 pub(super) fn leave_out_handed_over(
     found: &mut Vec<Candidate>,
     hub_axis: &Vector3<f64>,
@@ -30,18 +31,20 @@ pub(super) fn leave_out_handed_over(
     leave_out(found, handed_over);
 }
 
-/// Leaves out the rollers of a wheel whose outline is no circle that another roller keeps off the ground: one that stands on the
-/// same plane and is nearer to it, now and at the end of the step.
+/// Removes the rollers of a non-circular wheel that are kept off the ground by another roller: one
+/// on the same plane and nearer to it, now and at the end of the step.
 ///
-/// In the step of a landing both stay, the roller that carries the wheel and the one that comes down. Else one carries it: the ends
-/// of two neighbours can be equally low for degrees of a turn, and two that stick rub against each other's way. Of equals that one
-/// stays which is nearer to straight down, as the contact kinematics has it.
+/// In the step of a landing both stay, the roller that carries the wheel and the one that comes
+/// down. Otherwise one carries it: the ends of two neighbours can be equally low for degrees of a
+/// turn, and two that stick obstruct each other. Of equal ones the one nearer to straight down
+/// stays, as in the contact kinematics.
 pub(super) fn leave_out_higher(
     found: &mut Vec<Candidate>,
     hub: &LinkPose,
     (rollers, scale): (&[RollerState], &Scale),
 ) {
-    /// What a robot leans or sags by decides nothing: below this, in wheel radii, two are equally low. 2 um for wheels of 50 mm.
+    /// The robot's tilt and deflections must not decide: below this difference, in wheel radii, two
+    /// rollers are equally low. 2 um for wheels of 50 mm. Chosen.
     const EQUAL: f64 = 4e-5;
     let equal_m = EQUAL * scale.length_m;
     let axis = hub.axis();
@@ -81,14 +84,16 @@ fn stand_on_one_plane(
     hub_axis: &Vector3<f64>,
     scale: &Scale,
 ) -> bool {
-    /// Far above the rounding of a plane's places, and far below any step in a ground, in wheel radii.
+    /// Far above the rounding of a plane's points, and far below any step in a ground, in wheel
+    /// radii. Chosen.
     const ONE_PLANE: f64 = 2e-4;
     one.normal.dot(hub_axis).abs() < UPRIGHT
         && one.normal.dot(&other.normal) > 1.0 - 1e-6
         && one.normal.dot(&(other.place_m - one.place_m)).abs() < ONE_PLANE * scale.length_m
 }
 
-/// Leaves out the places that another outdoes. The best always stays, and leaving one out makes nobody else better.
+/// Removes the places for which `outdone` finds a better one. The best one always stays, and a
+/// removal does not improve another.
 fn leave_out(found: &mut Vec<Candidate>, outdone: impl Fn(&Candidate, &Candidate) -> bool) {
     let mut index = 0;
     while index < found.len() {
@@ -144,8 +149,8 @@ mod tests {
         fixed.map(|of| RollerState::at_rest(Arc::new(of))).collect()
     }
 
-    /// A plane is one plane at any height: the lower of two rollers carries the wheel. On the two sides of a step of a millimetre
-    /// either may carry it, and both stay.
+    /// A plane is one plane at any height: the lower of two rollers carries the wheel. At a step of
+    /// a millimetre either roller may carry it, and both stay.
     #[test]
     fn rollers_hand_over_on_a_plane_at_any_height_and_not_over_a_step() {
         let axis = Vector3::y();
@@ -164,7 +169,8 @@ mod tests {
         }
     }
 
-    /// A wheel that stands on the floor and at a wall touches both, whichever of its rollers is nearer to what it touches.
+    /// A wheel on the floor and at a wall touches both, whichever of its rollers is nearer to its
+    /// partner.
     #[test]
     fn rollers_on_the_floor_and_at_a_wall_both_stay() {
         let wheel = wheel();
@@ -189,8 +195,9 @@ mod tests {
         }
     }
 
-    /// Of two rollers that are equally near to the ground the one that is nearer to straight down stays, wherever in the world the robot
-    /// stands: on a ground that bends by half a milliradian, too, whose normals differ by half a metre a kilometre from the origin.
+    /// Of two rollers equally near to the ground the one nearer to straight down stays, anywhere in
+    /// the world: also on a ground that bends by half a milliradian, whose normals differ by half a
+    /// metre a kilometre from the origin.
     #[test]
     fn which_of_two_equal_rollers_carries_does_not_depend_on_where_the_robot_is() {
         let wheel = wheel();

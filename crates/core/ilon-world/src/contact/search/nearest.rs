@@ -1,12 +1,13 @@
-//! Where the exact barrel of a roller is nearest to a piece of ground, in f64.
+//! The point of a roller's exact barrel nearest to a piece of ground, in f64.
 //!
-//! The barrel is a family of spheres, so its distance to a convex piece is the least over the family:
-//! dist = min over t of f(t), f(t) = distance(c + t d) - s(t), with c the roller's middle, d its axis and s the profile of
-//! [`ilon_robot::Barrel`]. Both parts of f are convex in t, so there is one minimum, where
-//! f'(t) = d . n(t) + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign (n from the piece to the sphere's centre), or an end.
+//! The barrel is a family of spheres, so its distance to a convex piece is the minimum over the
+//! family: dist = min over t of f(t), f(t) = distance(c + t d) - s(t), with c the roller's middle,
+//! d its axis and s the profile of [`ilon_robot::Barrel`]. Both parts of f are convex in t, so
+//! there is one minimum, where f'(t) = d . n(t) + k^2 t / sqrt(a^2 + k^2 t^2) changes its sign (n
+//! from the piece to the sphere's centre), or an end.
 //!
-//! A surface is made of many pieces. A place on one of them is a place of contact only if it is the nearest of the whole
-//! surface around it: see [`keep_nearest_of_surface`].
+//! A surface consists of many pieces. A point on one of them is a contact point only if it is the
+//! nearest of the whole surface around it: see [`keep_nearest_of_surface`].
 
 #[cfg(test)]
 mod tests;
@@ -17,16 +18,17 @@ use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 use crate::contact::search::ball_and_cylinder::{SolidBall, SolidCylinder};
 use crate::contact::search::bounds::Bounds;
 
-/// The search along a roller's axis is over within this, in metres.
+/// The search along a roller's axis ends within this, in metres. Chosen.
 const SETTLED_M: f64 = 1e-13;
 
-/// Places are one to what f64 makes of them: far above the rounding of a few metres, far below what a contact is known to.
+/// Points nearer than this are the same: far above the rounding of a few metres in f64, far below
+/// the accuracy of a contact, in metres. Chosen.
 const SAME_PLACE_M: f64 = 1e-10;
 
 /// A convex piece of ground, in the floor's frame.
 #[derive(Clone, Debug)]
 pub(crate) enum Piece {
-    /// All below z = 0.
+    /// The half-space below z = 0.
     Plane,
     /// A solid box.
     Box(SolidBox),
@@ -41,13 +43,13 @@ pub(crate) enum Piece {
 /// A solid box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SolidBox {
-    /// Pose of its middle.
+    /// Pose of its centre.
     pub floor_from_box: Isometry3<f64>,
-    /// Half of its sides along its own axes, in metres.
+    /// Half sides along its own axes, in metres.
     pub half_sides_m: Vector3<f64>,
 }
 
-/// A triangle of a surface whose ground lies beneath it.
+/// A triangle of a surface with the ground beneath it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
     corners_m: [Vector3<f64>; 3],
@@ -57,14 +59,14 @@ pub(crate) struct Triangle {
     has_ridge: bool,
 }
 
-/// The place of a piece that is nearest to a point.
+/// The point of a piece nearest to a given point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Foot {
-    /// On the piece, in metres.
+    /// The point on the piece, in metres.
     pub place_m: Vector3<f64>,
     /// Unit vector out of the ground, towards a point outside.
     pub normal: Vector3<f64>,
-    /// Distance of the point, in metres, negative inside.
+    /// Distance of the given point, in metres, negative inside.
     pub distance_m: f64,
 }
 
@@ -78,7 +80,7 @@ impl From<(Vector3<f64>, Vector3<f64>, f64)> for Foot {
     }
 }
 
-/// A roller where it stands.
+/// A roller in its pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedBarrel<'a> {
     /// Its shape.
@@ -89,39 +91,39 @@ pub(crate) struct PlacedBarrel<'a> {
     pub axis: Vector3<f64>,
 }
 
-/// Where a roller is nearest to a piece of ground.
+/// The nearest points of a roller and a piece of ground.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     /// Unit vector out of the ground towards the roller.
     pub normal: Vector3<f64>,
-    /// The place on the ground, in metres.
+    /// The point on the ground, in metres.
     pub place_m: Vector3<f64>,
     /// Distance of the surfaces, in metres, negative in penetration.
     pub gap_m: f64,
-    /// Middle of the nearest sphere of the barrel, in metres.
+    /// Centre of the nearest sphere of the barrel, in metres.
     pub sphere_m: Vector3<f64>,
-    /// Which corner of a turned roller it is, where it is one.
+    /// Index of the corner of a turned roller, if it is one.
     pub corner: Option<usize>,
 }
 
-/// Where a slope that never falls changes its sign.
+/// A bracket for the sign change of a slope that never falls.
 struct Bracket {
     ends_m: [f64; 2],
-    /// What is known of the slope at either end.
+    /// The slope at either end, if known.
     slopes: [Option<f64>; 2],
     /// The end that was moved last.
     last: usize,
 }
 
 impl Bracket {
-    /// Takes up the slope at a place.
+    /// Adds the slope at a place.
     fn look(&mut self, at_m: f64, slope: f64) {
         let side = usize::from(slope > 0.0);
         let is_once_more = self.slopes[side].is_some() && self.last == side;
         self.ends_m[side] = at_m;
         self.slopes[side] = Some(slope);
         self.last = side;
-        // An end that stays counts for less and less.
+        // The weight of an end that stays is reduced.
         if is_once_more && let Some(other) = &mut self.slopes[1 - side] {
             *other *= 0.5;
         }
@@ -131,13 +133,14 @@ impl Bracket {
         0.5 * (self.ends_m[0] + self.ends_m[1])
     }
 
-    /// Where to look next: an end of which nothing is known, or where the line between both crosses zero (Illinois's rule, Dowell and Jarratt 1971).
+    /// The next place: an end with unknown slope, or the zero of the line between both (Illinois's
+    /// rule, Dowell and Jarratt 1971).
     fn next_m(&self, round: usize) -> f64 {
         let [low_m, high_m] = self.ends_m;
         match self.slopes {
             [None, _] => low_m,
             [_, None] => high_m,
-            // What bends sharply is halved.
+            // For sharply bent slopes the bracket is halved now and then.
             _ if round % 8 == 7 => self.middle_m(),
             [Some(low), Some(high)] => {
                 let at_m = (low_m * high - high_m * low) / (high - low);
@@ -148,7 +151,7 @@ impl Bracket {
 }
 
 impl Triangle {
-    /// A triangle whose ground lies on the side away from `up`; `None` where it has no area.
+    /// A triangle whose ground lies on the side away from `up`; `None` if it has no area.
     pub fn new(corners_m: [Vector3<f64>; 3], up: &Vector3<f64>) -> Option<Self> {
         let [a, b, c] = corners_m;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
@@ -164,12 +167,12 @@ impl Triangle {
         self.corners_m
     }
 
-    /// The same, where something can touch its edges, or nothing can.
+    /// The same with edges that something can touch, or not.
     pub fn with_ridge(self, has_ridge: bool) -> Self {
         Self { has_ridge, ..self }
     }
 
-    /// Whether a point lies on the triangle as seen from above, its edges included.
+    /// Whether a point is on the triangle as seen from above, including its edges.
     fn is_over_or_under(&self, point_m: &Vector3<f64>) -> bool {
         let [a, b, c] = self.corners_m.map(|corner| corner.xy());
         let least_m2 = SAME_PLACE_M * (b - a).abs().sum();
@@ -178,7 +181,8 @@ impl Triangle {
         sides.iter().all(|side| *side >= -least_m2) || sides.iter().all(|side| *side <= least_m2)
     }
 
-    /// The nearest place of the triangle to a point (Ericson, Real-Time Collision Detection 2005, section 5.1.5).
+    /// The point of the triangle nearest to a given point (Ericson, Real-Time Collision Detection
+    /// 2005, section 5.1.5).
     fn nearest_m(&self, point_m: &Vector3<f64>) -> Vector3<f64> {
         let [a, b, c] = self.corners_m;
         let (ab, ac) = (b - a, c - a);
@@ -216,7 +220,7 @@ impl Triangle {
 }
 
 impl Piece {
-    /// The nearest place of the piece to a point.
+    /// The point of the piece nearest to a given point.
     pub fn foot(&self, point_m: &Vector3<f64>) -> Foot {
         match self {
             Self::Plane => Foot {
@@ -229,7 +233,8 @@ impl Piece {
                 let place_m = triangle.nearest_m(point_m);
                 let off = point_m - place_m;
                 if off.dot(&triangle.up) < 0.0 && triangle.is_over_or_under(point_m) {
-                    // In the ground. Beside the triangle, its plane says nothing: past the brink of a slope it lies above the ground.
+                    // In the ground. Beside the triangle its plane is meaningless: past the edge of
+                    // a slope it is above the ground.
                     return Foot {
                         place_m,
                         normal: triangle.up,
@@ -243,7 +248,7 @@ impl Piece {
         }
     }
 
-    /// Shows the outward unit normals of its flat faces.
+    /// Passes the outward unit normals of its flat faces to `show`.
     pub fn faces(&self, mut show: impl FnMut(Vector3<f64>)) {
         match self {
             Self::Plane => show(Vector3::z()),
@@ -259,7 +264,7 @@ impl Piece {
         }
     }
 
-    /// Shows the ends of its straight edges, in metres.
+    /// Passes the ends of its straight edges, in metres, to `show`.
     pub fn edges(&self, mut show: impl FnMut(Vector3<f64>, Vector3<f64>)) {
         match self {
             Self::Plane | Self::Ball(_) | Self::Cylinder(_) => {}
@@ -287,7 +292,7 @@ impl Piece {
         }
     }
 
-    /// Whether a place lies on the piece or in it, to what f64 makes of it.
+    /// Whether a point is on the piece or in it, within rounding.
     fn holds(&self, place_m: &Vector3<f64>) -> bool {
         match self {
             Self::Triangle(triangle) => {
@@ -325,7 +330,8 @@ impl SolidBox {
     }
 }
 
-/// The foot of a point that is off by `off_m` from the nearest place; `otherwise` is the normal where it is on it.
+/// The foot of a point whose offset from the nearest point is `off_m`; `otherwise` is the normal if
+/// the point is on the piece.
 fn outside(place_m: Vector3<f64>, off_m: Vector3<f64>, otherwise: Vector3<f64>) -> Foot {
     let distance_m = off_m.norm();
     let normal = if distance_m > 0.0 {
@@ -341,14 +347,14 @@ fn outside(place_m: Vector3<f64>, off_m: Vector3<f64>, otherwise: Vector3<f64>) 
 }
 
 impl PlacedBarrel<'_> {
-    /// Radius of a ball around the roller's middle that holds it whole, in metres.
+    /// Radius of a ball around the roller's middle that contains it, in metres.
     pub fn bounding_radius_m(barrel: &Barrel) -> f64 {
         let h = barrel.half_length_m;
         (h + barrel.sphere_radius_m(h)).max(barrel.sphere_radius_m(0.0))
     }
 
-    /// The place of the roller that reaches furthest against a direction, in metres, and whether that is on one of its end
-    /// spheres.
+    /// The roller's support point in a direction's opposite, in metres, and whether it is on one of
+    /// its end spheres.
     pub fn support(&self, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
         let t_m = self.barrel.support_place_m(-normal.dot(&self.axis));
         let place_m = self.center_m + t_m * self.axis - self.barrel.sphere_radius_m(t_m) * normal;
@@ -367,7 +373,7 @@ impl PlacedBarrel<'_> {
         }
     }
 
-    /// Where the roller is nearest to a piece.
+    /// The nearest points of the roller and a piece.
     pub fn nearest_to(&self, piece: &Piece) -> Nearest {
         match piece {
             Piece::Plane => self.nearest_to_plane(),
@@ -375,7 +381,8 @@ impl PlacedBarrel<'_> {
         }
     }
 
-    /// The same where it is nearer than this; of a triangle that has no ridge only where that is on its face.
+    /// The same if they are nearer than this; for a triangle without touchable edges only on its
+    /// face.
     pub fn nearest_within(&self, piece: &Piece, within_m: f64) -> Option<Nearest> {
         let nearest = match piece {
             Piece::Plane => self.nearest_to_plane(),
@@ -404,16 +411,17 @@ impl PlacedBarrel<'_> {
         Some(self.nearest_to_convex(piece, t_m, within_m))
     }
 
-    /// On a plane the normal is the same everywhere: the support place is the answer.
+    /// On a plane the normal is the same everywhere: the support point is the answer.
     fn nearest_to_plane(&self) -> Nearest {
         let t_m = self.barrel.support_place_m(-self.axis.dot(&Vector3::z()));
-        // Across the axis it is the middle, without the rounding of a level axis.
+        // With the axis parallel to the plane it is the middle, without rounding.
         let t_m = if t_m.abs() <= SETTLED_M { 0.0 } else { t_m };
         let (sphere_m, foot) = self.look(t_m, &Piece::Plane);
         self.nearest_at(sphere_m, foot, t_m)
     }
 
-    /// Looked for from a place along its axis on. Where all of it is further than `within_m`, some place that is further too.
+    /// Searches from a place along its axis. If the whole roller is further away than `within_m`,
+    /// the result is any point that is further away too.
     fn nearest_to_convex(&self, piece: &Piece, from_m: f64, within_m: f64) -> Nearest {
         let half_m = self.barrel.half_length_m;
         let mut bracket = Bracket {
@@ -422,8 +430,8 @@ impl PlacedBarrel<'_> {
             last: 0,
         };
         let mut t_m = from_m;
-        // On a flat face the normal stays, the closed form for the plane is the answer, and the second look confirms it.
-        // Over edges and corners the bracket closes around the answer.
+        // On a flat face the normal is constant, the closed form for the plane is the answer, and
+        // the second evaluation confirms it. Over edges and corners the bracket converges.
         for round in 0..64 {
             let (sphere_m, foot) = self.look(t_m, piece);
             let along = self.axis.dot(&foot.normal);
@@ -432,7 +440,7 @@ impl PlacedBarrel<'_> {
             let slope = along + self.barrel.sin_delta * kt_m / to_hub_m;
             let gap_m = foot.distance_m - (self.barrel.wheel_radius_m - to_hub_m);
             bracket.look(t_m, slope);
-            // A convex function lies above its tangent.
+            // A convex function is above its tangent.
             let [low_m, high_m] = bracket.ends_m;
             let ahead_m = if slope > 0.0 { low_m } else { high_m } - t_m;
             let on_a_face_m = self.barrel.support_place_m(-along);
@@ -468,22 +476,24 @@ impl PlacedBarrel<'_> {
     }
 }
 
-/// Of the places where one roller is nearest to each of several pieces, keeps those that are nearest of the whole surface
-/// around them.
+/// Keeps, of the points where one roller is nearest to each of several pieces, those that are
+/// nearest of the whole surface around them.
 ///
-/// A place on the seam of two pieces is nearest on the one, but where the other turns towards the roller there is a place
-/// nearer still right beside it: then nothing can touch at the seam, and a contact there would push along a normal that
-/// the surface does not have. So a place goes where another piece holds it too and is nearer to the sphere; of equals one
-/// stays. `places` has the index of each place's piece.
+/// A point on the seam of two pieces is the nearest of one piece, but if the other piece turns
+/// towards the roller, a nearer point is right beside it: then nothing can touch at the seam, and a
+/// contact there would push along a normal that the surface does not have. So a point is removed if
+/// another piece contains it too and is nearer to the sphere; of equal ones one stays. `places` has
+/// the index of each point's piece.
 ///
-/// Along a roller too: a barrel that lies across the seam of two pieces in one plane is nearest to the one that its lowest place is not above right
-/// over the seam, as near as the other is there. But the distance to the other is convex along the roller and least elsewhere, so that what would touch at
-/// the seam touches there first.
+/// The same holds along a roller: for a barrel across the seam of two coplanar pieces, the point
+/// nearest to the piece that is not beneath its lowest point is right over the seam, as near as the
+/// other piece is there. But the distance to the other piece is convex along the roller and smaller
+/// elsewhere, so that the other contact comes first.
 pub(crate) fn keep_nearest_of_surface(places: &mut Vec<(usize, Nearest)>, pieces: &[Piece]) {
     if places.len() < 2 {
         return;
     }
-    /// Two pieces are equally near to what f64 makes of it.
+    /// Two pieces are equally near within rounding, in metres.
     const SAME_DISTANCE_M: f64 = 1e-12;
     let nearer = |&(own, nearest): &(usize, Nearest), &(other, beside): &(usize, Nearest)| {
         if other == own || !pieces[other].holds(&nearest.place_m) {
@@ -495,7 +505,7 @@ pub(crate) fn keep_nearest_of_surface(places: &mut Vec<(usize, Nearest)>, pieces
         let of_equals = is_least_elsewhere || other < own;
         other_m < own_m - SAME_DISTANCE_M || of_equals && other_m < own_m + SAME_DISTANCE_M
     };
-    // Whoever is nearer is itself among the places: it touches where this one would, or deeper.
+    // The nearer point is among the places itself: it touches where this one would, or deeper.
     let others = places.clone();
     places.retain(|place| !others.iter().any(|other| nearer(place, other)));
 }

@@ -1,4 +1,4 @@
-//! Where a robot is near the ground: the places that may touch in the step.
+//! Finds places where a robot is near the ground and may touch it in the step.
 
 use nalgebra::{Point3, Vector3};
 
@@ -17,7 +17,7 @@ use crate::robot::roller::RollerState;
 use crate::robot::state::State;
 use crate::settings::NEAR;
 
-/// How a roller stands on the ground in some pose.
+/// The contact of a roller with the ground in some pose.
 struct Touch {
     /// The roller's middle and its axis.
     center_m: Vector3<f64>,
@@ -30,38 +30,38 @@ struct Touch {
 }
 
 impl Touch {
-    /// What the place gets of velocity for each rad/s of the roller's spin, in m.
+    /// Derivative of the point's velocity by the roller's spin, in m.
     fn per_spin_m(&self) -> Vector3<f64> {
         self.axis.cross(&(self.place_m - self.center_m))
     }
 }
 
-/// Room for what is looked through on the way.
+/// Work space.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     pieces: Vec<Piece>,
     nearest: Vec<(usize, Nearest)>,
 }
 
-/// What a wheel's rollers are looked for on.
+/// The ground around a wheel's rollers.
 #[derive(Clone, Copy)]
 struct Around<'a> {
-    /// Beside the pieces that are laid out, and not lower than any of it is there, in metres.
+    /// Uneven ground besides the listed pieces, and an upper bound of its height there, in metres.
     relief: Option<(&'a HeightField, f64)>,
-    /// What is further off does not count, in metres.
+    /// Everything further away is ignored, in metres.
     within_m: f64,
 }
 
 impl Around<'_> {
-    /// Whether no part of the relief is as near to a place as this, by its height alone.
+    /// Whether the whole uneven ground is further from a point than this, by its height alone.
     fn is_above_relief(&self, place_m: &Vector3<f64>, within_m: f64) -> bool {
         let below = |(_, ceiling_m)| place_m.z - within_m > ceiling_m;
         self.relief.is_none_or(below)
     }
 
-    /// Looks for places on the triangles of the relief that are near a box, and lays out behind the
-    /// other pieces those that have some: `find` is given a triangle, with its number among the
-    /// pieces, and says whether it has.
+    /// Searches the triangles of uneven ground near a box, and appends those with a result to the
+    /// pieces: `find` gets a triangle with its index among the pieces, and returns whether it has
+    /// one.
     fn find_on_relief(
         &self,
         bounds: impl FnOnce() -> Bounds,
@@ -88,8 +88,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Fills `found` with the places of the chassis and of bodies on joints that are near the
-    /// ground.
+    /// Fills `found` with the places of the chassis and of bodies on joints near the ground.
     pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
         found.clear();
         let shared = &self.body.robot;
@@ -111,8 +110,8 @@ impl Scene<'_> {
         );
     }
 
-    /// What a place of a joint's link, or of the chassis, gains in velocity over the step because
-    /// it turns on, in m/s. Its state is that of the step's middle.
+    /// Change of the velocity of a point of a joint's link, or of the chassis, over the step by its
+    /// rotation, in m/s. Its state is that of the step's middle.
     pub(super) fn gained_by_turning_m_s(
         &self,
         joint: Option<usize>,
@@ -134,24 +133,25 @@ impl Scene<'_> {
         of(&self.step.ahead) - of(&self.step.before)
     }
 
-    /// Fills `found` with the places of a wheel's rollers that are near the ground.
+    /// Fills `found` with the places of a wheel's rollers near the ground.
     pub fn find_wheel(&self, wheel: usize, room: &mut Workspace, found: &mut Vec<Candidate>) {
         found.clear();
         self.find_barrels(wheel, room, found);
         self.find_modelled(wheel, found);
     }
 
-    /// How far from the ground a wheel's surface can be and still reach it in the step, in metres.
+    /// The distance from the ground within which a wheel's surface can reach it in the step, in
+    /// metres.
     pub(super) fn prediction_m(&self, wheel: usize) -> f64 {
         let speed_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
             + self.step.before.hub_rate(wheel).norm() * self.wheels[wheel].reach_m;
         NEAR * self.scale.length_m + self.dt_s * speed_m_s
     }
 
-    /// How far a place of a wheel's rollers may come down in the second half of the step, in
-    /// metres.
+    /// The distance by which a point of a wheel's rollers may come down in the second half of the
+    /// step, in metres.
     fn comes_down_m(&self, wheel: usize) -> f64 {
-        /// Beside the motion of the step itself, in wheel radii.
+        /// Addition to the motion of the step, in wheel radii. Chosen.
         const MARGIN: f64 = 2e-4;
         let falls_m_s = self.step.before.hub_center_velocity_m_s(wheel).norm()
             + self.settings.gravity_m_s2 * self.dt_s
@@ -178,7 +178,7 @@ impl Scene<'_> {
     }
 
     /// Fills `found` with the places of a wheel's rollers that are nearer than this to a free body,
-    /// as if that were ground.
+    /// which is treated as ground.
     pub(super) fn find_on_piece(
         &self,
         wheel: usize,
@@ -195,7 +195,7 @@ impl Scene<'_> {
         self.find_on_pieces(wheel, (around, room), found);
     }
 
-    /// The same of the pieces that are laid out.
+    /// The same for the listed pieces.
     fn find_on_pieces(
         &self,
         wheel: usize,
@@ -211,20 +211,20 @@ impl Scene<'_> {
         let is_upright = hub.axis().z.abs() < UPRIGHT;
         let is_rigid_ring = body.is_round && !is_compliant;
         let touches_lowest = on_plane && is_upright && is_rigid_ring;
-        // A roller that gives carries what reaches into the ground, and nothing else needs to be
-        // looked at.
+        // A soft roller carries with what reaches into the ground; nothing else needs to be
+        // considered.
         let within_gap_m = if is_compliant {
             self.comes_down_m(wheel)
         } else {
             prediction_m
         };
-        // On a plane an upright wheel touches where it is lowest, and nowhere else.
+        // On a plane an upright wheel touches only where it is lowest.
         let mut lowest: Option<(usize, Nearest)> = None;
         let only_near = self.settings.roller_bodies == RollerBodies::Near;
         for (index, roller) in body.rollers.iter().enumerate() {
             let lowest_m = lowest.map_or(f64::INFINITY, |(_, nearest)| nearest.gap_m);
             let within_m = roller.bounding_radius_m + prediction_m.min(lowest_m);
-            // Of most rollers no more than this is looked at.
+            // For most rollers nothing else is evaluated.
             if on_plane && only_near && roller.height_m(hub) > within_m {
                 continue;
             }
@@ -285,8 +285,7 @@ impl Scene<'_> {
         }
     }
 
-    /// The places where the rollers of a wheel that are turned to a profile by numbers are near the
-    /// ground.
+    /// The places where the rollers of a wheel with a profile by numbers are near the ground.
     fn find_profiles(
         &self,
         wheel: usize,
@@ -334,8 +333,7 @@ impl Scene<'_> {
         }
     }
 
-    /// The place of a barrel where it is nearest to the ground, with what it was when the step
-    /// began.
+    /// The place of a barrel nearest to the ground, with its state at the beginning of the step.
     fn on_barrel(
         &self,
         of: (usize, usize),
@@ -352,9 +350,9 @@ impl Scene<'_> {
         })
     }
 
-    /// The place of a roller where it is near the ground, with what it was when the step began.
-    /// `support` finds the place that reaches furthest towards the ground with the roller's middle
-    /// and axis elsewhere, and whether that is on an end sphere.
+    /// The place of a roller near the ground, with its state at the beginning of the step.
+    /// `support` finds the support point towards the ground for another pose of the roller, and
+    /// whether it is on an end sphere.
     fn on_roller(
         &self,
         (wheel, index): (usize, usize),
@@ -383,15 +381,14 @@ impl Scene<'_> {
             along_frame(&touch.axes, &(carried + spin_rad_s * per_spin))
         };
         let (before, ahead) = (touches(&self.step.before), touches(&self.step.ahead));
-        // A roller that gives takes its load over bit by bit.
+        // A soft roller takes its load over gradually.
         let is_compliant = self.wheels[wheel].is_compliant();
         let came_down =
             self.step.resolves_rollers && !roller.pressed && !roller.seized && !is_compliant;
         let turning = if !self.step.resolves_rollers {
             Turning::NONE
         } else if came_down {
-            // It takes over when the step begins, as near as can be said, and from then on it
-            // rolls.
+            // On average it takes over at the beginning of the step, and rolls from then on.
             let radius_m = along_frame(&before.axes, &before.per_spin_m()).z;
             let missing_rad_s = -velocity(&self.step.before, &before, 0.0).z / radius_m;
             let from_m_s = velocity(&self.step.ahead, &ahead, missing_rad_s)
@@ -402,8 +399,7 @@ impl Scene<'_> {
                 from_m_s,
             }
         } else if ahead.on_its_end && !is_compliant {
-            // Beyond its end it touches no more: how it turns there is not how it turns where it
-            // touches.
+            // Beyond its end it no longer touches: its rotation there is not that of its contact.
             let middle = touches(&self.step.middle);
             let half_m_s = velocity(&self.step.middle, &middle, 0.0)
                 - velocity(&self.step.before, &before, 0.0);
@@ -415,8 +411,8 @@ impl Scene<'_> {
             Turning::in_each_half(half_m_s)
         };
         let travel_m_s = (ahead.place_m - before.place_m) / self.dt_s;
-        // A rigid roller touches on the ground; the core of one that gives, beneath it, so that it
-        // rolls as a rigid one does.
+        // A rigid roller touches on the ground; the core of a soft one beneath it, so that it rolls
+        // like a rigid one.
         let place_m = if is_compliant {
             nearest.place_m + nearest.gap_m * nearest.normal
         } else {
@@ -434,9 +430,9 @@ impl Scene<'_> {
         }
     }
 
-    /// Velocity of a place of a roller's surface with the roller in the pose that it has in a
-    /// state, and with the rates as they were when the step began: what the hub carries it with, in
-    /// m/s, and what it gets for each rad/s of the roller's spin, in m.
+    /// Velocity of a point of a roller's surface in the roller's pose in a state, with the rates at
+    /// the beginning of the step: the hub's part, in m/s, and the derivative by the roller's spin,
+    /// in m.
     fn roller_velocity(
         &self,
         (wheel, roller): (usize, &RollerState),
@@ -449,7 +445,7 @@ impl Scene<'_> {
         (carried, axis.cross(&(place_m - roller.center_m(hub))))
     }
 
-    /// The places of rollers with the shapes of their file, as rapier finds them.
+    /// The places of rollers with the shapes of their file, as found by rapier.
     fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
         let hub = &self.step.middle.hubs()[wheel];

@@ -1,7 +1,8 @@
-//! Where two solids are near each other, and where one is near the floor's plane.
+//! Finds places where two solids are near each other, and where one is near the floor's plane.
 //!
-//! A box, a sphere and a cylinder meet the plane, a sphere meets all three, and the side of a cylinder boxes and sides, by closed forms. For all other
-//! pairs parry says which faces, edges and corners are near.
+//! Box, sphere and cylinder against the plane, a sphere against all three, and the side of a
+//! cylinder against boxes and sides are computed in closed form. For all other pairs parry finds
+//! the near faces, edges and corners.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher};
@@ -14,7 +15,7 @@ use crate::contact::search::nearest::{Piece, SolidBox};
 use crate::contact::search::straight_sides::SidePlace;
 use crate::engine::convert;
 
-/// A shape where it stands, in the floor's frame.
+/// A shape in its pose in the floor's frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Solid<'a> {
     pub shape: &'a SharedShape,
@@ -24,13 +25,13 @@ pub(crate) struct Solid<'a> {
 /// A place where a solid is near another, or near the plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
-    /// On the other one, in metres.
+    /// Point on the other one, in metres.
     pub place_m: Vector3<f64>,
     /// Unit vector out of the other one.
     pub normal: Vector3<f64>,
     /// Distance in metres, negative in penetration.
     pub gap_m: f64,
-    /// Whether it is always the same place of the solid while that turns.
+    /// Whether it is a fixed point of the solid while that rotates.
     pub is_corner: bool,
 }
 
@@ -46,7 +47,7 @@ impl Solid<'_> {
         }
     }
 
-    /// As what a roller may be near to; `None` where its shape is another.
+    /// The piece that a roller may be near to; `None` for other shapes.
     pub fn piece(&self) -> Option<Piece> {
         let pose = self.floor_from_shape;
         if let Some(cuboid) = self.shape.as_cuboid() {
@@ -76,7 +77,8 @@ impl Solid<'_> {
         }
     }
 
-    /// How far it is from another, in metres; 0 where they touch, and infinity where parry cannot tell.
+    /// Its distance from another one, in metres; 0 if they touch, and infinity if parry cannot
+    /// compute it.
     pub fn distance_m(&self, other: &Self) -> f64 {
         let from_other = convert::pose(&self.floor_from_shape.inv_mul(&other.floor_from_shape));
         let found =
@@ -84,7 +86,7 @@ impl Solid<'_> {
         found.map_or(f64::INFINITY, |found| found.distance)
     }
 
-    /// Shows where it is nearer to the floor's plane than this.
+    /// Passes the places nearer to the floor's plane than this to `show`.
     pub fn near_plane(&self, within_m: f64, mut show: impl FnMut(Near)) {
         let mut offer = |place_m: Vector3<f64>, is_corner: bool| {
             if place_m.z < within_m {
@@ -111,7 +113,7 @@ impl Solid<'_> {
         }
     }
 
-    /// Shows where it is nearer to another than this.
+    /// Passes the places nearer to another solid than this to `show`.
     pub fn near(&self, other: &Solid<'_>, within_m: f64, mut show: impl FnMut(Near)) {
         let mut offer = |place_m, normal, gap_m| {
             if gap_m < within_m {
@@ -147,8 +149,8 @@ impl Solid<'_> {
         }
     }
 
-    /// Shows the places where a side of a cylinder of a radius is near, which is the other one's where that is said; where there are none, or where the rim of
-    /// an end is nearer, what parry finds.
+    /// Passes the places where a cylinder's side is near to `show`; the cylinder is the other solid
+    /// if so stated. Without any, or if the rim of an end is nearer, parry's results.
     fn show_sides(
         &self,
         other: &Solid<'_>,
@@ -156,7 +158,7 @@ impl Solid<'_> {
         ((found, may_miss), is_others): ((Vec<SidePlace>, bool), bool),
         mut show: impl FnMut(Near),
     ) {
-        /// What parry may be off by, of the radius.
+        /// Possible error of parry, relative to the radius. Chosen.
         const ROUNDED: f64 = 0.01;
         if found.is_empty() {
             return self.near_by_features(other, within_m, show);
@@ -191,7 +193,8 @@ impl Solid<'_> {
     fn near_by_features(&self, other: &Solid<'_>, within_m: f64, mut show: impl FnMut(Near)) {
         let from_other = self.floor_from_shape.inv_mul(&other.floor_from_shape);
         let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
-        // What parry cannot tell of two shapes it says at once, whatever their poses: they do not touch then.
+        // If parry does not support a pair of shapes it says so at any pose: then they do not
+        // touch.
         let _ = DefaultQueryDispatcher.contact_manifolds(
             &convert::pose(&from_other),
             &**self.shape,
@@ -227,19 +230,21 @@ impl Solid<'_> {
     }
 }
 
-/// Places on the ring of an end that stands on the ground: it tips over a side of that polygon, 4 % nearer to the middle than the rim.
+/// Number of points on the rim of an end on the ground: it tips over a side of that polygon, 4 %
+/// nearer to the middle than the rim. Chosen.
 const RING: usize = 12;
 
 impl SolidCylinder {
-    /// Offers its lowest place at each end and, of an end that nearly lies on the plane, a ring of fixed ones.
+    /// Passes its lowest point at each end to `offer` and, for an end nearly parallel to the plane,
+    /// a ring of fixed ones.
     pub(super) fn offer_lowest(&self, ring: usize, mut offer: impl FnMut(Vector3<f64>, bool)) {
-        /// A cylinder that stands more upright than this, as the cosine of its lean, stands on an end.
+        /// A cylinder more upright than this, as the cosine of its tilt, stands on an end. Chosen.
         const STANDS: f64 = 0.9;
         let pose = &self.floor_from_cylinder;
         let axis = pose.rotation * Vector3::y();
         let down = -Vector3::z() + axis.z * axis;
         let end_m = |sign: f64| pose.translation.vector + sign * self.half_length_m * axis;
-        // What leans by nothing has no lowest place on its rim.
+        // Without tilt there is no lowest point on its rim.
         if let Some(down) = down.try_normalize(1e-9) {
             for sign in [-1.0, 1.0] {
                 offer(end_m(sign) + self.radius_m * down, false);
@@ -277,7 +282,8 @@ mod tests {
         found[0]
     }
 
-    /// A box of 0.25 m and a sphere of radius 62.5 mm beside its face, 12.5 mm off it and 31.25 mm beside its middle: seen from either, they are as near to each other at the same two places, wherever the pair is.
+    /// A box of 0.25 m and a sphere of radius 62.5 mm beside its face, 12.5 mm away and 31.25 mm
+    /// off its middle: from either side the same two points are nearest, anywhere in the world.
     #[test]
     fn a_sphere_beside_a_box_is_seen_from_both_alike() {
         let (cube, ball) = (
@@ -312,7 +318,8 @@ mod tests {
         }
     }
 
-    /// A cube of half a side h that stands on a corner reaches sqrt(3) h beneath its middle, on whichever of its eight.
+    /// A cube of half side h that stands on a corner reaches sqrt(3) h beneath its middle, on each
+    /// of its eight corners.
     #[test]
     fn a_box_stands_on_any_of_its_corners() {
         let (half_m, middle_m) = (0.125, 0.5);
@@ -343,8 +350,9 @@ mod tests {
         }
     }
 
-    /// A can of radius r and length 2 h that leans by an angle from upright, its middle at c: its lowest place is h |cos| + r sin beneath that. Where it
-    /// nearly stands, a ring of its lower end is seen as well, within r sin of the end's own middle, h |cos| beneath it.
+    /// A can of radius r and length 2 h, tilted from upright, its middle at c: its lowest point is
+    /// h |cos| + r sin beneath that. If it nearly stands, a ring of its lower end is found as well,
+    /// within r sin of the end's middle, h |cos| beneath c.
     #[test]
     fn a_can_that_leans_is_lowest_at_its_lower_rim_and_stands_on_its_lower_end() {
         let (radius_m, half_m, middle_m) = (0.03125, 0.125, 0.5);
@@ -391,8 +399,9 @@ mod tests {
         }
     }
 
-    /// Cylinders about a box and about each other, leaning by anything from a microradian to half a turn: the nearest place that is found is as far as the solids
-    /// are by another way, projections onto one and the other in turn (von Neumann 1933). Where the rim of an end is nearest none is nearer than that.
+    /// Cylinders next to a box and to each other, tilted by a microradian up to half a turn: the
+    /// distance of the nearest point found equals that by another method, alternating projections
+    /// (von Neumann 1933). If the rim of an end is nearest, no found point is nearer.
     #[test]
     fn the_side_of_a_cylinder_is_as_near_as_the_solids_are() {
         let mut numbers = Numbers(7);
@@ -440,14 +449,15 @@ mod tests {
                 .floor_from_shape
                 .inverse_transform_point(&Point3::from(nearest_m));
             let is_on_rim = in_own.y.abs() > 0.15 - 1e-6;
-            // What two sides that lean by 0.1 have in common ends where the way across is not straight across both: by 0.1^4 of some centimetres.
+            // The common length of two sides tilted by 0.1 ends where the connection is not exactly
+            // perpendicular to both: by 0.1^4 of some centimetres.
             const ROUNDED_M: f64 = 1e-6;
             assert!(least_m > apart_m - ROUNDED_M, "{draw}: {least_m} {apart_m}");
             assert!(
                 is_on_rim || least_m < apart_m + ROUNDED_M,
                 "{draw}: {least_m} {apart_m}"
             );
-            // Seen from the other one it is as far.
+            // From the other one the distance is the same.
             let mut seen_m = f64::INFINITY;
             other.near(&own, 0.1, |near| seen_m = seen_m.min(near.gap_m));
             assert!(
@@ -459,8 +469,8 @@ mod tests {
         assert!(compared > 1000, "{compared}");
     }
 
-    /// The place of the first that is nearest to the second, and their distance, in metres; `None` where they are so nearly parallel that projections do not
-    /// settle.
+    /// The point of the first that is nearest to the second, and their distance, in metres; `None`
+    /// if they are so nearly parallel that projections do not converge.
     fn by_projections(own: &Solid<'_>, other: &Solid<'_>) -> Option<(Vector3<f64>, f64)> {
         let (own, other) = (own.piece()?, other.piece()?);
         let mut place_m = own.foot(&Vector3::new(3.0, 2.0, 1.0)).place_m;

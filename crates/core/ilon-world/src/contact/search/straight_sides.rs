@@ -1,24 +1,29 @@
-//! Where the straight side of a cylinder is near a box or another cylinder, and where one of its ends stands on a face of a box, in f64.
+//! Finds places where the straight side of a cylinder is near a box or another cylinder, and where
+//! one of its ends stands on a face of a box, in f64.
 //!
-//! parry finds such places by an iteration that leaves micrometres of a gap, of which a stiff contact makes thousands of newtons. Here a side and a
-//! face, or two sides, that are nearly parallel are near each other at both ends of what they have in common, each with its own gap; where they cross, at one
-//! place. What is near the rim of an end alone is left to parry.
+//! parry finds such points by an iteration that leaves micrometres of a gap, which a stiff contact
+//! turns into thousands of newtons. Here a side and a face, or two sides, that are nearly parallel
+//! are near each other at both ends of their common length, each with its own gap; if they cross,
+//! at one point. Places at the rim of an end are left to parry.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use crate::contact::search::ball_and_cylinder::SolidCylinder;
 use crate::contact::search::nearest::SolidBox;
 
-/// Straight lines whose directions differ by less than this, as a sine, are near each other along their common length.
+/// Straight lines whose directions differ by less than this, as a sine, are near each other along
+/// their common length. Chosen.
 const PARALLEL: f64 = 0.1;
 
-/// Lines that cross by less than this, as a sine, are as near along their common length as where they cross, to a ten-millionth of it.
+/// Lines that cross by less than this, as a sine, have the same distance along their common length
+/// as at the crossing, to a ten-millionth of it. Chosen.
 const CROSSES: f64 = 1e-3;
 
-/// Two places nearer than this carry a load as one, in metres.
+/// Two points nearer than this carry a load as one, in metres. Chosen.
 const ONE_PLACE_M: f64 = 1e-6;
 
-/// Places on the ring of an end that stands on a face: it tips over a side of that hexagon, 13 % nearer to the middle than the rim.
+/// Number of points on the rim of an end on a face: it tips over a side of that hexagon, 13 %
+/// nearer to the middle than the rim. Chosen.
 const RING: usize = 6;
 
 /// A place where a cylinder is near another solid.
@@ -29,11 +34,11 @@ pub(super) struct SidePlace {
     /// Unit vector out of the other one.
     pub normal: Vector3<f64>,
     pub gap_m: f64,
-    /// Whether it is always the same place of the cylinder while that turns.
+    /// Whether it is a fixed point of the cylinder while that rotates.
     pub is_corner: bool,
 }
 
-/// A straight line of a length, which a radius makes a cylinder without ends.
+/// A straight line of a length, with a radius: a cylinder without ends.
 #[derive(Clone, Copy)]
 struct Rod {
     center_m: Vector3<f64>,
@@ -47,14 +52,15 @@ impl Rod {
         self.center_m + t_m * self.along
     }
 
-    /// The place of its surface beside a place of its axis that reaches furthest in a direction across it.
+    /// The point of its surface beside a point of its axis that reaches furthest in a direction
+    /// across it.
     fn side(&self, t_m: f64, towards: &Vector3<f64>) -> Option<Vector3<f64>> {
         let across = towards - self.along * self.along.dot(towards);
         let across = across.try_normalize(1e-6)?;
         Some(self.at(t_m) + self.radius_m * across)
     }
 
-    /// Where its side is near another one's beside a place of either's axis.
+    /// The near place of its side and another's beside a point of each axis.
     fn place(&self, other: &Self, (own_m, other_m): (f64, f64)) -> Option<SidePlace> {
         let normal = (self.at(own_m) - other.at(other_m)).try_normalize(1e-9)?;
         let on_cylinder_m = self.side(own_m, &-normal)?;
@@ -68,14 +74,16 @@ impl Rod {
         })
     }
 
-    /// The cosine between it and another one, and where the middle of the other one is beside it, and its own beside the other one.
+    /// The cosine between it and another one, the projection of the other's middle on it, and that
+    /// of its own middle on the other.
     fn beside(&self, other: &Self) -> (f64, f64, f64) {
         let off_m = other.center_m - self.center_m;
         let (own, others) = (self.along.dot(&off_m), -other.along.dot(&off_m));
         (self.along.dot(&other.along), own, others)
     }
 
-    /// The places of both where they cross, wherever they end; none where they are parallel.
+    /// The points of both where they cross, regardless of their lengths; `None` if they are
+    /// parallel.
     fn crossing(&self, other: &Self) -> Option<(f64, f64)> {
         let (cos, own_m, other_m) = self.beside(other);
         let sin2 = 1.0 - cos * cos;
@@ -83,8 +91,9 @@ impl Rod {
         (sin2 > CROSSES * CROSSES).then_some((at_m, other_m + cos * at_m))
     }
 
-    /// Where it is near another one's side, in the frame of both; none where only an end is, as of one that stands on the other and gives by a micrometre:
-    /// what is deeper in the other one across their sides than along them.
+    /// Places where it is near another one's side, in their common frame. Empty if only an end is
+    /// near, such as that of a cylinder that stands on the other one with a micrometre of
+    /// deflection: then the penetration across their sides exceeds that along them.
     fn near(&self, other: &Self) -> Vec<SidePlace> {
         let (cos, own_m, other_m) = self.beside(other);
         let is_on_both = |(own_m, other_m): &(f64, f64)| {
@@ -102,7 +111,7 @@ impl Rod {
         if 1.0 - cos * cos >= PARALLEL * PARALLEL {
             return found;
         }
-        // What they have in common ends where either ends.
+        // The common length ends where either ends.
         let own_ends = [-self.half_length_m, self.half_length_m];
         let other_ends = [-other.half_length_m, other.half_length_m];
         let of_own = own_ends.map(|at_m| (at_m, other_m + cos * at_m));
@@ -125,7 +134,7 @@ impl Rod {
     }
 }
 
-/// The part of a range of t in which |from + by t| is at most so much.
+/// The part of a range of t in which |from + by t| is at most `most`.
 fn clip(from: f64, by: f64, most: f64, (low, high): (f64, f64)) -> (f64, f64) {
     if by == 0.0 {
         return if from.abs() <= most {
@@ -138,7 +147,7 @@ fn clip(from: f64, by: f64, most: f64, (low, high): (f64, f64)) -> (f64, f64) {
     (low.max(one.min(other)), high.min(one.max(other)))
 }
 
-/// Both ends of a range, one of what has no length, and none of what is empty.
+/// Both ends of a range, one for zero length, and none if it is empty.
 fn ends((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     let second = (high - low > ONE_PLACE_M).then_some(high);
     (low <= high).then_some(low).into_iter().chain(second)
@@ -155,13 +164,15 @@ impl SolidCylinder {
         }
     }
 
-    /// Where its side is near another cylinder's side; none where only an end of one of them is.
+    /// Places where its side is near another cylinder's side; empty if only an end of one of them
+    /// is.
     pub(super) fn near_cylinder(&self, other: &Self) -> Vec<SidePlace> {
         let frame = Isometry3::identity();
         self.rod(&frame).near(&other.rod(&frame))
     }
 
-    /// Where its side or one of its ends is near a box, and whether the rim of an end may be nearer; none where that is left to parry.
+    /// Places where its side or one of its ends is near a box, and whether the rim of an end may be
+    /// nearer; empty if that is left to parry.
     pub(super) fn near_box(&self, solid: &SolidBox) -> (Vec<SidePlace>, bool) {
         let rod = self.rod(&solid.floor_from_box.inverse());
         let half_sides_m = &solid.half_sides_m;
@@ -187,7 +198,7 @@ impl SolidCylinder {
     }
 }
 
-/// The face of a box that a cylinder is most in front of.
+/// The face of a box that a cylinder faces most.
 struct Facing {
     axis: usize,
     /// Which of the two faces across that axis.
@@ -195,7 +206,7 @@ struct Facing {
 }
 
 impl Facing {
-    /// None where the box is more in front of an end of the cylinder than the cylinder of any face.
+    /// `None` if the box faces an end of the cylinder more than the cylinder faces a face.
     fn of(rod: &Rod, half_sides_m: &Vector3<f64>) -> Option<Self> {
         let apart_m = |axis: usize| {
             let across = (1.0 - rod.along[axis].powi(2)).max(0.0).sqrt();
@@ -206,7 +217,7 @@ impl Facing {
         let before_end_m = rod.center_m.dot(&rod.along).abs()
             - rod.half_length_m
             - half_sides_m.dot(&rod.along.abs());
-        // An end that lies on a face is as far from it as the face from the end, but for how far they lean.
+        // An end on a face is as far from it as the face is from the end, except for their tilt.
         let is_end = rod.along[axis].abs() >= PARALLEL;
         (is_end || before_end_m < apart_m(axis)).then(|| Self {
             axis,
@@ -230,8 +241,8 @@ impl Facing {
         }
     }
 
-    /// Where the line of the side that is nearest to the face lies over it. Where an edge cuts it off it may be nearer beyond, to edges and corners:
-    /// whether it is cut off stands behind.
+    /// Places where the nearest line of the side is over the face, and whether an edge cuts it off:
+    /// beyond the edge it may be nearer, to edges and corners.
     fn side(&self, rod: &Rod, half_sides_m: &Vector3<f64>) -> (Vec<SidePlace>, bool) {
         let Some(middle_m) = rod.side(0.0, &-self.normal()) else {
             return (Vec::new(), true);
@@ -243,7 +254,8 @@ impl Facing {
         }
         let at = |t_m: f64| self.place(middle_m + t_m * rod.along, half_sides_m[self.axis], false);
         let mut found: Vec<SidePlace> = ends(common).map(at).collect();
-        /// Where the face ends and its edge is near are one place, of the radius: two so near would take each other's load in turn.
+        /// The end of the face and its edge count as one place within this share of the radius: two
+        /// so near would alternate in carrying the load. Chosen.
         const TOLD: f64 = 0.1;
         let is_cut = common != whole;
         if is_cut {
@@ -255,14 +267,15 @@ impl Facing {
             beyond.retain(|edge| !found.iter().any(|at| told(at, edge) && !nearer(edge, at)));
             found.retain(|at| !beyond.iter().any(|edge| told(at, edge)));
             found.extend(beyond);
-            // In one order whichever of them are edges: a step's impulses begin from those of the last.
+            // In a fixed order, whichever of them are edges: a step's impulses start from those of
+            // the last.
             let along_m = |place: &SidePlace| rod.along.dot(&place.on_cylinder_m);
             found.sort_by(|one, other| along_m(one).total_cmp(&along_m(other)));
         }
         (found, is_cut)
     }
 
-    /// Where an end stands on the face; none where it reaches over an edge.
+    /// Places where an end stands on the face; empty if it reaches over an edge.
     fn end(&self, cylinder: &SolidCylinder, solid: &SolidBox) -> Vec<SidePlace> {
         let half_sides_m = &solid.half_sides_m;
         // The face as a plane z = 0.
@@ -294,13 +307,13 @@ impl Facing {
     }
 }
 
-/// Where a side is near edges and corners of a box: away from all of their faces.
+/// Places where a side is near edges and corners of a box: away from all of its faces.
 fn near_edges(rod: &Rod, half_sides_m: &Vector3<f64>) -> Vec<SidePlace> {
     let mut found = Vec::new();
     for corner in 0..8 {
         let sign = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
         let corner_m = sign.component_mul(half_sides_m);
-        // Along a face a normal is rounded to either side.
+        // Along a face a normal has rounding of either sign.
         let is_away = |place: &SidePlace, axis: usize| place.normal[axis] * sign[axis] > 1e-9;
         let point = Rod {
             center_m: corner_m,
@@ -342,7 +355,7 @@ mod tests {
 
     const SOLID: Vector3<f64> = Vector3::new(0.3, 0.2, 0.1);
 
-    /// Frames in which a pair stands: where nothing is rounded, and anywhere.
+    /// Frames of a pair: one without rounding, and a general one.
     fn frames() -> [Isometry3<f64>; 2] {
         let turned = UnitQuaternion::from_euler_angles(0.3, -0.7, 1.9);
         [
@@ -351,7 +364,8 @@ mod tests {
         ]
     }
 
-    /// A cylinder of radius 50 mm and length 0.3 m, upright before it is turned, at a place beside a box of 0.6 x 0.4 x 0.2 m, in a frame.
+    /// A cylinder of radius 50 mm and length 0.3 m, upright before its rotation, beside a box of
+    /// 0.6 x 0.4 x 0.2 m, in a frame.
     fn pair(
         frame: &Isometry3<f64>,
         place_m: [f64; 3],
@@ -371,7 +385,7 @@ mod tests {
         (cylinder, solid)
     }
 
-    /// What is found in the box's own frame, ordered by height.
+    /// The results in the box's own frame, ordered by height.
     fn found(
         frame: &Isometry3<f64>,
         place_m: [f64; 3],
@@ -392,8 +406,8 @@ mod tests {
     /// Sums of a few metres in f64.
     const ROUNDED_M: f64 = 2e-15;
 
-    /// 10 mm before the face at x = 0.3 m, from 0.05 m above its middle on: what they have in common reaches from the cylinder's lower end at z = -0.05 to
-    /// the box's upper edge at 0.1.
+    /// 10 mm from the face at x = 0.3 m, from 0.05 m above its middle on: the common length reaches
+    /// from the cylinder's lower end at z = -0.05 to the box's upper edge at 0.1.
     #[test]
     fn an_upright_side_is_near_a_face_where_their_heights_meet() {
         for frame in frames() {
@@ -410,8 +424,8 @@ mod tests {
         }
     }
 
-    /// It leans towards the face by an angle: its lowest rim comes nearer by the lever times the sine, and by the radius times one less the cosine it is
-    /// further. A billionth of a radian is seen.
+    /// Tilted towards the face: its lowest rim comes nearer by the lever times the sine, and moves
+    /// away by the radius times one minus the cosine. A billionth of a radian is resolved.
     #[test]
     fn a_side_that_leans_is_nearer_with_one_end() {
         for frame in frames() {
@@ -424,7 +438,7 @@ mod tests {
                 // Clipped by the box's edges at 0.1 m above and below its middle.
                 let side_m = 0.06 - 0.05 / lean_rad.cos();
                 for (place, z_m) in [(low, -0.1), (high, 0.1)] {
-                    // Beyond the edge it comes nearer still, and is near the edge across its side.
+                    // Beyond the edge it is nearer still, and near the edge across its side.
                     let is_near_edge = z_m > 0.0;
                     let across = if is_near_edge { lean_rad.cos() } else { 1.0 };
                     let gap_m = (side_m - z_m * lean_rad.tan()) * across;
@@ -438,7 +452,8 @@ mod tests {
         }
     }
 
-    /// Beside the upright edge at (0.3, 0.2) m, 0.08 and 0.06 m off it: 0.1 m, less the radius, along the diagonal of three to four.
+    /// Beside the upright edge at (0.3, 0.2) m, with offsets of 0.08 and 0.06 m: 0.1 m minus the
+    /// radius, along the diagonal of a 3-4-5 triangle.
     #[test]
     fn an_upright_side_is_near_an_edge_beside_it() {
         for frame in frames() {
@@ -454,7 +469,8 @@ mod tests {
         }
     }
 
-    /// It lies across the upper edge along x, leaning by 45 degrees over it: near it at one place, in the middle of its length.
+    /// Across the upper edge along x, tilted by 45 degrees over it: near it at one point, in the
+    /// middle of its length.
     #[test]
     fn a_side_that_crosses_an_edge_is_near_it_at_one_place() {
         for frame in frames() {
@@ -470,8 +486,8 @@ mod tests {
         }
     }
 
-    /// On top of the box it stands on places of its rim all around, all as high; where its end reaches over an edge, and where an end alone is beside the box,
-    /// it is left to parry.
+    /// On top of the box it stands on points of its rim all around, at the same height; if its end
+    /// reaches over an edge, or only an end is beside the box, it is left to parry.
     #[test]
     fn an_end_stands_on_a_face_with_its_ring() {
         for frame in frames() {
@@ -492,8 +508,8 @@ mod tests {
         }
     }
 
-    /// What stands on something gives by a micrometre: neither a can on a box, wherever it reaches over an edge or a corner, nor one on another is found to be
-    /// deep in it across its side.
+    /// A body that stands on another deflects by a micrometre: neither a can on a box, also over an
+    /// edge or a corner, nor one on another is reported as deep across its side.
     #[test]
     fn what_stands_on_another_is_not_deep_in_it() {
         for frame in frames() {
@@ -518,8 +534,8 @@ mod tests {
         }
     }
 
-    /// Two upright cylinders, one 30 mm higher: along what they have in common, their axes' distance less both radii apart. Crossed at right angles they
-    /// meet at one place.
+    /// Two upright cylinders, one 30 mm higher: along their common length, the distance of their
+    /// axes minus both radii. Crossed at right angles they meet at one point.
     #[test]
     fn two_sides_are_near_along_what_they_have_in_common() {
         let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);

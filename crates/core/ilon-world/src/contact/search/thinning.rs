@@ -1,8 +1,9 @@
-//! Fewer places where a chassis or a free body lies on ground of many small faces.
+//! Reduces the contacts of a chassis or a free body on ground with many small faces.
 //!
-//! Each face of a relief that is near a chassis is a place of contact: thousands where cells are small. All of them are solved at once, and the work
-//! grows with the cube of their number. A rigid chassis is carried by what reaches highest: in each region of it, as wide as a wheel, the place that
-//! is nearest stays, for each side that it may push from. How a chassis is carried changes by that over less than such a region.
+//! Each face of uneven ground near a chassis is a contact: thousands if cells are small. All are
+//! solved at once, and the work grows with the cube of their number. A rigid chassis is carried by
+//! the highest points: in each region of it, as wide as a wheel, the nearest place is kept for each
+//! side from which it may push. This changes the support of a chassis only within such a region.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +12,14 @@ use nalgebra::{Isometry3, Point3};
 use crate::contact::reactions::reaction::Part;
 use crate::contact::search::candidate::Candidate;
 
-/// What more places than this are thinned: more than boxes on kerbs make.
+/// More places than this are thinned; boxes on kerbs have fewer. Chosen.
 const MANY: usize = 64;
-/// A place that is further out by a metre counts as nearer by so much, so that of many as near a chassis stands on the outermost.
+/// A place further out by a metre counts as nearer by this, so that of many equally near ones a
+/// chassis stands on the outermost. Chosen.
 const OUTWARD: f64 = 1e-5;
 
-/// Thins the places from one on, of a chassis in its pose and of bodies on its joints, or of a free body, by regions of so many metres.
+/// Thins the places from `first` on, of a chassis in its pose and of bodies on its joints, or of a
+/// free body, by regions of the given size in metres.
 pub(super) fn thin(
     (found, first): (&mut Vec<Candidate>, usize),
     floor_from_chassis: &Isometry3<f64>,
@@ -33,7 +36,7 @@ pub(super) fn thin(
         let axis = out_of_ground.iamax();
         let side = (axis, out_of_ground[axis] > 0.0);
         let gap_m = place.gap_m - OUTWARD * local.coords.norm();
-        // What the chassis has there says nothing of a body on a joint.
+        // Places of the chassis do not replace those of a body on a joint.
         let joint = match place.a.part {
             Part::Link(joint) => Some(joint),
             _ => None,
@@ -65,8 +68,9 @@ mod tests {
         Candidate::new(between, (place_m, Vector3::z(), gap_m))
     }
 
-    /// A hundred places of the chassis in a region of 0.1 m: the nearest stays. A place of an arm there is further off, and stays too, for what carries
-    /// the chassis does not carry the arm.
+    /// A hundred places of the chassis in a region of 0.1 m: the nearest is kept. A place of an arm
+    /// there is further away, and kept too, because the support of the chassis does not carry the
+    /// arm.
     #[test]
     fn the_nearest_place_of_each_body_stays() {
         let chassis = |k: i32| place(Part::Chassis, 1e-4 * f64::from(k), 1e-6 * f64::from(k % 50));
@@ -75,13 +79,13 @@ mod tests {
         thin((&mut found, 0), &Isometry3::identity(), 0.1);
         let stay: Vec<(Part, f64)> = found.iter().map(|at| (at.a.part, at.gap_m)).collect();
         assert_eq!(stay, [(Part::Chassis, 0.0), (Part::Link(2), 1e-3)]);
-        // What was found before, of another body, is not touched, and they are put behind it.
+        // Earlier results, of another body, are unchanged.
         let mut behind = vec![place(Part::Link(7), 0.3, 0.5)];
         behind.extend((10..110).map(chassis));
         thin((&mut behind, 1), &Isometry3::identity(), 0.1);
         let stay: Vec<(Part, f64)> = behind.iter().map(|at| (at.a.part, at.gap_m)).collect();
         assert_eq!(stay, [(Part::Link(7), 0.5), (Part::Chassis, 0.0)]);
-        // As few as boxes on kerbs make are left alone.
+        // As few as boxes on kerbs have are kept.
         let mut few: Vec<Candidate> = (10..74).map(chassis).collect();
         thin((&mut few, 0), &Isometry3::identity(), 0.1);
         assert_eq!(few.len(), 64);

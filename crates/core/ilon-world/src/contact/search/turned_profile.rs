@@ -1,15 +1,18 @@
-//! Where a roller that is turned to a profile by numbers is near to a piece of ground, in f64.
+//! The points of a roller with a profile by numbers near a piece of ground, in f64.
 //!
-//! Such a roller is a convex body (see [`ilon_robot::solid_of_revolution`]), and unlike a barrel it can lie on the ground with two of its
-//! corners at once: on a flat face its lowest corner and those next to it are places of contact of their own.
+//! Such a roller is a convex body (see [`ilon_robot::solid_of_revolution`]), and unlike a barrel it
+//! can lie on the ground with two of its corners at once: on a flat face its lowest corner and its
+//! neighbours are separate contacts.
 //!
-//! **Faces.** The corner i is a circle of radius q about the axis at t, thickened by a ball of radius c. Against a flat face with
-//! the unit normal **n** its lowest place is t **d** - q **e** - c **n** from the roller's middle, **e** the unit vector of **n**
-//! across the axis **d**. That is exact.
+//! **Faces.** The corner i is a circle of radius q about the axis at t, thickened by a ball of
+//! radius c. Against a flat face with the unit normal **n** its lowest point is t **d** - q **e** -
+//! c **n** from the roller's middle, **e** the unit vector of **n** across the axis **d**. That is
+//! exact.
 //!
-//! **Edges.** The distance of a point from a convex body is convex along a straight line. So the nearest place of an edge of the
-//! ground to the roller is where the derivative of that distance along the edge changes its sign, which bisection finds; corners
-//! of the ground are the ends of edges. It counts where the way from it to the roller leads out of the ground.
+//! **Edges.** The distance of a point from a convex body is convex along a straight line. So the
+//! point of an edge of the ground nearest to the roller is where the derivative of that distance
+//! along the edge changes its sign, which bisection finds; corners of the ground are the ends of
+//! edges. It counts if the way from it to the roller leads out of the ground.
 
 #[cfg(test)]
 mod tests;
@@ -20,11 +23,12 @@ use nalgebra::Vector3;
 use super::bounds::Bounds;
 use super::nearest::{Nearest, Piece};
 
-/// Over what tilt to either side the curvature of an outline of straight parts is counted, in radians: what a roller of a wheel of a dozen
-/// tilts by in a twentieth of its turn on the ground.
+/// The tilt to either side over which the curvature of a piecewise straight outline is averaged, in
+/// radians: the tilt of a roller of a wheel with a dozen of them in a twentieth of its turn on the
+/// ground. Chosen.
 const MEAN_TILT: f64 = 0.02;
 
-/// A turned roller where it stands.
+/// A turned roller in its pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedProfile<'a> {
     /// Its shape.
@@ -35,18 +39,20 @@ pub(crate) struct PlacedProfile<'a> {
     pub axis: Vector3<f64>,
 }
 
-/// The search along an edge of the ground is over within this, in metres: of the least distance it misses less than a rounding.
+/// The search along an edge of the ground ends within this, in metres: the error of the smallest
+/// distance is below rounding. Chosen.
 const SETTLED_M: f64 = 1e-11;
 
 impl PlacedProfile<'_> {
-    /// The place of a corner that reaches furthest against a direction, in metres; of the corner that does so most where none is
-    /// said.
+    /// The support point of a corner in a direction's opposite, in metres; by default that of the
+    /// corner that reaches furthest.
     pub fn support(&self, normal: &Vector3<f64>, corner: Option<usize>) -> Vector3<f64> {
         let index = corner.unwrap_or_else(|| self.lowest(normal));
         let corner = &self.turned.corners()[index];
         let along = normal.dot(&self.axis);
         let across = normal - along * self.axis;
-        // A roller that stands upright on its face touches with all of it: the middle of the face is its place then.
+        // A roller that stands upright on its face touches with all of it: its point is then the
+        // middle of the face.
         let across = across.try_normalize(1e-9).unwrap_or_default();
         self.center_m + corner.t_m * self.axis - corner.ring_m * across - corner.ball_m * normal
     }
@@ -67,8 +73,9 @@ impl PlacedProfile<'_> {
         }
     }
 
-    /// Radii of curvature of its surface where it reaches furthest against a direction, along its outline and around its axis, in metres: along an
-    /// outline of straight parts the mean over a tilt by [`MEAN_TILT`] to either side.
+    /// Radii of curvature of its surface at the support point in a direction's opposite, along its
+    /// outline and around its axis, in metres: along a piecewise straight outline the mean over a
+    /// tilt by [`MEAN_TILT`] to either side.
     pub fn radii_m(&self, normal: &Vector3<f64>) -> [f64; 2] {
         let second = normal
             .cross(&self.axis)
@@ -76,7 +83,7 @@ impl PlacedProfile<'_> {
             .unwrap_or_default();
         let first = second.cross(normal);
         let (sin, cos) = libm::sincos(MEAN_TILT);
-        // Tilting it is as tilting the direction the other way: the places lie on one and the same roller.
+        // Tilting it is the same as tilting the direction the other way.
         let place_m = |sin: f64| {
             let then = cos * normal - sin * first;
             self.support(&then, None) - self.center_m
@@ -89,7 +96,7 @@ impl PlacedProfile<'_> {
         ]
     }
 
-    /// The corner that reaches furthest against a direction; of those that reach equally far the first.
+    /// The corner that reaches furthest in a direction's opposite; of equal ones the first.
     fn lowest(&self, normal: &Vector3<f64>) -> usize {
         let w = -normal.dot(&self.axis);
         let across = (1.0 - w * w).max(0.0).sqrt();
@@ -103,7 +110,8 @@ impl PlacedProfile<'_> {
         best.0
     }
 
-    /// Its distance from a piece, in metres, negative in penetration; infinity where that is further than this.
+    /// Its distance from a piece, in metres, negative in penetration; infinity if that is more than
+    /// `within_m`.
     pub fn gap_m(&self, piece: &Piece, within_m: f64) -> f64 {
         let mut gap_m = f64::INFINITY;
         self.places_on(piece, within_m, |nearest| {
@@ -112,8 +120,8 @@ impl PlacedProfile<'_> {
         gap_m
     }
 
-    /// Shows the places where it is nearer to a piece than this: on a face the lowest corner and those next to it, and of the
-    /// edges the nearest place of each.
+    /// Passes the places nearer to a piece than this to `show`: on a face the lowest corner and its
+    /// neighbours, and the nearest point of each edge.
     pub fn places_on(&self, piece: &Piece, within_m: f64, mut show: impl FnMut(Nearest)) {
         piece.faces(|normal| {
             let last = self.turned.corners().len() - 1;
@@ -122,7 +130,8 @@ impl PlacedProfile<'_> {
             for corner in lowest.saturating_sub(1)..=(lowest + 1).min(last) {
                 let place_m = self.support(&normal, Some(corner));
                 let foot = piece.foot(&place_m);
-                /// Over the face or straight beneath it, to what f64 makes of it; beside it, an edge is nearer.
+                /// Over the face or straight beneath it, within rounding; beside it, an edge is
+                /// nearer.
                 const SAME_PLACE_M: f64 = 1e-9;
                 let beside_m = place_m - foot.place_m - foot.distance_m * normal;
                 if beside_m.norm() < SAME_PLACE_M && foot.distance_m < within_m {
@@ -142,7 +151,8 @@ impl PlacedProfile<'_> {
             let Some((place_m, gap_m, normal)) = nearest else {
                 return;
             };
-            /// Far above the rounding of places, far below what the ground is known to.
+            /// Far above the rounding of points, far below the accuracy of the ground, in metres.
+            /// Chosen.
             const OUT_M: f64 = 1e-6;
             let out = piece.foot(&(place_m + OUT_M * normal));
             if out.distance_m > 0.0 && (out.place_m - place_m).norm() < 1e-3 * OUT_M {
@@ -157,8 +167,8 @@ impl PlacedProfile<'_> {
         });
     }
 
-    /// The place of a straight edge that is nearest to the roller, its distance, and the unit vector from it to the roller; `None`
-    /// where all of it is further than `within_m`.
+    /// The point of a straight edge nearest to the roller, its distance, and the unit vector from
+    /// it to the roller; `None` if all of it is further away than `within_m`.
     fn nearest_of_edge(
         &self,
         (from_m, to_m): (&Vector3<f64>, &Vector3<f64>),
@@ -182,11 +192,11 @@ impl PlacedProfile<'_> {
             let middle_m = 0.5 * (low_m + high_m);
             let half_m = 0.5 * (high_m - low_m);
             let (place_m, distance_m, grows) = look(middle_m);
-            // A metre along the edge takes a metre off the distance at most.
+            // A metre along the edge reduces the distance by a metre at most.
             if distance_m - half_m >= within_m {
                 return None;
             }
-            // Of a long edge no halving is left below the rounding of its places.
+            // A long edge cannot be halved below the rounding of its points.
             if half_m <= SETTLED_M || middle_m <= low_m || middle_m >= high_m {
                 return (distance_m < within_m).then_some((place_m, distance_m, -grows));
             }

@@ -14,7 +14,7 @@ const INERTIA_KG_M2: f64 = 7e-3;
 const STALL_N_M: f64 = 0.3;
 const NO_LOAD_RAD_S: f64 = 20.0;
 
-/// A wheel on an axle, with what went into it and out of it, in J.
+/// A wheel on an axle, with the energies that entered and left it, in J.
 struct Turning {
     wheel: Wheel,
     rate_rad_s: f64,
@@ -71,7 +71,7 @@ impl Turning {
         0.5 * self.inertia_kg_m2() * self.rate_rad_s.powi(2)
     }
 
-    /// One step, solved as a world does it: the straight part with the masses, the rest as a curve.
+    /// One step, solved like in a world: the straight part with the masses, the rest as a curve.
     fn step(&mut self, motor: &MotorTorque, load_n_m: f64, dt_s: f64) {
         let inertia = WheelInertia {
             on_ground_kg_m2: self.inertia_kg_m2(),
@@ -113,7 +113,7 @@ impl Turning {
     }
 }
 
-/// A motor that is asked for a torque at a rate, within what its line leaves there.
+/// A motor with a torque demand at a rate, within its line there.
 fn dc(torque_n_m: f64, rate_rad_s: f64) -> MotorTorque {
     let fall_n_m_s = STALL_N_M / NO_LOAD_RAD_S;
     let bounds = TorqueBounds {
@@ -128,7 +128,8 @@ fn dc(torque_n_m: f64, rate_rad_s: f64) -> MotorTorque {
     }
 }
 
-/// S (+-1 - w / w_0) = -load, or the target where a stiff loop reaches it within the lines: at any step.
+/// S (+-1 - w / w_0) = -load, or the target if a stiff loop reaches it within the lines: at any
+/// step.
 #[test]
 fn a_dc_motor_ends_where_its_lines_meet_the_load_at_any_step() {
     for dt_s in [1e-4, 1e-3, 1e-2] {
@@ -161,8 +162,9 @@ fn a_dc_motor_ends_where_its_lines_meet_the_load_at_any_step() {
     }
 }
 
-/// A wheel held at 6 rad/s against a load and with it, with a rotor and without: the motor gives (load + friction) / eta, and brakes with
-/// (load - friction) (2 - 1 / eta); where that is below zero, it pushes.
+/// A wheel held at 6 rad/s against a load and with it, with and without a rotor: the motor gives
+/// (load + friction) / eta, and brakes with (load - friction) (2 - 1 / eta); if that is below zero,
+/// it pushes.
 #[test]
 fn a_gear_passes_power_on_by_its_direction_and_the_energy_closes() {
     for efficiency in [1.0, 0.8, 0.6, 0.5, 0.4] {
@@ -196,7 +198,8 @@ fn a_gear_passes_power_on_by_its_direction_and_the_energy_closes() {
     }
 }
 
-/// Without its motor a wheel spins a rotor of inertia J up with J / (2 - 1 / eta), and a gear that locks itself stops it at once.
+/// Without its motor a wheel accelerates a rotor of inertia J with J / (2 - 1 / eta), and a
+/// self-locking gear stops it at once.
 #[test]
 fn a_load_spins_the_rotor_up_through_the_gear_or_is_locked() {
     const LOAD_N_M: f64 = 0.12;
@@ -231,7 +234,8 @@ fn a_load_spins_the_rotor_up_through_the_gear_or_is_locked() {
     }
 }
 
-/// Whatever a motor is asked for within whatever bounds, its curve is met once, energy closes, and gear and friction only take.
+/// For any demand within any limits, the curve has one solution, the energy balance closes, and
+/// gear and friction only dissipate.
 #[test]
 fn no_drive_gives_energy_that_its_motor_does_not() {
     // Marsaglia's xorshift: the same numbers in every run.
@@ -261,16 +265,17 @@ fn no_drive_gives_energy_that_its_motor_does_not() {
         wheel.step(&motor, 2.0 * (draw() - 0.5), dt_s);
         assert!((wheel.balance_j() + before_j).abs() < 1e-9);
         assert!(wheel.motor_n_m.abs() <= motor.bounds.limit_n_m + 1e-12);
-        // A wheel that the step has stopped ends within what the solver leaves of a rate.
+        // A wheel that the step has stopped ends within the solver's tolerance of a rate.
         if before_rad_s * wheel.rate_rad_s > 0.0 && wheel.rate_rad_s.abs() > 1e-8 {
-            // The solver ends within 1e-8 rad/s, a droop and a rotor over the step make up to 3e-6 N m of it, and a step turns 0.2 rad.
+            // The solver ends within 1e-8 rad/s, a droop and a rotor over the step make up to 3e-6
+            // N m of it, and a step turns 0.2 rad.
             assert!(wheel.lost_j > -6e-7, "{} J", wheel.lost_j);
         }
     }
 }
 
-/// Between its points and beyond them the curve is straight, so it must bend wherever the drive does: at every rate it is what the module's laws of motor,
-/// rotor and gear make of that rate.
+/// Between its points and beyond them the curve is straight, so it must bend wherever the drive
+/// does: at every rate it equals the module's laws of motor, rotor and gear.
 #[test]
 fn the_curve_is_the_drives_own_law_at_every_rate() {
     let mut seed = 11_u32;
@@ -326,8 +331,9 @@ fn the_curve_is_the_drives_own_law_at_every_rate() {
     }
 }
 
-/// At its rate limit a motor gives T. The rotor takes J / dt of each rate that the step gained, the gear passes on eta of what drives and takes
-/// 1 / (2 - 1 / eta) where the wheel does, and the bearing keeps its friction: from what the wheel got, T is found again, whichever way it turns.
+/// At its rate limit a motor gives T. The rotor takes J / dt of each rate gained in the step, the
+/// gear passes eta of a driving torque and takes 1 / (2 - 1 / eta) of a driven one, and the bearing
+/// keeps its friction: from the wheel's torque, T is recovered, in either sense.
 #[test]
 fn at_its_rate_limit_a_motor_gives_what_the_wheel_takes() {
     let (eta, friction_n_m, dt_s, limit_rad_s) = (0.8, 0.02, 1e-3, 10.0);

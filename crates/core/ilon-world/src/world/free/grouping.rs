@@ -1,4 +1,4 @@
-//! Who is solved together in a step, who wakes and who falls asleep.
+//! Determines which bodies are solved together in a step, which wake and which fall asleep.
 
 use std::mem::{swap, take};
 
@@ -9,18 +9,18 @@ use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
 
-/// Slower than this, in a body's unit of speed, is slow: 0.1 mm/s for a cube of 0.2 m.
+/// A body slower than this, in its unit of speed, is slow: 0.1 mm/s for a cube of 0.2 m. Chosen.
 const SLOW: f64 = 1e-4;
-/// What has been slow for so long sleeps, in seconds.
+/// The time after which a slow body falls asleep, in seconds. Chosen.
 const SLEEPS_AFTER_S: f64 = 0.5;
-/// Steps between two looks at what has come apart.
+/// Steps between two checks for groups that have come apart. Chosen.
 const LOOKS_EVERY: u64 = 16;
-/// Steps in which bodies that are put down at rest may show that they do not stay.
+/// Steps in which bodies put down at rest are tested for staying there. Chosen.
 const TRIED: usize = 50;
 
 impl World {
-    /// Finds out which bodies are to be solved together in the coming step, and wakes what
-    /// something comes near to.
+    /// Determines which bodies are solved together in the coming step, and wakes bodies that
+    /// something approaches.
     pub(in crate::world) fn regroup(&mut self, solver: &mut ReactionSolver) {
         if self.islands.is_empty() {
             return;
@@ -32,7 +32,7 @@ impl World {
         self.try_new(solver);
     }
 
-    /// Steps all islands that are awake, and lets those sleep that have come to rest.
+    /// Steps all islands that are awake, and puts those at rest to sleep.
     pub(in crate::world) fn step_islands(&mut self, solver: &mut ReactionSolver) {
         for at in 0..self.islands.awake.len() {
             self.exchange(at);
@@ -49,7 +49,7 @@ impl World {
         }
     }
 
-    /// Says how long each free body among the bodies has been slow.
+    /// Updates for how long each free body has been slow.
     pub(in crate::world) fn count_slow(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             let slow = is_slow(body);
@@ -67,7 +67,7 @@ impl World {
         }
     }
 
-    /// Wakes all that sleeps.
+    /// Wakes all sleeping bodies.
     pub(in crate::world) fn wake_all(&mut self) {
         while let Some(home) = self.islands.asleep.keys().next().copied() {
             let woken = self.islands.wake(home);
@@ -85,7 +85,7 @@ impl World {
         self.islands.let_sleep(island, (kinetic_j, potential_j));
     }
 
-    /// Puts an island in the robots' place, or back.
+    /// Exchanges an island with the robots' group.
     fn exchange(&mut self, at: usize) {
         let island = &mut self.islands.awake[at];
         swap(&mut self.bodies, &mut island.bodies);
@@ -93,11 +93,11 @@ impl World {
         swap(&mut self.energies.springs_j, &mut island.springs_j);
     }
 
-    /// Joins what comes near to each other, until nothing does.
+    /// Joins groups that are near each other, until none are.
     fn put_together(&mut self) {
         let dt_s = self.settings.dt_s;
         let user = self.moving_user_bodies();
-        // Two that a user body is between are solved together, too.
+        // Two bodies with a user body between them are solved together, too.
         let meet = |one: &[Bounds], other: &[Bounds]| {
             let is_between = |of: &Bounds| {
                 let of = std::slice::from_ref(of);
@@ -145,7 +145,7 @@ impl World {
         }
     }
 
-    /// The places of what sleeps and is near to something that is awake.
+    /// The sleeping islands near something that is awake.
     fn woken_by<'a>(&self, awake: impl Iterator<Item = &'a Vec<Bounds>>) -> Vec<u32> {
         let mut woken = Vec::new();
         if self.islands.asleep.is_empty() {
@@ -165,7 +165,7 @@ impl World {
         woken
     }
 
-    /// Parts what has come apart.
+    /// Separates groups that have come apart.
     fn take_apart(&mut self) {
         let only_robots = self.bodies.iter().all(Articulated::is_robot);
         if only_robots && self.islands.awake.is_empty() {
@@ -183,7 +183,7 @@ impl World {
         self.islands.awake = parts;
     }
 
-    /// Lets islands sleep at once that were put down at rest, if they stay where they are.
+    /// Puts islands of bodies put down at rest to sleep at once, if they stay in place.
     fn try_new(&mut self, solver: &mut ReactionSolver) {
         let mut at = 0;
         while at < self.islands.awake.len() {
@@ -236,9 +236,9 @@ fn is_slow(body: &Articulated) -> bool {
     body.state.velocity_m_s.norm() + turns_m_s < SLOW * body.scale.speed_m_s()
 }
 
-/// Whether a body is where it was but for what its contacts give.
+/// Whether a body is in its place, except for the deflection of its contacts.
 fn has_stayed(then: &Articulated, now: &Articulated) -> bool {
-    /// In its unit of length.
+    /// In its unit of length. Chosen.
     const SETTLES: f64 = 1e-4;
     let moved_m = (now.state.center_m() - then.state.center_m()).norm();
     moved_m < SETTLES * now.scale.length_m

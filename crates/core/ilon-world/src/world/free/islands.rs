@@ -1,9 +1,9 @@
 //! Free bodies that are not near a robot: which are solved together, and which sleep.
 //!
 //! Robots and the free bodies near them are one problem; free bodies near one another and far from
-//! robots are an island of their own. So a step costs what moves, and not what lies about. An
-//! island in which all has been slow for a while sleeps with its contacts, until
-//! something that is awake comes near, pushes it, or changes the floor: then it goes on from there.
+//! robots are an island. So the cost of a step depends on the moving bodies only. An island in
+//! which everything has been slow for a while sleeps with its contacts, until something awake comes
+//! near, pushes it, or changes the floor: then it continues from there.
 
 use std::collections::BTreeMap;
 
@@ -18,23 +18,23 @@ use crate::free::FreeBodyId;
 use crate::robot::articulated::Articulated;
 use crate::settings::NEAR;
 
-/// What has come apart is further from each other than what comes together by this factor.
+/// Groups separate at this multiple of the distance at which they join. Chosen.
 const APART: f64 = 3.0;
 
 /// The free bodies that are not near a robot.
 #[derive(Clone, Default)]
 pub(in crate::world) struct Islands {
     next: u32,
-    /// Of all free bodies, in order.
+    /// The identities of all free bodies, in order.
     ids: Vec<FreeBodyId>,
     pub(super) awake: Vec<Island>,
     pub(super) asleep: BTreeMap<u32, Island>,
-    /// Where each body that sleeps does so.
+    /// The island of each sleeping body.
     pub(super) homes: BTreeMap<FreeBodyId, u32>,
     next_home: u32,
-    /// Around each island that sleeps.
+    /// Bounding boxes of the sleeping islands.
     pub(super) tree: Bvh,
-    /// Kinetic and potential energy of all that sleeps, in J.
+    /// Kinetic and potential energy of all sleeping bodies, in J.
     asleep_j: (f64, f64),
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Island {
     pub bodies: Vec<Articulated>,
     pub reactions: Reactions,
     pub springs_j: f64,
-    /// Whether all has been put down at rest, and has not been tried yet.
+    /// Whether all bodies were put down at rest, and have not been tested yet.
     pub is_new: bool,
     /// While it sleeps.
     kinetic_j: f64,
@@ -64,7 +64,7 @@ impl Islands {
         &self.ids
     }
 
-    /// A body with an identity is there no more.
+    /// Removes an identity.
     pub fn forget(&mut self, id: FreeBodyId) {
         self.ids.retain(|of| *of != id);
     }
@@ -95,7 +95,7 @@ impl Islands {
         awake.into_iter().find(|body| id_of(body) == Some(id))
     }
 
-    /// Takes a body out that is awake.
+    /// Removes an awake body.
     pub fn remove(&mut self, id: FreeBodyId) -> Option<Articulated> {
         for (index, island) in self.awake.iter_mut().enumerate() {
             if let Some(at) = place_among(&island.bodies, id) {
@@ -116,22 +116,22 @@ impl Islands {
         all.flat_map(|island| &island.bodies)
     }
 
-    /// Bodies that are not asleep.
+    /// Awake bodies.
     pub fn awake(&self) -> impl Iterator<Item = &Articulated> {
         self.awake.iter().flat_map(|island| &island.bodies)
     }
 
-    /// Energy in the contacts of what is awake, in J.
+    /// Energy in the contacts of awake bodies, in J.
     pub fn springs_j(&self) -> f64 {
         self.awake.iter().map(|island| island.springs_j).sum()
     }
 
-    /// Kinetic and potential energy of what sleeps, in J.
+    /// Kinetic and potential energy of sleeping bodies, in J.
     pub fn asleep_j(&self) -> (f64, f64) {
         self.asleep_j
     }
 
-    /// Lets what sleeps in a place go on.
+    /// Wakes a sleeping island.
     pub(super) fn wake(&mut self, home: u32) -> Option<Island> {
         let mut island = self.asleep.remove(&home)?;
         self.tree.remove(home);
@@ -159,7 +159,7 @@ impl Islands {
         self.weigh();
     }
 
-    /// Adds up the energies of what sleeps, always in the same order.
+    /// Sums the energies of the sleeping bodies, always in the same order.
     fn weigh(&mut self) {
         let all = self.asleep.values();
         self.asleep_j = all.fold((0.0, 0.0), |(kinetic_j, potential_j), island| {
@@ -172,7 +172,7 @@ impl Islands {
 }
 
 impl Island {
-    /// Bodies with what acts on them.
+    /// Bodies with their reactions.
     pub fn of(bodies: Vec<Articulated>, reactions: Reactions) -> Self {
         Self {
             bodies,
@@ -191,7 +191,7 @@ impl Island {
 }
 
 impl Island {
-    /// Splits off what is apart from its first body and from all robots, as islands.
+    /// Splits off the parts that are separate from its first body and from all robots, as islands.
     pub fn split(mut self, dt_s: f64, parts: &mut Vec<Self>) -> Self {
         loop {
             let bounds = near(&self.bodies, dt_s, APART);
@@ -226,7 +226,7 @@ impl Island {
     }
 }
 
-/// Appends bodies with what acted on them.
+/// Appends bodies with their reactions.
 pub(super) fn absorb(
     (bodies, reactions): (&mut Vec<Articulated>, &mut Reactions),
     (more, of_more): (Vec<Articulated>, Reactions),
@@ -235,17 +235,17 @@ pub(super) fn absorb(
     bodies.extend(more);
 }
 
-/// The identity of a free body; `None` of a robot.
+/// The identity of a free body; `None` for a robot.
 pub(in crate::world) fn id_of(body: &Articulated) -> Option<FreeBodyId> {
     body.free().map(|free| free.id)
 }
 
-/// The place of a free body among bodies.
+/// The index of a free body among bodies.
 pub(in crate::world) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> Option<usize> {
     bodies.iter().position(|body| id_of(body) == Some(id))
 }
 
-/// A box around a body, its wheels and all.
+/// The bounding box of a body, including its wheels.
 pub(super) fn bounds(body: &Articulated) -> Bounds {
     let shapes = solids(body, &body.state).map(|solid| solid.bounds());
     let hubs = body.state.hubs().iter().zip(&body.wheels);
@@ -255,8 +255,8 @@ pub(super) fn bounds(body: &Articulated) -> Bounds {
         .fold(Bounds::NONE, |around, of| around.merged(&of))
 }
 
-/// Around each of some bodies, as far as it may be near to another in the coming step; some times
-/// as far.
+/// Boxes around bodies, within which they may be near another one in the coming step, enlarged by a
+/// factor.
 pub(in crate::world) fn near(bodies: &[Articulated], dt_s: f64, times: f64) -> Vec<Bounds> {
     let around = |body: &Articulated| {
         let rates = body.state.wheel_rates_rad_s().iter().zip(&body.wheels);
@@ -274,7 +274,7 @@ pub(super) fn meet(some: &[Bounds], others: &[Bounds]) -> bool {
         .any(|one| others.iter().any(|other| one.meets(other)))
 }
 
-/// The same box as parry has it.
+/// The same box as parry's.
 pub(in crate::world) fn aabb(bounds: &Bounds) -> Aabb {
     Aabb::new(
         convert::vector(&bounds.least_m),

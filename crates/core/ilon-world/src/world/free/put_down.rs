@@ -1,4 +1,4 @@
-//! Where a free body begins: at the height that is said, if it is free there, or put down on
+//! Places a free body at its start: at its given height, if it is free there, or put down on
 //! whatever is beneath it.
 
 use nalgebra::Vector3;
@@ -13,21 +13,22 @@ use crate::robot::articulated::Articulated;
 use crate::world::World;
 use crate::world::free::islands::bounds;
 
-/// How near to touching a body is put down, in metres.
+/// Distance from contact at which a body is put down, in metres. Chosen.
 const PUT_DOWN_M: f64 = 1e-9;
-/// Nearer than this, places are counted in f64, in metres.
+/// Below this distance, positions are computed in f64, in metres. Chosen.
 const NEAR_M: f64 = 1e-4;
-/// The least by which a body is lowered at a time, in metres: beside a wall everything is near all
-/// the way down.
+/// The smallest step of lowering a body, in metres: beside a wall everything is near all the way
+/// down. Chosen.
 const LEAST_LOWERED_M: f64 = 1e-5;
-/// How far rough ground is looked for around a body, in metres.
+/// The distance around a body within which uneven ground is searched, in metres. Chosen.
 const LOOKS_M: f64 = 0.02;
-/// How often a body is lowered by the way to whatever is nearest.
+/// The most steps of lowering a body by the distance to whatever is nearest. Chosen.
 const MOST_LOWERED: usize = 500;
-/// How deep a body may begin in something, in its unit of length: what heights are rounded by.
+/// The largest overlap of a body at its start, in its unit of length: the rounding of heights.
+/// Chosen.
 const ROUNDED: f64 = 1e-3;
 
-/// What a body would begin in.
+/// The obstacle in which a body would start.
 enum Obstacle<'a> {
     Ground,
     Robot,
@@ -35,7 +36,7 @@ enum Obstacle<'a> {
 }
 
 impl World {
-    /// Where the middle of a body begins, in metres, which is built somewhere else.
+    /// The start of the centre of a body, in metres, which was built elsewhere.
     pub(super) fn put_down(
         &self,
         body: &FreeBody,
@@ -72,7 +73,7 @@ impl World {
         all.filter(|body| bounds(body).meets(&column)).collect()
     }
 
-    /// The height at which a body touches what is beneath it, of others that are near.
+    /// The height at which a body touches what is beneath it, given the others near it.
     fn lowered_m(
         &self,
         (built, others): (&Articulated, &[&Articulated]),
@@ -104,7 +105,7 @@ impl World {
                 free_m = next_m;
             }
         }
-        // Where nothing is beneath it, it falls.
+        // Without anything beneath it, it falls.
         let lies = lower_m.is_finite() || self.nearest((built, others), at(free_m)).0 < NEAR_M;
         if lies { free_m } else { from_m }
     }
@@ -113,7 +114,7 @@ impl World {
         solid_at(built, middle_m).map_or(Bounds::NONE, |solid| solid.bounds())
     }
 
-    /// How high the ground and others reach that lie over or under bounds, in metres.
+    /// The heights of the ground and others that are over or under bounds, in metres.
     fn tops_m(&self, own: &Bounds, others: &[&Articulated]) -> impl Iterator<Item = f64> {
         let column = column(own);
         let ground = self.ground.solids().map(|solid| solid.bounds());
@@ -127,8 +128,8 @@ impl World {
         tops.map(|of| of.most_m.z)
     }
 
-    /// How far a body with its middle at a place is from whatever is nearest of the ground and of
-    /// others, in metres, negative where it is in it; and what that is.
+    /// The distance of a body with its centre at a point from the nearest of the ground and of
+    /// others, in metres, negative inside; and that obstacle.
     fn nearest<'a>(
         &self,
         (built, others): (&Articulated, &[&'a Articulated]),
@@ -148,7 +149,7 @@ impl World {
         for body in others {
             let mut least_m = nearest.0;
             for solid in solids(body, &body.state) {
-                // Of what is further away by the boxes around them nothing more is asked.
+                // Those further away by their bounding boxes are skipped.
                 if solid.bounds().apart_m(&bounds) < least_m {
                     least_m = least_m.min(gap_m(&own, &solid));
                 }
@@ -168,22 +169,22 @@ impl World {
     }
 }
 
-/// All that lies over or under bounds.
+/// The column over and under bounds.
 fn column(own: &Bounds) -> Bounds {
     let mut column = *own;
     (column.least_m.z, column.most_m.z) = (f64::NEG_INFINITY, f64::INFINITY);
     column
 }
 
-/// The shape of a free body with its middle at a place.
+/// The shape of a free body with its centre at a point.
 fn solid_at(built: &Articulated, middle_m: Vector3<f64>) -> Option<Solid<'_>> {
     let mut solid = solids(built, &built.state).next()?;
     solid.floor_from_shape.translation.vector += middle_m - built.state.center_m();
     Some(solid)
 }
 
-/// How far two solids are apart, in metres; in f64 where they are near. Of rough ground parry knows
-/// only what is near: further away it is the least that it can be.
+/// The distance between two solids, in metres; in f64 if they are near. For uneven ground parry
+/// knows only what is near: further away the result is a lower bound.
 fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
     let apart_m = own.distance_m(other);
     if apart_m.is_finite() && apart_m > NEAR_M {
@@ -199,7 +200,7 @@ fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
     if gap_m.is_finite() { gap_m } else { else_m }
 }
 
-/// How far the rollers of a robot are from a piece, in metres.
+/// The distance between the rollers of a robot and a piece, in metres.
 fn rollers_gap_m(robot: &Articulated, piece: &Piece) -> f64 {
     let hubs = robot.state.hubs().iter().zip(&robot.wheels);
     let barrels = hubs.flat_map(|(hub, wheel)| {

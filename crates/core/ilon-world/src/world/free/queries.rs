@@ -1,4 +1,4 @@
-//! A world as others see it: every shape in it, and what a ray meets.
+//! Queries of a world: every shape in it, and ray casts.
 
 use ilon_robot::RollerForm;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -13,23 +13,24 @@ use crate::robot::articulated::Articulated;
 use crate::world::World;
 use crate::{BodyId, WorldObject};
 
-/// Where a ray meets something.
+/// A hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RayHit {
-    /// What it meets.
+    /// The object that it hits.
     pub object: WorldObject,
-    /// How far away, in metres.
+    /// Distance, in metres.
     pub distance_m: f64,
-    /// Where in the world, in metres.
+    /// Point in the world, in metres.
     pub place_m: Vector3<f64>,
-    /// Unit normal out of what it meets, in the world.
+    /// Outward unit normal of the object, in the world.
     pub normal: Vector3<f64>,
 }
 
 impl World {
-    /// The first thing that a ray meets within a distance in metres, from a place in the world along a direction of any length; `None` where it
-    /// meets nothing. A ray that begins in something meets it at once.
+    /// The first hit of a ray within a distance in metres, from a point in the world along a
+    /// direction of any length; `None` if it hits nothing. A ray that starts inside an object hits
+    /// it at once.
     pub fn cast_ray(
         &self,
         from_m: Vector3<f64>,
@@ -65,7 +66,7 @@ impl World {
         nearest
     }
 
-    /// Shows every shape of ilon's in the world, and what it is of.
+    /// Passes every shape of ilon's in the world, with its object, to `show`.
     pub(in crate::world) fn each_part(&self, mut show: impl FnMut(WorldObject, Solid<'_>)) {
         if self.ground.is_solid_below() {
             let plane = Solid {

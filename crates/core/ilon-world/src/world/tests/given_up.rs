@@ -1,5 +1,4 @@
-//! A part of a step that is given up, because its contacts could not be solved, has left nothing
-//! behind.
+//! A part of a step that is discarded, because its contacts could not be solved, has no effect.
 
 use ilon_robot::{
     Body, BodyJoint, JointKind, JointRole, JointServo, MassProperties, Pose as PlanarPose, Robot,
@@ -10,7 +9,7 @@ use super::{World, shipped};
 use crate::world::with_solver;
 use crate::{Floor, MotorTorque, Settings};
 
-/// An arm that its servos swing, on rollers with play that motors drive.
+/// An arm moved by servos, on driven rollers with play.
 fn swinging() -> World {
     let mut robot: Robot = shipped("mecanum4");
     let mass = MassProperties {
@@ -44,7 +43,7 @@ fn swinging() -> World {
     World::new(&robot, &Floor::default(), start, &settings).expect("it stands on a plane")
 }
 
-/// Everything that shows where a world is: poses, rates and energies, to the bit.
+/// The observable state of a world: poses, rates and energies, to the bit.
 fn shown(world: &World) -> Vec<u64> {
     let energies = &world.energies;
     let body = &world.bodies[0];
@@ -69,9 +68,9 @@ fn shown(world: &World) -> Vec<u64> {
     all.map(f64::to_bits).collect()
 }
 
-/// One world takes each part at once, another gives up one of twice the length and one of the same
-/// before it: they go the same way to the bit, the arm's targets, the rollers on their axles and
-/// all energies too.
+/// One world takes each part at once, another first discards one of twice the length and one of the
+/// same: both stay identical to the bit, including the arm's targets, the rollers on their axles
+/// and all energies.
 #[test]
 fn what_is_given_up_leaves_no_trace() {
     let (mut at_once, mut anew) = (swinging(), swinging());

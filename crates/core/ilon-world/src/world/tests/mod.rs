@@ -1,4 +1,4 @@
-//! What only the inside of a world shows.
+//! Tests of a world's internals.
 
 mod given_up;
 mod off_the_flat;
@@ -55,7 +55,7 @@ fn momentum_about_origin(body: &Articulated) -> Vector3<f64> {
     sum
 }
 
-/// A robot that floats and tumbles, one of its wheels turning.
+/// A floating, tumbling robot, one of its wheels turning.
 fn tumbling(robot: &Robot, dt_s: f64, angular_rad_s: Vector3<f64>) -> World {
     let settings = Settings {
         dt_s,
@@ -73,8 +73,8 @@ fn tumbling(robot: &Robot, dt_s: f64, angular_rad_s: Vector3<f64>) -> World {
     world
 }
 
-/// By how much of its angular momentum a robot changes it in half a second of floating and
-/// tumbling, while the rollers of one wheel spin at 1e4 rad/s.
+/// The relative change of a robot's angular momentum in half a second of floating and tumbling,
+/// while the rollers of one wheel spin at 1e4 rad/s.
 fn lost_tumbling(dt_s: f64) -> f64 {
     let mut world = tumbling(&shipped("mecanum4"), dt_s, Vector3::new(0.3, -0.2, 0.5));
     for roller in &mut world.bodies[0].wheels[0].rollers {
@@ -94,13 +94,13 @@ fn lost_tumbling(dt_s: f64) -> f64 {
     (angular_momentum(&world) - from).norm() / from.norm()
 }
 
-/// What it takes to turn the flywheels' axes with their hub comes out of the hub, and what their
-/// bearings take goes there: the robot keeps its angular momentum.
+/// The torque that turns the flywheels' axes with their hub comes from the hub, and the bearings'
+/// torques go there: the robot keeps its angular momentum.
 ///
-/// The axes lean by 45 degrees, so that nine rollers carry 9 I w / sqrt 2 = 0.046 kg m^2/s along
-/// the hub's, with I = 7.2e-7 kg m^2. Turned at 0.6 rad/s for half a second that is 0.01 kg m^2/s,
-/// a tenth of what the robot has, and would come from nowhere. A step of dt is right to second
-/// order in that, and to first in what little the bearings take: half the step, at most half the
+/// The axes are tilted by 45 degrees, so that nine rollers carry 9 I w / sqrt 2 = 0.046 kg m^2/s
+/// along the hub's, with I = 7.2e-7 kg m^2. Turned at 0.6 rad/s for half a second that is 0.01 kg
+/// m^2/s, a tenth of the robot's angular momentum. A step of dt is accurate to second order in
+/// that, and to first order in the small effect of the bearings: at half the step, at most half the
 /// error.
 #[test]
 fn flywheels_keep_the_angular_momentum_of_a_robot_that_tumbles() {
@@ -109,8 +109,8 @@ fn flywheels_keep_the_angular_momentum_of_a_robot_that_tumbles() {
     assert!(fine < 0.6 * coarse, "{fine:.1e} for {coarse:.1e}");
 }
 
-/// By how much of its energy a robot of free rollers changes it in half a second of floating and
-/// tumbling with a wheel that turns.
+/// The relative change of the energy of a robot with free rollers in half a second of floating and
+/// tumbling with a turning wheel.
 fn gained_tumbling(dt_s: f64) -> f64 {
     let mut robot = shipped("mecanum4");
     for wheel in &mut robot.wheels {
@@ -127,7 +127,7 @@ fn gained_tumbling(dt_s: f64) -> f64 {
     (world.energy().kinetic_j - from_j).abs() / from_j
 }
 
-/// Nothing does work on a robot that tumbles freely. It turns by 1.6 rad, 3 mrad a step, and a step
+/// Nothing does work on a freely tumbling robot. It turns by 1.6 rad, 3 mrad per step, and a step
 /// is of second order: half of it, a quarter of the error.
 #[test]
 fn a_robot_that_tumbles_keeps_its_energy_to_second_order_of_the_step() {
@@ -137,9 +137,9 @@ fn a_robot_that_tumbles_keeps_its_energy_to_second_order_of_the_step() {
     assert!(fine < 0.3 * coarse, "{fine:.1e} for {coarse:.1e}");
 }
 
-/// A robot that falls on its back loses what it had in height to the hits of its chassis, and to
-/// its scraping: 11 kg over some
-/// 0.45 m, 50 J. The balance closes to a hundredth; without the chassis all of it would be missing.
+/// A robot that falls on its back loses its potential energy to impacts and scraping of its
+/// chassis: 11 kg over some 0.45 m, 50 J. The balance closes to a hundredth; without the chassis
+/// all of it would be missing.
 #[test]
 fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
     let robot = shipped("mecanum4");
@@ -164,8 +164,8 @@ fn a_fall_on_its_back_goes_into_the_hits_of_the_chassis() {
     );
 }
 
-/// A motor within its bounds is a straight line, which is solved with the masses: no law beside is
-/// there to be solved, whether what pushes the robot takes the torque up along its line or down.
+/// A motor within its limits is linear and solved with the masses: it needs no law of its own,
+/// whether a push moves it up or down its line.
 #[test]
 fn motors_on_their_line_need_no_law_of_their_own() {
     let robot = shipped("mecanum4");
@@ -188,8 +188,8 @@ fn motors_on_their_line_need_no_law_of_their_own() {
     }
 }
 
-/// The jump of a hand-over is over before motors react: it takes the robot the same way whether
-/// their torques fall with the rate or not.
+/// The jump of a hand-over ends before motors react: the robot moves the same way whether their
+/// torques fall with the rate or not.
 #[test]
 fn motors_do_not_react_within_the_jump_of_a_hand_over() {
     let settings = Settings {
@@ -217,7 +217,7 @@ fn motors_do_not_react_within_the_jump_of_a_hand_over() {
         let ways = (way_of_step(&mut world), way_of_step(&mut constant));
         if let (Some(falls), Some(stays)) = ways {
             jumps += 1;
-            // What rounding makes of the responses with motors and without.
+            // Rounding of the responses with motors and without.
             let apart = (falls - stays).norm();
             assert!(apart < 1e-10, "{apart:e}");
         }
@@ -225,8 +225,8 @@ fn motors_do_not_react_within_the_jump_of_a_hand_over() {
     assert!(jumps > 3, "{jumps} jumps");
 }
 
-/// While a robot stands, what may touch in a step is within a fiftieth of a wheel's radius, 1 mm:
-/// the floor under each wheel, not a wall 10 mm ahead, and of the chassis nothing.
+/// While a robot stands, only places within a fiftieth of a wheel's radius, 1 mm, are found: the
+/// floor under each wheel, not a wall 10 mm ahead, and nothing of the chassis.
 #[test]
 fn only_what_is_near_is_looked_at() {
     let robot = shipped("mecanum4");
@@ -265,9 +265,9 @@ fn only_what_is_near_is_looked_at() {
     }
 }
 
-/// Each wheel counts for what motors feel: by what one hub has more about its axle the mean grows
-/// by a fourth, and where one has less, that is the least. The sums are rounded to some 1e-16 of
-/// them.
+/// Each wheel contributes to the inertia that motors feel: an increase of one hub about its axle
+/// increases the mean by a fourth, and a smaller one is the minimum. The sums are rounded to some
+/// 1e-16.
 #[test]
 fn each_wheel_counts_for_what_motors_feel() {
     let robot = shipped("mecanum4");
@@ -299,7 +299,7 @@ fn standing(robot: &Robot, settings: &Settings) -> World {
     World::new(robot, &Floor::default(), PlanarPose::default(), settings).expect("it stands")
 }
 
-/// Motors feel what the chassis carries and what it bears of another engine's, both together.
+/// Motors feel the chassis's loads and the coupled inertia of another engine, both together.
 #[test]
 fn motors_feel_payloads_and_what_is_attached() {
     let robot = shipped("mecanum4");
@@ -312,8 +312,8 @@ fn motors_feel_payloads_and_what_is_attached() {
     assert_eq!(world.bodies[0].wheel_inertia, expected);
 }
 
-/// What turns on the spot may move as fast as its chassis's furthest corner does, and no faster
-/// than a ball about all of it.
+/// A chassis that turns on the spot may move as fast as its furthest corner, and no faster than a
+/// ball around it.
 #[test]
 fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     let robot = shipped("mecanum4");
@@ -339,9 +339,9 @@ fn the_furthest_way_of_a_chassis_is_that_of_its_corner() {
     );
 }
 
-/// What another engine moves along with the chassis, and the same mass as a payload there, set the
-/// same against a push from rest; and what it takes of the push's work is not the robot's: what
-/// came from outside is what the robot alone has. In weightlessness, at a place off all axes.
+/// Bodies that another engine moves along with the chassis have the same inertia as a payload there
+/// against a push from rest, and the part of the push's work that they take is not the robot's: the
+/// external energy equals the robot's. Without gravity, at a point off all axes.
 #[test]
 fn what_is_attached_weighs_as_a_payload_does() {
     let robot = shipped("mecanum4");
@@ -362,7 +362,7 @@ fn what_is_attached_weighs_as_a_payload_does() {
         world.step();
         let body = &world.bodies[0];
         let state = &body.state;
-        // Of the origin of the body frame, for the two have other centres of mass.
+        // Of the origin of the body frame, because the two have different centres of mass.
         let to_center_m = body.chassis_mass.center_of_mass_m;
         let origin_m = state.center_m() - state.floor_from_chassis().rotation * to_center_m;
         (state.chassis_velocity_m_s(&origin_m), state.angular_rad_s)
@@ -383,7 +383,7 @@ fn what_is_attached_weighs_as_a_payload_does() {
     bears.robot_mut().attach(Some(&inertia));
     let (v, w) = pushed(&mut carries);
     let (borne_v, borne_w) = pushed(&mut bears);
-    // Of second order in a turn by some 1e-4 rad.
+    // Second order in a rotation by some 1e-4 rad.
     assert!((borne_v - v).norm() < 1e-3 * v.norm(), "{borne_v} {v}");
     assert!((borne_w - w).norm() < 1e-3 * w.norm(), "{borne_w} {w}");
     let energy = bears.energy();

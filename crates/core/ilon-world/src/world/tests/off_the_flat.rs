@@ -1,4 +1,4 @@
-//! Landings, tilted robots, robots that lie: what a contact must not do wherever it is.
+//! Landings, tilted robots, robots on their side: properties of contacts in any pose.
 
 use ilon_robot::{Pose as PlanarPose, Robot};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -17,7 +17,7 @@ fn world(robot: &Robot, dt_s: f64, bodies: RollerBodies) -> World {
         .expect("a robot above a plane")
 }
 
-/// Puts a robot into an attitude, its lowest part so high above the plane.
+/// Places a robot in an attitude, its lowest point at a height above the plane.
 fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     let mut pose = *world.bodies[0].state.floor_from_chassis();
     pose.rotation = rotation;
@@ -30,13 +30,14 @@ fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     world.bodies[0].state.place(pose);
 }
 
-/// Whatever the height of the fall and wherever in the step it ends, the robot stays down.
+/// For any height of the fall and any time of landing within the step, the robot stays down.
 #[test]
 fn a_landing_does_not_bounce() {
     let robot = shipped("mecanum4");
     for (dt_s, bodies) in [(2.5e-3, RollerBodies::Near), (1e-3, RollerBodies::All)] {
         for drop_m in [1e-3_f64, 5e-3, 0.02, 0.05] {
-            // From one phase of the step to the next the height of the fall differs by a part of what it moves in one.
+            // Between the phases of the step the height of the fall differs by a part of the
+            // displacement in one.
             let a_step_m = dt_s * (2.0 * 9.81 * drop_m).sqrt();
             for phase in 0..8 {
                 let drop_m = drop_m + a_step_m * f64::from(phase) / 8.0;
@@ -60,8 +61,9 @@ fn a_landing_does_not_bounce() {
     }
 }
 
-/// Of m kg on four contacts of k N/m the damping ratio is tau sqrt(k / m): 0.58 of 300 kg at the default. It returns
-/// exp(-pi 0.58 / sqrt(1 - 0.58^2)) = 0.11 of the speed, 1.1 % of the height; friction of the step itself takes some of that.
+/// For m kg on four contacts of k N/m the damping ratio is tau sqrt(k / m): 0.58 for 300 kg at the
+/// default. It returns exp(-pi 0.58 / sqrt(1 - 0.58^2)) = 0.11 of the speed, 1.1 % of the height;
+/// numerical dissipation reduces that.
 #[test]
 fn a_heavy_robot_does_not_bounce_at_short_steps_either() {
     let mut robot = shipped("mecanum4");
@@ -84,8 +86,8 @@ fn a_heavy_robot_does_not_bounce_at_short_steps_either() {
     }
 }
 
-/// The lowest point of a tilted robot need not be that of the roller that hangs straight down. It falls by 0.1 mm, and over onto
-/// its wheels or its side, while it scrapes along.
+/// The lowest point of a tilted robot need not be that of the roller that hangs straight down. It
+/// falls by 0.1 mm, and over onto its wheels or its side, while it scrapes along.
 #[test]
 fn tilted_it_comes_down_onto_what_is_lowest() {
     let robot = shipped("mecanum4");
@@ -104,9 +106,9 @@ fn tilted_it_comes_down_onto_what_is_lowest() {
                     world.step();
                     deepest_m = deepest_m.max(world.robot().penetration_m());
                     let said = format!("{dt_s} s, {tilt_deg} degrees, {:.3} s", world.time_s());
-                    // It meets the ground at sqrt(2 g 0.1 mm) = 0.044 m/s, with 11 kg on a spring of 1e8 N/m:
-                    // 0.044 sqrt(11 / 1e8) = 15 um. It falls over by some centimetres, at 0.5 m/s, onto two wheels:
-                    // 0.5 sqrt(5.5 / 2e8) = 80 um without the damper.
+                    // It meets the ground at sqrt(2 g 0.1 mm) = 0.044 m/s, with 11 kg on a spring
+                    // of 1e8 N/m: 0.044 sqrt(11 / 1e8) = 15 um. It falls over by some centimetres,
+                    // at 0.5 m/s, onto two wheels: 0.5 sqrt(5.5 / 2e8) = 80 um without the damper.
                     let most_m = if world.time_s() < 0.06 { 2e-5 } else { 6e-5 };
                     assert!(deepest_m < most_m, "{said}: {deepest_m:.1e} m");
                     let residual_m_s = world.contact_residual_m_s();
@@ -117,7 +119,7 @@ fn tilted_it_comes_down_onto_what_is_lowest() {
     }
 }
 
-/// A robot that stands nearly on its nose has a heading all the same: a turn about the vertical by so much.
+/// A robot that stands nearly on its nose still has a heading: a rotation about the vertical.
 #[test]
 fn the_angles_of_the_body_keep_their_digits_however_steep_it_stands() {
     let robot = shipped("mecanum4");
@@ -130,8 +132,8 @@ fn the_angles_of_the_body_keep_their_digits_however_steep_it_stands() {
             0.1,
         );
         let body = world.robot().state();
-        // The pitch keeps all its digits. Heading and roll are as uncertain as the last digit of what is left of the cosine of the
-        // pitch.
+        // The pitch keeps all its digits. Heading and roll are as uncertain as the last digit of
+        // what is left of the cosine of the pitch.
         assert!(
             (body.pitch_rad - pitch_rad).abs() < 1e-14,
             "{} is not {pitch_rad}",
@@ -170,7 +172,7 @@ fn a_robot_that_lies_comes_to_rest_and_stays_there() {
                 world.step();
             }
             let drift_m = (world.bodies[0].state.center_m() - place_m).norm();
-            // A micrometre is what the springs of the contacts give.
+            // The deflection of the contacts' springs is a micrometre.
             assert!(
                 drift_m < 1e-6,
                 "{roll_deg}, {pitch_deg}: {drift_m:.1e} m in a second"

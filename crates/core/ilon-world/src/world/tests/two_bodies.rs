@@ -1,4 +1,4 @@
-//! Two robots in one world that touch each other: the laws hold between bodies as they do on the ground.
+//! Two robots in one world that touch each other: the laws hold between bodies as on the ground.
 
 use ilon_robot::{Collision, CollisionShape, Pose as PlanarPose, Robot, Scale};
 use nalgebra::{Isometry3, Vector3};
@@ -11,7 +11,7 @@ use crate::{Floor, Settings};
 
 const RADIUS_M: f64 = 0.3;
 
-/// The robot's centre of mass in the body frame, in metres, its wheels and all.
+/// The robot's centre of mass in the body frame, in metres, including its wheels.
 fn center_of_mass_m(robot: &Robot) -> Vector3<f64> {
     let chassis = &robot.chassis.mass;
     let mut moment = chassis.mass_kg * chassis.center_of_mass_m;
@@ -27,7 +27,7 @@ fn center_of_mass_m(robot: &Robot) -> Vector3<f64> {
     moment / robot.mass_kg()
 }
 
-/// A shipped robot within a ball around its centre of mass, by which alone it touches others.
+/// A shipped robot within a ball around its centre of mass, which is its only contact shape.
 fn in_a_ball(name: &str) -> Robot {
     let mut robot = shipped(name);
     robot.chassis.collisions = vec![Collision {
@@ -37,7 +37,8 @@ fn in_a_ball(name: &str) -> Robot {
     robot
 }
 
-/// A weightless world of two robots high above the ground, each with its centre of mass at a place and a velocity, in m and m/s.
+/// A weightless world of two robots high above the ground, each with its centre of mass at a place
+/// and a velocity, in m and m/s.
 fn floating(
     dt_s: f64,
     robots: [&Robot; 2],
@@ -80,10 +81,12 @@ fn momentum(body: &Articulated) -> Vector3<f64> {
     sum
 }
 
-/// Two balls that just touch, one coming in with w along the line between their centres and s across it. On paper, with both
-/// centres of mass on that line and 1/m = 1/m_A + 1/m_B: nothing bounces, and the contact gives by c = 1 / (k dt (dt + tau)) of
-/// what it carries, so that p_n (1/m + c) = w, whatever friction does, for its impulse turns the balls and does not move them
-/// along the line. It slides all along, so that p_t = mu p_n against s. B gets the opposite of what A gets.
+/// Two balls that just touch, one approaching with w along the line between their centres and s
+/// across it. By hand, with both centres of mass on that line and 1/m = 1/m_A + 1/m_B: nothing
+/// bounces, and the contact deflects by c = 1 / (k dt (dt + tau)) of its load, so that p_n (1/m +
+/// c) = w, whatever friction does, because its impulse turns the balls and does not move them along
+/// the line. It slides all the time, so that p_t = mu p_n against s. B gets the opposite of A's
+/// impulse.
 #[test]
 fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     let (a, b) = (in_a_ball("mecanum4"), in_a_ball("volksbot"));
@@ -114,8 +117,8 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     let gives = 1.0 / (stiffness_n_m * dt_s * (dt_s + crate::contact_relaxation_s(&softer)));
     let pressed = closes / (1.0 / a.mass_kg() + 1.0 / b.mass_kg() + gives);
     let on_paper = -pressed * line - friction * pressed * across;
-    // Until the middle of the step the line turns by s dt / (4 R). Their places are known to 3e-13 m so far out, and a gap of that is closed
-    // in the step before anything presses.
+    // Until the middle of the step the line turns by s dt / (4 R). Positions so far out are
+    // accurate to 3e-13 m, and a gap of that size is closed in the step before anything presses.
     let turned = slides * dt_s / (4.0 * RADIUS_M);
     let open_m_s = 3e-13 / dt_s;
     let apart = 2.0 * turned * slides / closes + open_m_s / closes;
@@ -137,7 +140,8 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     // A few roundings of places 1500 m out, 2e-13 m each.
     let off_m = (contact.at_m - touches_m).norm();
     assert!(off_m < 2e-12, "{off_m:e}");
-    // The impulse is what the two momenta show, along the contact's own frame and on A; and as large as friction can be.
+    // The impulse equals the changes of both momenta, along the contact's own frame and on A; and
+    // its friction is at the limit.
     let impulse = contact.impulse;
     let as_vector = impulse.x * normal + impulse.y * along + impulse.z * across;
     assert!((as_vector - on_a).norm() < 1e-6 * pressed, "{as_vector}");
@@ -145,8 +149,8 @@ fn two_robots_that_hit_each_other_get_equal_and_opposite_impulses() {
     assert!((rubbed - friction * impulse.x).abs() < 1e-9 * pressed);
 }
 
-/// Two robots that meet with corners and sides, in no symmetric way, keep their momentum and angular momentum, part again
-/// or rest on each other, and gain no energy.
+/// Two robots that collide with corners and sides, without symmetry, keep their momentum and
+/// angular momentum, separate again or rest on each other, and gain no energy.
 #[test]
 fn robots_that_run_into_each_other_keep_their_momenta() {
     let (a, b) = (shipped("mecanum4"), shipped("volksbot"));
@@ -169,14 +173,16 @@ fn robots_that_run_into_each_other_keep_their_momenta() {
                 .filter(|reaction| reaction.b != Partner::Itself)
                 .any(|reaction| reaction.impulse.x > 0.0),
         );
-        // Between hits the turning frames, of second order in the step, are all there is.
+        // Between impacts the only error is that of the rotating frames, of second order in the
+        // step.
         assert!(now_j < last_j + 1e-6 * first_j, "{now_j} after {last_j}");
         last_j = now_j;
     }
     assert!(steps_in_contact > 0, "they missed each other");
     assert!(last_j < 0.9 * first_j, "{last_j} of {first_j}");
     let lost = (linear(&world) - from).norm() / from.norm();
-    // The chassis's velocities are summed, whose share of the whole turns within a step: of second order.
+    // The chassis's velocities are summed, and its share of the total rotates within a step: second
+    // order.
     assert!(lost < 1e-6, "{lost:e}");
     let lost = (angular_momentum(&world) - turning).norm() / turning.norm();
     assert!(lost < 1e-3, "{lost:e}");

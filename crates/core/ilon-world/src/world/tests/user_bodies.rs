@@ -1,4 +1,4 @@
-//! What is kept of user bodies from step to step.
+//! The stored data of user bodies from step to step.
 
 use ilon_robot::Pose as PlanarPose;
 use rapier3d::prelude::*;
@@ -6,7 +6,7 @@ use rapier3d::prelude::*;
 use super::{World, shipped};
 use crate::{Floor, Settings, WorldObject};
 
-/// A body beside a robot is coupled to each step, with its four places on the floor: no more than
+/// A body beside a robot is coupled to each step, with its four contacts on the floor: no more than
 /// these are kept.
 #[test]
 fn what_is_kept_of_a_body_beside_a_robot_does_not_grow() {
@@ -21,7 +21,7 @@ fn what_is_kept_of_a_body_beside_a_robot_does_not_grow() {
         }
     });
     let rapier = world.rapier_mut().expect("ilon solves the contacts");
-    // Half a millimetre before the robot, which is near.
+    // Half a millimetre before the robot, which counts as near.
     let x_m = front_m + 0.0505;
     let place = RigidBodyBuilder::dynamic().translation(Vector::new(x_m, 0.0, 0.05));
     rapier.insert(place, ColliderBuilder::cuboid(0.05, 0.05, 0.05).mass(1.0));

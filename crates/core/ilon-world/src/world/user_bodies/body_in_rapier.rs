@@ -1,4 +1,4 @@
-//! A user body as one more articulated body of a step, as rapier has it.
+//! A user body as one more articulated body of a step, with rapier's data.
 
 use ilon_robot::{Chassis, MassProperties, Scale};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
@@ -15,24 +15,24 @@ use crate::robot::payload::ActingPush;
 use crate::robot::shared_robot::{BodyShape, SharedRobot};
 use crate::settings::{ContactSpring, Settings};
 
-/// The mass along an axis, or inertia about one, that is locked: so many times the mass of the
-/// heaviest body near it.
+/// The mass along a locked axis, or inertia about one, relative to the mass of the heaviest body
+/// near it. Chosen.
 const IMMOVABLE: f64 = 1e9;
 
-/// A user body, with what of it ilon's step needs.
+/// A user body, with the data for ilon's step.
 pub(super) struct BodyInRapier {
     floor_from_body: Isometry3<f64>,
     mass: MassProperties,
     /// Velocity of its centre of mass in m/s, and its angular velocity in rad/s.
     pub(super) velocities: (Vector3<f64>, Vector3<f64>),
-    /// Its weight with the program's forces on it: force in N and torque in N m.
+    /// Its weight and the program's forces on it: force in N and torque in N m.
     force: Spatial,
-    /// The axes of the world along which, and then about which, nothing moves it.
+    /// The axes of the world along which, and then about which, it is locked.
     locked: [bool; 6],
 }
 
 impl BodyInRapier {
-    /// What is fixed, in a pose.
+    /// A fixed body in a pose.
     pub(super) fn fixed(floor_from_body: &Pose) -> Self {
         Self {
             floor_from_body: convert::isometry(floor_from_body),
@@ -79,7 +79,7 @@ impl BodyInRapier {
         this
     }
 
-    /// As an articulated body at contact.
+    /// As an articulated body for contacts.
     pub(super) fn built(
         &self,
         user: UserBody,
@@ -113,15 +113,15 @@ impl BodyInRapier {
         body
     }
 
-    /// Its units of scale: those of a free body within the same box, but at most a robot's.
+    /// Its units: those of a free body within the same box, but at most a robot's.
     fn scale(&self, around: &Bounds, settings: &Settings) -> Scale {
-        /// In metres.
+        /// In metres. Chosen.
         const LARGE: f64 = 0.25;
         let sizes_m = (around.most_m - around.least_m).map(|size| size.clamp(1e-3, 1e3));
         let is_fixed = self.locked[..3].iter().all(|locked| *locked);
         Scale {
             length_m: (0.5 * libm::cbrt(sizes_m.product())).min(LARGE),
-            // What nothing moves is as hard as anything.
+            // Immovable bodies are as stiff as the stiffest.
             load_kg: if is_fixed {
                 1e6
             } else {
@@ -131,7 +131,7 @@ impl BodyInRapier {
         }
     }
 
-    /// Makes it immovable along its locked axes and about them.
+    /// Makes it immovable along and about its locked axes.
     pub(super) fn hold(&self, body: &mut Articulated, heaviest_kg: f64) {
         if !self.locked.contains(&true) {
             return;
@@ -144,7 +144,7 @@ impl BodyInRapier {
         body.mechanics.attached = Some(Box::new(Attached::new(inertia, &Vector3::zeros())));
     }
 
-    /// What will act on it in rapier besides contacts, as a push in the step.
+    /// rapier's forces on it besides contacts, as a push in the step.
     pub(super) fn acts(&self, exchange: &Exchange, dt_s: f64) -> ActingPush {
         let turn = self.floor_from_body.rotation.to_rotation_matrix();
         let inertia = turn * self.mass.inertia_kg_m2 * turn.transpose();

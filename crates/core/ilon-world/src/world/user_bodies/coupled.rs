@@ -1,4 +1,4 @@
-//! User bodies near what ilon moves take part in its step, as coupled bodies behind all others.
+//! Couples user bodies near ilon's bodies to its step, as coupled bodies after all others.
 
 use rapier3d::prelude::*;
 
@@ -11,12 +11,12 @@ use crate::settings::Settings;
 use crate::world::World;
 use crate::world::free::islands::{near, place_among};
 
-/// The most coupled bodies: a heap that a robot pushes may have more, of which rapier alone moves
-/// the furthest.
+/// The most coupled bodies: of a larger heap that a robot pushes, the furthest are moved by rapier
+/// alone. Chosen.
 const MOST: usize = 24;
 
 impl World {
-    /// Adds the user bodies near the bodies here to them, with their contacts of the last step.
+    /// Adds the user bodies near the bodies here, with their contacts of the last step.
     pub(in crate::world) fn couple_user_bodies(&mut self) {
         let Some(mut rapier) = self.user_bodies.take() else {
             return;
@@ -36,7 +36,7 @@ impl World {
                 match (place(&contact.a), contact.b.as_ref().map(place)) {
                     (Some(a), None) => self.reactions.go_on(contact.reaction, a, None),
                     (Some(a), Some(Some(b))) => self.reactions.go_on(contact.reaction, a, Some(b)),
-                    // Another island may have it.
+                    // It may belong to another island.
                     _ => elsewhere.push(contact),
                 }
             }
@@ -45,8 +45,8 @@ impl World {
         self.user_bodies = Some(rapier);
     }
 
-    /// Takes the coupled bodies out again, which are those from a place on, and notes what was done
-    /// to them.
+    /// Removes the coupled bodies, which are those from an index on, and records the impulses on
+    /// them.
     pub(in crate::world) fn release_user_bodies(&mut self, first: usize) {
         let Some(rapier) = &mut self.user_bodies else {
             return;
@@ -65,7 +65,7 @@ impl World {
             rapier.contacts_now.push(CoupledContact { a, b, reaction });
         }
         if self.bodies.len() > first {
-            // What is near a body that rapier moves may not fall asleep.
+            // A body near one that rapier moves must not fall asleep.
             let free = self.bodies[..first]
                 .iter_mut()
                 .filter_map(Articulated::free_mut);
@@ -92,14 +92,14 @@ impl World {
     }
 }
 
-/// The place of a user body among coupled bodies.
+/// The index of a user body among coupled bodies.
 fn place_of(coupled: &[Articulated], user: UserBody) -> Option<usize> {
     let is_it = |body: &Articulated| body.coupled().is_some_and(|of| of.body == user);
     coupled.iter().position(is_it)
 }
 
 impl UserBodies {
-    /// The user bodies near bodies, and those that these touch in rapier, as coupled bodies behind
+    /// The user bodies near bodies, and those that these touch in rapier, as coupled bodies after
     /// them.
     fn coupled_to(&mut self, here: &[Articulated], settings: &Settings) -> Vec<Articulated> {
         let dt_s = settings.dt_s;
@@ -136,7 +136,7 @@ impl UserBodies {
                     coupled.push(self.as_articulated(user, heaviest_kg, settings)?);
                     Some(coupled.len() - 1)
                 });
-                // Each pair once: by the one that stands behind, or by the one that rapier moves.
+                // Each pair once: by the later one, or by the one that rapier moves.
                 let is_counted = |other: &usize| *other < at || !self.moves(user);
                 if let Some(other) = other.filter(is_counted) {
                     contacts.push(RapierContact {
@@ -153,7 +153,7 @@ impl UserBodies {
         coupled
     }
 
-    /// A user body as a coupled one; the heaviest body near it has so much.
+    /// A user body as a coupled one, given the mass of the heaviest body near it.
     fn as_articulated(
         &mut self,
         user: UserBody,

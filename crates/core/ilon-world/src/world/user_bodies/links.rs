@@ -1,4 +1,4 @@
-//! What ilon moves, and the ground, as colliders of rapier's world.
+//! ilon's bodies and the ground as colliders of rapier's world.
 
 use rapier3d::prelude::*;
 
@@ -8,8 +8,8 @@ use crate::engine::convert;
 use crate::world::World;
 
 impl World {
-    /// Puts every shape of ilon's where it is now; one that is new is put in, and one that is gone
-    /// is taken out.
+    /// Updates the pose of every shape of ilon's bodies; new ones are inserted, and vanished ones
+    /// removed.
     pub(super) fn place_links(&self, rapier: &mut UserBodies) {
         let UserBodies {
             world,
@@ -24,7 +24,7 @@ impl World {
             let key = (object, *counted);
             *counted += 1;
             let pose = convert::pose(&part.floor_from_shape);
-            // The program may have taken it out.
+            // The program may have removed it.
             let stands = before
                 .remove(&key)
                 .filter(|handle| world.colliders.contains(*handle));
@@ -55,7 +55,7 @@ fn collider(object: WorldObject, shape: SharedShape, pose: Pose) -> ColliderBuil
     if object == WorldObject::Ground {
         collider.active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
     } else {
-        // They touch, but ilon solves for what they do.
+        // rapier finds their contacts, but ilon solves them.
         collider.solver_groups(InteractionGroups::none())
     }
 }

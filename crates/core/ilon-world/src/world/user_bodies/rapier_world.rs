@@ -1,4 +1,4 @@
-//! rapier's world with the user bodies, and what of it lasts from step to step.
+//! rapier's world with the user bodies, and the data that last from step to step.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,11 @@ use crate::{FreeBodyId, WorldObject};
 /// rapier's world with the user bodies, and with ilon's shapes as colliders among them.
 pub(in crate::world) struct UserBodies {
     pub(super) world: PhysicsWorld,
-    /// Each shape of each of ilon's objects, counted.
+    /// Each shape of each of ilon's objects, numbered.
     pub(super) links: BTreeMap<(WorldObject, usize), ColliderHandle>,
-    /// What each of these colliders is of.
+    /// The object of each of these colliders.
     pub(super) objects: BTreeMap<RawHandle, WorldObject>,
-    /// Of each body that was coupled to the last step, or is to this one.
+    /// For each body coupled to the last step, or to this one.
     pub(super) exchanges: BTreeMap<RawHandle, Exchange>,
     /// The contacts of coupled bodies in the last step, and in this one so far.
     pub(super) contacts: Vec<CoupledContact>,
@@ -26,7 +26,7 @@ pub(in crate::world) struct UserBodies {
 }
 
 impl UserBodies {
-    /// A world in which nothing stands yet.
+    /// An empty world.
     pub(super) fn new() -> Self {
         Self {
             world: PhysicsWorld::new(),
@@ -40,17 +40,17 @@ impl UserBodies {
     }
 }
 
-/// What a coupled body and ilon's step exchange; velocities in m/s and rad/s.
+/// The exchange between a coupled body and ilon's step; velocities in m/s and rad/s.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exchange {
-    /// Impulse of its contacts with what ilon moves in the step, in N s, and its moment about its
+    /// Impulse of its contacts with ilon's bodies in the step, in N s, and its moment about its
     /// centre of mass.
     pub(super) impulse: Spatial,
-    /// The part of it that acts over the step: it balances what rapier will do.
+    /// The part of it that acts over the step: it balances rapier's own forces.
     pub(super) over_step: Spatial,
-    /// The velocities that it should have after the step.
+    /// Its expected velocities after the step.
     pub(super) expected: Spatial,
-    /// How much more joints gave it in the last step, and what of that is foreseen.
+    /// The additional velocity change by joints in the last step, and its predicted part.
     pub(super) missed: Spatial,
     pub(super) foreseen: Spatial,
     /// Whether it is coupled to this step.
@@ -63,8 +63,8 @@ pub(super) type Spatial = [Vector3<f64>; 2];
 
 impl Clone for UserBodies {
     fn clone(&self) -> Self {
-        // What lasts from step to step is copied; the pipelines and the solver of fast bodies hold
-        // room to work in alone.
+        // Data that last from step to step are copied; the pipelines and the solver of fast bodies
+        // have only work space.
         let world = &self.world;
         Self {
             world: PhysicsWorld {
@@ -92,7 +92,7 @@ impl Clone for UserBodies {
     }
 }
 
-/// A contact of a coupled body: between A and B, or between A and what is fixed.
+/// A contact of a coupled body: between A and B, or between A and a fixed one.
 #[derive(Clone)]
 pub(super) struct CoupledContact {
     pub(super) a: BodyKey,
@@ -100,7 +100,7 @@ pub(super) struct CoupledContact {
     pub(super) reaction: Reaction,
 }
 
-/// What identifies a body from step to step.
+/// The identity of a body from step to step.
 #[derive(Clone, Copy)]
 pub(super) enum BodyKey {
     Robot(usize),

@@ -1,4 +1,4 @@
-//! Where user bodies are near what ilon moves, and what they touch, as rapier has it.
+//! Finds the user bodies near ilon's bodies, and their contacts in rapier.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,8 @@ use crate::world::World;
 use crate::world::free::islands::aabb;
 
 impl World {
-    /// Around each user body that moves, as far as it may be near to something in the coming step.
+    /// Boxes around the moving user bodies, within which they may be near something in the coming
+    /// step.
     pub(in crate::world) fn moving_user_bodies(&self) -> Vec<Bounds> {
         let rapier = self.user_bodies.as_ref();
         rapier.map_or_else(Vec::new, |rapier| rapier.moving(self.settings.dt_s))
@@ -35,16 +36,15 @@ impl UserBodies {
         body.is_dynamic().then_some(body)
     }
 
-    /// The contacts that rapier solves for a user body, each with the body that it touches if that
-    /// is not fixed.
+    /// The contacts that rapier solves for a user body, each with its partner if that is not fixed.
     pub(super) fn touched_by(&self, user: UserBody) -> Vec<(Option<UserBody>, RapierContact)> {
         let Some(body) = self.moved(user) else {
             return Vec::new();
         };
         let colliders = body.colliders().iter();
         let pairs = colliders.flat_map(|collider| self.world.contact_pairs_with(*collider));
-        // rapier finds what ilon moves too, but solves nothing there: counted as a contact of its
-        // own it would bear a coupled body in ilon's step and not in rapier's.
+        // rapier also finds contacts with ilon's bodies, but does not solve them: counted here,
+        // they would support a coupled body in ilon's step and not in rapier's.
         let is_solved = |manifold: &&ContactManifold| {
             let flags = manifold.data.solver_flags;
             flags.contains(SolverFlags::COMPUTE_RIGID_IMPULSES)
@@ -58,8 +58,7 @@ impl UserBodies {
         contacts.collect()
     }
 
-    /// A contact that rapier found for a user body, and the body that it touches if that is not
-    /// fixed.
+    /// A contact that rapier found for a user body, and its partner if that is not fixed.
     fn contact(
         &self,
         user: UserBody,
@@ -75,7 +74,8 @@ impl UserBodies {
         } else {
             (1, 0)
         };
-        // rapier keeps a place on what moves along that body's axes, and any other in the world.
+        // rapier stores a point on a moving body along that body's axes, and any other in the
+        // world.
         let handles = [data.rigid_body1, data.rigid_body2];
         let place = |k: usize| {
             let body = handles[k].and_then(|handle| self.world.bodies.get(handle));
@@ -103,7 +103,7 @@ impl UserBodies {
         (bodies[other].filter(|user| !is_fixed(user)), contact)
     }
 
-    /// The user bodies that may be near to bounds in the coming step, in a fixed order.
+    /// The user bodies that may be near bounds in the coming step, in a fixed order.
     pub(super) fn near(&self, around: &[Bounds], dt_s: f64) -> BTreeSet<UserBody> {
         let mut found = BTreeSet::new();
         let query = self.world.query_pipeline();
@@ -120,7 +120,7 @@ impl UserBodies {
                 });
             }
         }
-        // Of a body that is switched off rapier has switched off the colliders too.
+        // rapier disables the colliders of a disabled body too.
         let is_rigid = |user: &UserBody| match user {
             UserBody::Rigid(raw) => {
                 let body = self.world.bodies.get(body_of(*raw));
@@ -132,14 +132,14 @@ impl UserBodies {
         found
     }
 
-    /// The furthest that any user body comes in a step, in metres.
+    /// The largest displacement of any user body in a step, in metres.
     fn comes_m(&self, dt_s: f64) -> f64 {
         let moving = self.world.active_bodies();
         let comes_m = moving.map(|(_, body)| self.travel_m(body, dt_s));
         comes_m.fold(0.0, f64::max)
     }
 
-    /// The furthest that a place of a body may come in a step, in metres.
+    /// The largest displacement of a point of a body in a step, in metres.
     fn travel_m(&self, body: &RigidBody, dt_s: f64) -> f64 {
         let (velocity_m_s, angular_rad_s) = velocities(body, dt_s);
         if angular_rad_s == Vector3::zeros() {
@@ -154,7 +154,8 @@ impl UserBodies {
         dt_s * (velocity_m_s.norm() + rim_m_s)
     }
 
-    /// Around each user body that moves, as far as it may be near to something in the coming step.
+    /// Boxes around the moving user bodies, within which they may be near something in the coming
+    /// step.
     fn moving(&self, dt_s: f64) -> Vec<Bounds> {
         let around = |(_, body): (RigidBodyHandle, &RigidBody)| {
             let bounds = self.colliders_of(body).map(|collider| {
@@ -170,7 +171,7 @@ impl UserBodies {
         self.world.active_bodies().map(around).collect()
     }
 
-    /// What of a body may touch what ilon moves.
+    /// The colliders of a body that may touch ilon's bodies.
     pub(super) fn colliders_of<'a>(
         &'a self,
         body: &'a RigidBody,
@@ -181,7 +182,7 @@ impl UserBodies {
     }
 }
 
-/// Whether a user's collider touches what ilon moves.
+/// Whether a user's collider touches ilon's bodies.
 pub(super) fn touches(collider: &Collider) -> bool {
     let all = InteractionGroups::all();
     collider.is_enabled()
@@ -199,7 +200,7 @@ pub(super) fn velocities(body: &RigidBody, dt_s: f64) -> (Vector3<f64>, Vector3<
             convert::to_vector(body.angvel()),
         );
     }
-    // It goes where the program wants it by the end of the step.
+    // It moves to the program's target by the end of the step.
     let (from, to) = (
         convert::isometry(body.position()),
         convert::isometry(body.next_position()),
@@ -216,8 +217,8 @@ pub(super) fn velocities(body: &RigidBody, dt_s: f64) -> (Vector3<f64>, Vector3<
 mod tests {
     use super::*;
 
-    /// How far a ball of 0.1 m comes in a second, half a metre from the middle of a body that
-    /// moves.
+    /// The displacement of a ball of 0.1 m in a second, half a metre from the centre of a moving
+    /// body.
     fn travel_m(velocity_m_s: Vector, angular_rad_s: Vector) -> f64 {
         let mut rapier = UserBodies::new();
         let mass = rapier3d::dynamics::MassProperties::new(Vector::ZERO, 1.0, Vector::ONE);
@@ -228,14 +229,14 @@ mod tests {
         let ball = ColliderBuilder::ball(0.1).density(0.0);
         let beside = ball.translation(Vector::new(0.5, 0.0, 0.0));
         let (body, _) = rapier.world.insert(body, beside);
-        // A step of no time places the ball.
+        // A step of zero length places the ball.
         rapier.world.integration_parameters.dt = 0.0;
         rapier.world.step();
         rapier.travel_m(&rapier.world.bodies[body], 1.0)
     }
 
-    /// What turns comes as far as its furthest place, 0.6 m out, and little more is looked through:
-    /// the ball around the box around it. What does not turn comes as far as it goes.
+    /// A rotating body moves as far as its furthest point, 0.6 m out, and little more is searched:
+    /// the ball around its bounding box. A body without rotation moves by its displacement.
     #[test]
     fn what_turns_comes_as_far_as_its_rim() {
         let (goes, turns) = (Vector::new(0.0, 3.0, 4.0), Vector::new(0.0, 0.0, 2.0));

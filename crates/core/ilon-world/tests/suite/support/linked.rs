@@ -1,19 +1,20 @@
-//! Robots whose wheels hang on rockers, springs and arms.
+//! Robots with wheels on rockers, springs and arms.
 
 use ilon_robot::{Body, BodyJoint, JointKind, JointRole, JointSpring, MassProperties, Robot};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use super::mecanum4;
 
-/// The mass of what carries a wheel, in kg.
+/// The mass of a wheel's carrier, in kg.
 pub const CARRIER_KG: f64 = 0.1;
 /// The stiffness under a wheel, in N/m.
 pub const STIFFNESS_N_M: f64 = 4000.0;
-/// Half of the wheels' base and of their track, in metres.
+/// Half of the wheelbase and of the track, in metres.
 pub const X_M: f64 = 0.15;
 pub const Y_M: f64 = 0.16;
 
-/// A body of a mass in kg with its centre at a place in the body frame, on a joint at a place whose axis is a direction.
+/// A body of a mass in kg with its centre at a point in the body frame, on a joint at a point with
+/// a given axis.
 pub fn joint(
     name: &str,
     (kind, role): (JointKind, JointRole),
@@ -53,7 +54,7 @@ pub fn sprung(stiffness: f64) -> JointRole {
     })
 }
 
-/// Each wheel slides up and down on a spring.
+/// Each wheel is on a vertical slide with a spring.
 pub fn on_springs(damping: f64) -> Robot {
     let mut robot = mecanum4();
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
@@ -67,7 +68,7 @@ pub fn on_springs(damping: f64) -> Robot {
     robot
 }
 
-/// Each wheel hangs on an arm of 0.1 m behind its pivot.
+/// Each wheel is on an arm of 0.1 m behind its pivot.
 pub fn on_arms(damping: f64) -> Robot {
     let mut robot = mecanum4();
     for (index, wheel) in robot.wheels.iter_mut().enumerate() {
@@ -83,7 +84,7 @@ pub fn on_arms(damping: f64) -> Robot {
     robot
 }
 
-/// The rear wheels hang on a rocker about the robot's long axis.
+/// The rear wheels are on a rocker about the robot's long axis.
 pub fn on_a_rocker() -> Robot {
     let mut robot = mecanum4();
     let middle_m = Vector3::new(-X_M, 0.0, 0.05);

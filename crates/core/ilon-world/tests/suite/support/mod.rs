@@ -133,7 +133,7 @@ pub fn mecanum6() -> Robot {
     let g = FRAC_PI_4;
     let yaw = TAU / 4.0;
     let at = |x: f64, y: f64, g: f64| wheel(Vector3::new(x, y, 0.05), yaw, g, 12);
-    // The middle pair turns the front pair's way: its axes pass the centre on the same side.
+    // The middle pair has the front pair's sense: its axes pass the centre on the same side.
     let wheels = vec![
         at(0.3, 0.16, -g),
         at(0.3, -0.16, g),
@@ -145,7 +145,7 @@ pub fn mecanum6() -> Robot {
     robot("mecanum6", m, Vector3::new(0.0, 0.0, 0.06), inertia, wheels)
 }
 
-/// The same robot with each wheel's rollers turned about the hub by an angle, in radians.
+/// The same robot with each wheel's rollers rotated about the hub by an angle, in radians.
 pub fn with_phases(mut robot: Robot, phases_rad: &[f64]) -> Robot {
     for (wheel, phase_rad) in robot.wheels.iter_mut().zip(phases_rad) {
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), *phase_rad);
@@ -157,7 +157,7 @@ pub fn with_phases(mut robot: Robot, phases_rad: &[f64]) -> Robot {
     robot
 }
 
-/// Eq. (9) written out on its own: wheel rates of a body twist.
+/// Eq. (9), computed independently: wheel rates of a body twist.
 pub fn ideal_rates(robot: &Robot, twist: Twist) -> Vec<f64> {
     robot
         .wheels
@@ -195,8 +195,8 @@ pub fn ideal_twist(robot: &Robot, rates: &[f64]) -> Twist {
     Twist::new(x[0], x[1], x[2])
 }
 
-/// The twist without slip at the rollers that touch: section "contact kinematics", one constraint a wheel, solved by
-/// least squares.
+/// The twist without slip at the touching rollers: section "contact kinematics", one constraint per
+/// wheel, solved by least squares.
 pub fn contact_twist(robot: &Robot, angles: &[f64], rates: &[f64]) -> Twist {
     let n = robot.wheels.len();
     let (mut j, mut rhs) = (DMatrix::zeros(n, 3), DVector::zeros(n));
@@ -235,7 +235,7 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
     ("D5", [0.3, 0.0, 0.5]),
 ];
 
-/// What a drive came to.
+/// The results of a drive.
 #[derive(Debug, Default, Clone)]
 pub struct Drive {
     pub real: [f64; 3],
@@ -321,7 +321,8 @@ pub fn drive(
                     *a += x;
                 }
             };
-            // What moved in the step, and not how it moves now: rollers that hand over within it change the velocity.
+            // The displacement in the step, not the current velocity: rollers that hand over within
+            // it change the velocity.
             let angles = angles_before.iter().zip(world.robot().wheel_angles_rad());
             let middle: Vec<f64> = angles.clone().map(|(a, b)| 0.5 * (a + b)).collect();
             let rates: Vec<f64> = angles.map(|(a, b)| (b - a) / dt).collect();
@@ -359,7 +360,7 @@ pub fn drive(
     }
 }
 
-/// Brakes all wheels for the coming step, 20 N m for each rad/s.
+/// Brakes all wheels for the coming step, with 20 N m per rad/s.
 pub fn brake(world: &mut World) {
     const GAIN_N_M_S: f64 = 20.0;
     let rates = world.robot().wheel_rates_rad_s().iter();
@@ -369,7 +370,7 @@ pub fn brake(world: &mut World) {
     world.robot_mut().drive(&motors);
 }
 
-/// Lets all rollers of a robot seize.
+/// Seizes all rollers of a robot.
 pub fn seize_all(world: &mut World, robot: &Robot) {
     for (wheel, of) in robot.wheels.iter().enumerate() {
         for roller in 0..of.rollers.len() {

@@ -9,7 +9,7 @@ use super::{Drive, drive, ideal_rates, mecanum4};
 /// Gravity, in m/s^2.
 pub const G: f64 = 9.81;
 
-/// Steps at a rate in Hz, with the rollers near the ground alone.
+/// Steps at a rate in Hz, with only the rollers near the ground.
 pub fn near(hz: f64) -> Settings {
     Settings {
         dt_s: 1.0 / hz,
@@ -18,7 +18,7 @@ pub fn near(hz: f64) -> Settings {
     }
 }
 
-/// As [`near`], with all rollers.
+/// Like [`near`], with all rollers.
 pub fn all(hz: f64) -> Settings {
     Settings {
         roller_bodies: RollerBodies::All,
@@ -26,7 +26,7 @@ pub fn all(hz: f64) -> Settings {
     }
 }
 
-/// Drives with loops that act within the step, so that they are stable at any.
+/// Drives with loops that act within the step, so that they are stable at any step.
 pub fn run(
     robot: &Robot,
     command: [f64; 3],
@@ -122,7 +122,7 @@ pub fn bumps(seed: u64) -> Floor {
     }
 }
 
-/// Drives ahead for 4 s at 0.3 m/s and gives back where the robot ends.
+/// Drives ahead for 4 s at 0.3 m/s and returns the robot's final pose.
 pub fn end_of_course(floor: &Floor, settings: &Settings) -> (Pose, Rig) {
     let robot = mecanum4();
     let mut rig = Rig::new(&robot, floor, 0.0, settings);
@@ -132,8 +132,9 @@ pub fn end_of_course(floor: &Floor, settings: &Settings) -> (Pose, Rig) {
     (rig.pose(), rig)
 }
 
-/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half second of the world; `pull_n` pulls
-/// on the middle of the robot along its own x, at the height of the ground.
+/// Drives for a time: wheels follow a twist with 1 N m s/rad, which grows over the first half
+/// second of the world; `pull_n` pulls on the middle of the robot along its own x, at the height of
+/// the ground.
 pub fn follow(world: &mut World, robot: &Robot, twist: Twist, time_s: f64, pull_n: f64) {
     let targets = ideal_rates(robot, twist);
     let steps = (time_s / world.dt_s()).round() as usize;

@@ -10,15 +10,15 @@ use ilon_messages::{CdrError, Description, Message, messages};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
-/// What can be done with messages of one type. Values are JSON.
+/// Functions for messages of one type. Values are JSON.
 pub struct Codec {
     pub description: &'static Description,
     pub decode: fn(&[u8]) -> Result<Value, CdrError>,
     pub encode: fn(Value) -> Vec<u8>,
-    /// By another implementation of CDR, which comes through serde: little-endian or big-endian,
-    /// behind its header.
+    /// Encodes with another implementation of CDR, through serde: little-endian or big-endian,
+    /// after its header.
     pub encode_by_serde: fn(Value, bool) -> Vec<u8>,
-    /// Decodes, and encodes what that gave.
+    /// Decodes, and encodes the result.
     pub again: fn(&[u8]) -> Result<Vec<u8>, CdrError>,
     pub default: fn() -> Value,
 }
@@ -54,7 +54,7 @@ fn codec<M: Message + Default + Serialize + DeserializeOwned>() -> Codec {
     }
 }
 
-/// Every message of the crate, by its name.
+/// Every message type of the crate, by its name.
 pub fn codecs() -> BTreeMap<&'static str, Codec> {
     macro_rules! all {
         ($($package:ident: $($name:ident)*;)*) => { [$($( codec::<ilon_messages::$package::$name>() ),*),*] };
@@ -84,7 +84,7 @@ pub fn codecs() -> BTreeMap<&'static str, Codec> {
     codecs
 }
 
-/// What is said of messages: `witness.py` writes and reads the same.
+/// A file of messages; `witness.py` writes and reads the same format.
 #[derive(Serialize, Deserialize)]
 pub struct Said {
     pub types: BTreeMap<String, SaidType>,
@@ -109,13 +109,13 @@ pub struct Sample {
     pub rclpy: Option<String>,
 }
 
-/// What `rosbags` and `rclpy` say, as recorded by `witness.py write`.
+/// The messages of `rosbags` and `rclpy`, as recorded by `witness.py write`.
 pub fn witness() -> Said {
     serde_json::from_str(include_str!("../../fixtures/messages.json")).unwrap()
 }
 
-/// A Python that has what `witness.py` judges by (`requirements.txt`): that under `ILON_PYTHON`, or
-/// `python3`. Without one it says that the test is skipped.
+/// A Python with the packages of `witness.py` (`requirements.txt`): that of `ILON_PYTHON`, or
+/// `python3`. Without one it prints that the test is skipped.
 pub fn python() -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());

@@ -7,8 +7,8 @@ use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
 use crate::cli::fault;
 
-/// One test case a scenario: failures are expectations that did not hold, errors are scenarios that could not run. One that
-/// expects nothing is skipped: it is no test.
+/// One test case per scenario: failures are expectations that did not hold, errors are scenarios
+/// that could not run. A scenario without expectations is skipped: it is no test.
 pub(super) fn xml(checked: &[Checked]) -> Result<String, Failure> {
     let mut suite = TestSuite::new("ilon check");
     for one in checked {
@@ -22,7 +22,7 @@ pub(super) fn xml(checked: &[Checked]) -> Result<String, Failure> {
     let xml = report
         .to_string()
         .map_err(|error| Failure::encode("the results", &error))?;
-    // Jenkins's schema knows `skipped` of a suite, but not of the whole, which comes first.
+    // Jenkins's schema allows `skipped` on a suite, but not on the root, which comes first.
     let is_skipped =
         |one: &&Checked| matches!(one.count(), Count::Skipped | Count::NothingExpected);
     let skipped = checked.iter().filter(is_skipped).count();
@@ -39,7 +39,7 @@ fn status(one: &Checked) -> TestCaseStatus {
         Ended::Skipped => TestCaseStatus::skipped(),
         Ended::Refused(error) => {
             let mut status = non_success(NonSuccessKind::Error, &error.to_string());
-            // With file, line and repair, as a person sees it.
+            // With file, line and repair, as printed on a terminal.
             status.set_description(fault::plain(error, "--set"));
             status
         }
@@ -57,7 +57,7 @@ fn status(one: &Checked) -> TestCaseStatus {
                     _ => format!("{}; and {} more", failures[0], count - 1),
                 };
                 let mut status = non_success(NonSuccessKind::Failure, &message);
-                // One line a bound: viewers show the body as it is.
+                // One line per bound: viewers show the body unchanged.
                 status.set_description(failures.join("\n"));
                 status
             }

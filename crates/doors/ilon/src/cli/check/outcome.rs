@@ -1,4 +1,4 @@
-//! What came of a scenario that was checked, as a person reads it.
+//! Results of checked scenarios as text.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -14,9 +14,9 @@ use crate::cli::json::pretty;
 use crate::cli::table::Table;
 use crate::judge::{Difference, Verdict};
 
-/// What came of one scenario.
+/// The result of one scenario.
 pub(super) struct Checked {
-    /// What it is called in what is printed.
+    /// Its name in the output.
     pub label: String,
     pub path: PathBuf,
     pub took: Duration,
@@ -25,7 +25,7 @@ pub(super) struct Checked {
 
 /// How one scenario ended.
 pub(super) enum Ended {
-    /// It ran, and this is what was found.
+    /// It ran.
     Judged(Judged),
     /// It could not run.
     Refused(Failure),
@@ -33,40 +33,40 @@ pub(super) enum Ended {
     Skipped,
 }
 
-/// What was found of a scenario that ran.
+/// The result of a scenario that ran.
 #[derive(Default)]
 pub(super) struct Judged {
     pub verdicts: Vec<Verdict>,
-    /// The fingerprint of all signals of the run; a study of many has none.
+    /// The hash of all signals of the run; `None` for a study of many runs.
     pub trace_hash: Option<String>,
-    /// How far its figures move at half the step; empty where it was not repeated.
+    /// How far its figures move at half the step; empty if it was not repeated.
     pub converge: Convergence,
-    /// Where it leaves its baseline; `None` where it was held against none.
+    /// Differences from its baseline; `None` without a baseline.
     pub differences: Option<Vec<Difference>>,
-    /// Which headline figures are others than the baseline's, a line each, in per cent.
+    /// Headline figures that differ from the baseline's, one line each, in per cent.
     pub moved: Vec<String>,
-    /// Where the differences are drawn, if there are any.
+    /// The page of the differences, if there are any.
     pub drawn: Option<PathBuf>,
-    /// What `--update` changes in the file, once it was shown.
+    /// The changes that `--update` makes in the file, after they are shown.
     pub update: Option<Update>,
     /// Whether it is a study of many runs.
     pub is_study: bool,
 }
 
-/// What a scenario counts as.
+/// The category of a scenario's result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Count {
     Held,
     Failed,
-    /// What did not hold was rewritten, and nothing else failed.
+    /// Failed bounds were rewritten, and nothing else failed.
     Updated,
-    /// It ran, and whatever came of it would have been well.
+    /// It ran without expectations.
     NothingExpected,
     Refused,
     Skipped,
 }
 
-/// What came of scenarios, in words.
+/// Categories with their names.
 const WORDS: [(Count, &str); 6] = [
     (Count::Held, "held"),
     (Count::Failed, "failed"),
@@ -76,11 +76,11 @@ const WORDS: [(Count, &str); 6] = [
     (Count::Skipped, "skipped"),
 ];
 
-/// What is said of a scenario that expects nothing.
+/// The remark about a scenario without expectations.
 pub(super) const NOTHING_EXPECTED: &str = "nothing is expected of it: it can only fail to run";
 
 impl Judged {
-    /// What `--update` changes, and which failed bounds it leaves, a line each.
+    /// The changes of `--update`, and the failed bounds that it leaves, one line each.
     fn changes(&self) -> String {
         let update = self.update.as_ref();
         update.map_or_else(String::new, |update| {
@@ -88,18 +88,18 @@ impl Judged {
         })
     }
 
-    /// Whether all that did not hold is rewritten.
+    /// Whether all failed bounds are rewritten.
     fn is_updated(&self) -> bool {
         let update = self.update.as_ref();
         update.is_some_and(|update| !update.changes.is_empty() && update.left.is_empty())
             && self.differences.as_ref().is_none_or(Vec::is_empty)
     }
 
-    /// What did not hold, a line each. Of many differences from a baseline the largest are listed, as shares of their signals' sizes, and no
-    /// rounding beside them.
+    /// The failures, one line each. Of many differences from a baseline the largest are listed, as
+    /// shares of their signals' sizes, without those at rounding level.
     pub fn failures(&self) -> Vec<String> {
         const DIFFERENCES_SHOWN: usize = 3;
-        /// Of the largest difference.
+        /// Relative to the largest difference.
         const ROUNDING: f64 = 1e-6;
         let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
         let mut lines: Vec<String> = failed.map(|verdict| shown(&verdict.to_string())).collect();
@@ -143,12 +143,12 @@ impl Checked {
         }
     }
 
-    /// Whether no other scenario should begin after it, where one failure is enough.
+    /// Whether no other scenario should begin after it, if one failure is enough.
     pub fn has_failed(&self) -> bool {
         matches!(self.count(), Count::Failed | Count::Refused)
     }
 
-    /// Its outcome and its bounds; `error` where it could not run.
+    /// Its result and its bounds; `error` if it could not run.
     fn json(&self) -> serde_json::Value {
         let count = self.count();
         let outcome = WORDS.iter().find(|(known, _)| *known == count);
@@ -171,7 +171,7 @@ impl Checked {
         })
     }
 
-    /// Writes what `--update` changes, after it was shown.
+    /// Writes the changes of `--update`, after they were shown.
     pub fn write_update(&mut self) {
         if let Ended::Judged(Judged {
             update: Some(update),
@@ -183,12 +183,12 @@ impl Checked {
         }
     }
 
-    /// What came of it, with the `settings` under which it would be seen again.
+    /// Its result as text, with the `settings` that reproduce it.
     pub fn lines(&self, settings: &str) -> String {
         self.result_lines(settings) + &self.convergence_lines()
     }
 
-    /// Which figures move at half the step, below the line of its result.
+    /// The figures that move at half the step, below the line of its result.
     fn convergence_lines(&self) -> String {
         let table = match &self.result {
             Ended::Judged(judged) => converge::table(&judged.converge),
@@ -245,7 +245,7 @@ impl Checked {
     }
 }
 
-/// What came of each scenario, as `ilon check --json` prints it.
+/// The result of each scenario, for `ilon check --json`.
 pub(super) fn json(checked: &[Checked]) -> Result<String, Failure> {
     let scenarios: Vec<_> = checked.iter().map(Checked::json).collect();
     pretty(
@@ -254,7 +254,7 @@ pub(super) fn json(checked: &[Checked]) -> Result<String, Failure> {
     )
 }
 
-/// How many scenarios came to what.
+/// The number of scenarios per category.
 pub(super) fn totals(checked: &[Checked]) -> Table {
     let mut table = Table::new();
     table.heading("all scenarios");
@@ -282,7 +282,8 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
     table
 }
 
-/// What came of each scenario, as Markdown for the summary of a job: failures and what moved below their scenario.
+/// The result of each scenario as Markdown for the summary of a job: failures and moved figures
+/// below their scenario.
 pub(super) fn markdown(checked: &[Checked]) -> String {
     let mut text = "| scenario | result |\n|---|---|\n".to_owned();
     for one in checked {
@@ -307,7 +308,7 @@ pub(super) fn markdown(checked: &[Checked]) -> String {
     text
 }
 
-/// A text in a cell of a table of Markdown: nothing in it is markup.
+/// Escapes a text for a cell of a Markdown table.
 fn in_cell(text: &str) -> String {
     let mut cell = String::new();
     for c in text.chars() {
@@ -322,8 +323,8 @@ fn in_cell(text: &str) -> String {
     cell
 }
 
-/// The headline figures of a run that are others than its baseline's, and by how many per cent; first, where they differ, how long the runs
-/// take. What is below the last digit shown, or less than 0.05 %, is no change.
+/// The headline figures of a run that differ from its baseline's, in per cent; first the runs'
+/// durations, if they differ. A change below the last shown digit, or below 0.05 %, is not listed.
 pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
     let figures = quantities::headlines(summary).into_iter();
     let lines = figures.filter_map(|quantity| {
@@ -334,7 +335,7 @@ pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
         if !(change >= digit && percent.abs() >= 0.05) {
             return None;
         }
-        // So many digits that the change has two.
+        // As many digits as give the change two.
         let digits = quantity.decimals + usize::from(change < 10.0 * digit);
         let [new, old] = [now, before].map(|value| format!("{value:.digits$}"));
         let share = match before == 0.0 {

@@ -1,4 +1,4 @@
-//! Which scenarios are checked, and what each is called.
+//! Finds the scenarios to check, and names them.
 
 use std::collections::HashSet;
 use std::fs;
@@ -11,25 +11,25 @@ use crate::cli::failure::Failure;
 use crate::cli::output::holds_results;
 use crate::cli::robot::is_robot;
 
-/// A scenario to check, or a path that was named and holds none.
+/// A scenario to check, or a named path without one.
 #[derive(Debug)]
 pub(super) struct CheckedFile {
-    /// The file, by the way that was named.
+    /// The file, by the path that was given.
     pub path: PathBuf,
-    /// What it is called: its path below the folder that was named, without its ending; of a file that was named, its name
-    /// alone. Baselines and kept results stand under this name.
+    /// Its name: the path below the given folder, without its extension; for a given file the file
+    /// name alone. Baselines and kept results use this name.
     pub name: PathBuf,
-    /// What it is called in what is printed: its name where no other has it, else the whole path.
+    /// Its name in the output: the name if it is unique, otherwise the whole path.
     pub label: String,
     /// Why it cannot be run.
     pub refused: Option<Failure>,
 }
 
-/// The scenarios named and those in the folders named and below them, in the order of their names, each file once. What
-/// holds none is among them, refused.
+/// Finds the given scenarios and those in and below the given folders, in the order of their names,
+/// each file once. A path without a scenario is included as refused.
 ///
 /// # Errors
-/// Where a path that is named cannot be read, and where nothing is left to check.
+/// If a given path cannot be read, or nothing is left to check.
 pub(super) fn find(
     paths: &[PathBuf],
     filter: Option<&str>,
@@ -56,7 +56,7 @@ pub(super) fn find(
         search.met = false;
     }
     let mut found = search.found;
-    // Robots that lie among the scenarios are no tests; one that is named itself is a mistake.
+    // Robots among the scenarios are no tests; one that is named explicitly is a mistake.
     let is_named = |one: &CheckedFile| paths.contains(&one.path);
     found.retain(|one| is_named(one) || !is_robot(&one.path, files));
     let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
@@ -71,7 +71,7 @@ pub(super) fn find(
     Ok(found)
 }
 
-/// Refuses scenarios of one name, where files are written or read under it.
+/// Refuses scenarios with equal names, if files are written or read by name.
 ///
 /// # Errors
 /// With the files, and what to name instead.
@@ -111,9 +111,9 @@ fn label(found: &mut [CheckedFile]) {
 #[derive(Debug, Default)]
 struct Search {
     found: Vec<CheckedFile>,
-    /// Files and folders that were looked at, without links.
+    /// Visited files and folders, without links.
     seen: HashSet<PathBuf>,
-    /// Whether the folder that is looked through holds a scenario that was found before.
+    /// Whether the current folder holds a scenario that was found before.
     met: bool,
 }
 
@@ -141,7 +141,7 @@ impl Search {
         });
     }
 
-    /// Looks through a folder, `below` the one that was named, which is `root` without links.
+    /// Searches a folder, `below` the given one, which is `root` without links.
     fn walk(&mut self, folder: &Path, below: &Path, root: &Path) -> Result<(), Failure> {
         let read = |source| Failure::read(folder, source);
         let mut entries = Vec::new();
@@ -152,11 +152,11 @@ impl Search {
         for entry in entries {
             let (path, file_name) = (entry.path(), entry.file_name());
             let is_hidden = file_name.as_encoded_bytes().starts_with(b".");
-            // What a link leads to, if it leads anywhere.
+            // The target of a link, if it exists.
             let is_folder = fs::metadata(&path).is_ok_and(|is| is.is_dir());
             let ending = path.extension().unwrap_or_default();
             let is_toml = ending.eq_ignore_ascii_case("toml");
-            // Results of runs hold the scenario that was run, which is no test of its own.
+            // Results of runs contain their scenario, which is no test of its own.
             if is_hidden || !(is_toml || is_folder) || (is_folder && holds_results(&path)) {
                 continue;
             }

@@ -1,4 +1,5 @@
-//! `ilon check --update` and `--init`: bounds rewritten, or written first, around what was measured.
+//! `ilon check --update` and `--init`: rewrites bounds, or writes first ones, around the measured
+//! values.
 
 use std::path::{Path, PathBuf};
 
@@ -11,31 +12,33 @@ use crate::cli::failure::Failure;
 use crate::judge::Verdict;
 use crate::scenario::MAX_BYTES;
 
-/// Bounds of a scenario's file as they shall be.
+/// New bounds for a scenario's file.
 pub(super) struct Update {
     path: PathBuf,
     text: String,
-    /// What changes, a line each; empty where nothing does.
+    /// The changes, one line each; empty if nothing changes.
     pub changes: String,
-    /// Which bounds that failed are not changed, and why, a line each.
+    /// Failed bounds that are not changed, with the reason, one line each.
     pub left: String,
 }
 
 impl Update {
-    /// Sets every bound of the summary that does not hold to what was measured, with a margin as a share of it. Comments and layout stay;
-    /// bounds on signals, and on what does not apply, are left alone, and named. Nothing is written yet.
+    /// Sets every failed bound of the summary to the measured value, with a margin as a share of
+    /// it. Comments and layout stay. Bounds on signals, and on figures that do not apply, are left
+    /// unchanged, and named. Does not write yet.
     ///
     /// # Errors
-    /// Where the file cannot be read.
+    /// If the file cannot be read.
     pub fn of(path: &Path, verdicts: &[Verdict], margin: f64) -> Result<Self, Failure> {
         Self::by(path, |text| updated(text, verdicts, margin))
     }
 
-    /// Writes bounds into a scenario that has none: on the figures that a person looks at first, and on the wheels' rates, with a margin as a share of what was measured.
-    /// Ratios and rates get both bounds, what a run costs the upper one. Nothing is written yet.
+    /// Adds bounds to a scenario without any: on the headline figures, and on the wheels' rates,
+    /// with a margin as a share of the measured value. Ratios and rates get both bounds, costs the
+    /// upper one. Does not write yet.
     ///
     /// # Errors
-    /// Where the file cannot be read.
+    /// If the file cannot be read.
     pub fn first(path: &Path, summary: &Summary, margin: f64) -> Result<Self, Failure> {
         Self::by(path, |text| begun(text, summary, margin))
     }
@@ -44,13 +47,13 @@ impl Update {
         path: &Path,
         rewrite: impl FnOnce(&str) -> Result<[String; 3], Failure>,
     ) -> Result<Self, Failure> {
-        // Of a link the file that it leads to is rewritten.
+        // The target of a link is rewritten.
         let file = path.canonicalize();
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
         let [mut rewritten, changes, left] = rewrite(&text)?;
-        // The TOML library ends lines by LF alone.
+        // The TOML library writes only LF line ends.
         if text.contains("\r\n") {
             rewritten = rewritten.replace('\n', "\r\n");
         }
@@ -65,7 +68,7 @@ impl Update {
     /// Writes the file.
     ///
     /// # Errors
-    /// Where it cannot be written; it is then as it was.
+    /// If it cannot be written; it is then unchanged.
     pub fn write(&self) -> Result<(), Failure> {
         if !self.changes.is_empty() {
             ilon_trace::file::write_text(&self.path, &self.text)?;
@@ -81,10 +84,10 @@ fn document(text: &str) -> Result<DocumentMut, Failure> {
     Ok(document?)
 }
 
-/// What a changed radius of a wheel or a changed gear shows in, where it shows in no ratio.
+/// Shows a changed wheel radius or gear, which no ratio shows.
 const RATE: &str = "wheel_rate_command_max_rad_s";
 
-/// The file with first bounds, what they are, and an empty text: nothing is left.
+/// The file with first bounds, the bounds as text, and an empty text, as none is left.
 fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Failure> {
     let mut document = document(text)?;
     let mut changes = String::new();
@@ -130,13 +133,15 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Fail
     Ok([document.to_string(), changes, String::new()])
 }
 
-/// Ten of the last digit that is shown of a quantity, in SI units: less room makes a bound brittle.
+/// The smallest margin of a quantity: ten of its last shown digit, in SI units. A smaller one makes
+/// a bound brittle.
 fn least_room(quantity: &Quantity) -> f64 {
     let digits = i32::try_from(quantity.decimals).unwrap_or(0);
     10f64.powi(1 - digits) / quantity.unit.per_si
 }
 
-/// Room for a share of what was measured, and the least that is useful; `None` of a share that no run could take beyond its bound.
+/// A bound with the margin, or the smallest useful one; `None` for a share whose bound no run could
+/// exceed.
 fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> Option<InlineTable> {
     let room = (margin * measured.abs()).max(least_room(quantity));
     let [least, most] = [
@@ -157,7 +162,7 @@ fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> Option<Inline
     Some(bound)
 }
 
-/// The file with other bounds, what changes, and what is left.
+/// The file with changed bounds, the changes, and the bounds left unchanged.
 fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3], Failure> {
     let mut document = document(text)?;
     let (mut changes, mut left) = (String::new(), String::new());
@@ -219,12 +224,12 @@ fn bound_of<'d>(document: &'d mut DocumentMut, quantity: &str) -> Option<&'d mut
     item.as_table_like_mut()
 }
 
-/// A number to three digits, rounded away from what it bounds.
+/// A number to three digits, rounded away from the bounded value.
 fn rounded(number: f64, away: fn(f64) -> f64) -> f64 {
     if number == 0.0 || !number.is_finite() {
         return number;
     }
-    // Through text, so that 0.3 * 0.001 is written as a person would, not with all the digits of the product.
+    // Through text, so that 0.3 * 0.001 has no rounding digits of the product.
     let exponent = number.abs().log10().floor() as i32 - 2;
     let digits = away(number / 10f64.powi(exponent));
     format!("{digits}e{exponent}").parse().unwrap_or(number)

@@ -1,4 +1,4 @@
-//! What `ilon explain` is asked.
+//! Arguments of `ilon explain`.
 
 use std::path::PathBuf;
 

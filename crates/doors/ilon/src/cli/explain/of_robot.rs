@@ -1,4 +1,4 @@
-//! What the usual suspects do to a robot, and which of them would look like what was seen.
+//! The effects of common suspects on a robot, and which of them explain an observed drift.
 
 use ilon_files::FileAccess;
 use ilon_robot::Robot;
@@ -17,11 +17,11 @@ use crate::cli::robot::load;
 use crate::cli::table::Table;
 use crate::inspect::conditions;
 
-/// Of a robot so many suspects that fit are shown.
+/// Largest number of matching suspects shown; chosen.
 const MOST_SHOWN: usize = 8;
-/// A share of what was seen: where none explains as much, no single cause does.
+/// Share of the observed drift; chosen. If none explains as much, no single cause does.
 const MOST_OF_IT: f64 = 0.7;
-/// A share of what was seen: what explains less is not shown.
+/// Share of the observed drift; chosen. A suspect that explains less is not shown.
 const LEAST_OF_IT: f64 = 0.05;
 
 pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, Failure> {
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     }
     let tables = match arguments.seen.is_empty() {
         true => {
-            // Of suspects that are about one wheel, those of the first stand for all.
+            // For suspects about one wheel, those of the first wheel represent all.
             let first = robot.wheels.first().map(|wheel| &wheel.name);
             let shown = ranked
                 .iter()
@@ -79,15 +79,15 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     Ok(Outcome::Done)
 }
 
-/// How far out the farthest wheel is, in metres: there angles count as lengths do.
+/// The largest distance of a wheel, in metres: it converts angles to lengths.
 fn arm_m(robot: &Robot) -> f64 {
     let places = robot.wheels.iter();
     let places = places.map(|wheel| wheel.position_m().xy().norm());
     places.fold(0.0, f64::max)
 }
 
-/// The suspects, those first that explain most of what was seen, in the amounts in which they explain it; each such run was made. Without anything seen, all
-/// in their usual amounts.
+/// The suspects in the order of how much of the observed drift they explain, each with the best
+/// amount; a run was made for each. Without an observation, all with their usual amounts.
 fn ranked(lineup: &Lineup, seen: &[Seen], arm_m: f64) -> Vec<(Suspect, Option<Fit>)> {
     let usual = lineup.at_usual_amounts();
     let mut ranked: Vec<(usize, Suspect, Option<Fit>)> = usual
@@ -117,7 +117,8 @@ fn ranked(lineup: &Lineup, seen: &[Seen], arm_m: f64) -> Vec<(Suspect, Option<Fi
         .collect()
 }
 
-/// A suspect in the amount in which its own runs explain most of what was seen: drifts do not quite grow with it.
+/// A suspect with the amount at which its own runs explain most of the observed drift: drifts are
+/// not quite proportional to the amount.
 fn settled(
     (lineup, index): (&Lineup, usize),
     seen: &[Seen],
@@ -143,7 +144,8 @@ fn settled(
     (suspect, fit)
 }
 
-/// What the robot does without faults in a motion in which something was seen; nothing where that is too small to tell.
+/// The robot's drift without faults in a motion with an observation; empty if it is too small to
+/// measure.
 fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
     let drift = healthy[seen.motion].unwrap_or_default();
     let each = each(seen.motion);
@@ -178,7 +180,7 @@ fn anyway(seen: &Seen, healthy: &[Option<Drift>]) -> String {
     )
 }
 
-/// What each suspect does in each motion, below what the robot does without any.
+/// The drift by each suspect in each motion, below that without faults.
 fn drifts<'s>(
     robot: &str,
     healthy: &[Option<Drift>],
@@ -214,7 +216,7 @@ fn in_words(drift: &Option<Drift>) -> String {
     .join(" ")
 }
 
-/// The suspects that would look like what was seen, the best first.
+/// The suspects that match the observed drift, the best first.
 fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
     let mut table = Table::new();
     let fitting = ranked.iter().filter_map(|(one, fit)| Some((one, (*fit)?)));

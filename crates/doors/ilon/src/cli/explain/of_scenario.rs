@@ -1,4 +1,4 @@
-//! Every cause of a scenario left out in turn, the largest effect first.
+//! Leaves out every cause of a scenario in turn; the largest effect comes first.
 
 use std::path::PathBuf;
 
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     Ok(Outcome::Done)
 }
 
-/// A cause a row: how far it moved the robot on the way and at the end.
+/// One row per cause: how far it moved the robot on the way and at the end.
 fn table(ablations: &[Ablation]) -> Table {
     let mut table = Table::new();
     table.heading(

@@ -1,16 +1,16 @@
-//! The drift of a real robot, as a person writes it on the command line.
+//! Parses the drift of a real robot from the command line.
 
 use std::str::FromStr;
 
 use ilon_sim::causes::Drift;
 use ilon_sim::standard_motions::MOTIONS;
 
-/// A drift in one of the standard motions. What was not seen is left out.
+/// The drift in one of the standard motions. Unobserved components are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
-    /// Its place among the motions.
+    /// Its index among the motions.
     pub motion: usize,
-    /// How many metres were driven, or how often it turned.
+    /// The driven distance in metres, or the number of turns.
     pub length: f64,
     /// In m/m or m/turn.
     pub ahead_m: Option<f64>,
@@ -19,17 +19,18 @@ pub(super) struct Seen {
     pub turned_rad: Option<f64>,
 }
 
-/// How well a suspect explains what was seen.
+/// How well a suspect explains an observed drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fit {
-    /// The share of what was seen that it explains, up to 1.
+    /// The explained share of the observed drift, up to 1.
     pub share: f64,
-    /// By how much it would be larger than its usual amount; below 0 the other way round.
+    /// Its amount over the usual amount; negative for the opposite sign.
     pub times: f64,
 }
 
-/// How well a suspect's drifts explain what was seen: in the amount that fits best within `times`, the smallest and the largest, if drifts grew with it. Angles
-/// count at an arm, in metres. `None` where no such amount explains any of it.
+/// How well a suspect's drifts explain the observed ones, with the best amount within `times`, the
+/// smallest and the largest, assuming drifts proportional to it. Angles count at an arm, in metres.
+/// `None` if no such amount explains any of it.
 pub(super) fn fit(
     seen: &[Seen],
     drifts: &[Option<Drift>],
@@ -109,7 +110,7 @@ fn is_turn(motion: usize) -> bool {
     MOTIONS[motion] == "turn"
 }
 
-/// What a drift is counted for in a motion.
+/// The unit length of a drift in a motion.
 pub(super) fn each(motion: usize) -> &'static str {
     if is_turn(motion) { "turn" } else { "m" }
 }
@@ -153,7 +154,8 @@ fn apart(text: &str) -> String {
 }
 
 impl Seen {
-    /// What is left of it without what the robot does without faults: 0 where that is less than what a tape measure and a protractor tell of a metre.
+    /// The observed drift less that of the robot without faults: 0 if the rest is below what a tape
+    /// measure and a protractor resolve over a metre.
     pub fn beyond(self, healthy: &Drift) -> Self {
         const TAPE: [f64; 2] = [0.5e-3, 0.5e-3];
         let [floor_m, floor_rad] = std::array::from_fn(|of| healthy.floor[of].max(TAPE[of]));
@@ -175,7 +177,7 @@ impl Seen {
         parts.into_iter().flatten().all(|part| part == 0.0)
     }
 
-    /// Takes one part, such as `left 20 mm/m`; of a drive whose length is given also `left 60 mm`.
+    /// Parses one part, such as `left 20 mm/m`; with a given length of the drive also `left 60 mm`.
     fn take(&mut self, part: &str, over: Option<f64>) -> Result<(), String> {
         let each = each(self.motion);
         let help = || {
@@ -266,7 +268,7 @@ mod tests {
             "up 1 mm/m",
             "left NaN mm/m",
             "left 20 mm/m, right 30 mm/m",
-            // Counted for what this motion is not counted for, or for nothing.
+            // Wrong unit for this motion, or without a unit.
             "turn 4 deg/turn",
             "turn: turn 3 deg/m",
             "turn: left 3 %",
@@ -294,7 +296,7 @@ mod tests {
         assert_eq!(fit(&[seen], &drift(0.0, 0.0), any, 0.3), None);
         let aside = fit(&[seen], &drift(0.01, 0.0), any, 0.3).expect("it fits in part");
         assert!(aside.share < 0.8, "{aside:?}");
-        // The other way round where that makes sense, and no more of it than does.
+        // With the opposite sign if that makes sense, and limited to the allowed amount.
         let drifts = drift(-0.01, -0.5f64.to_radians());
         let other = fit(&[seen], &drifts, (-1.0, 1.0), 0.3).expect("it fits in part");
         assert!(

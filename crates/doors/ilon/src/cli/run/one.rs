@@ -54,14 +54,14 @@ pub struct Arguments {
     pub detail: Detail,
 }
 
-/// A scenario as the options change it.
+/// Loads a scenario with the changes from the options.
 pub fn load(path: &Path, arguments: &Arguments, files: &FileAccess) -> Result<Scenario, Failure> {
     let mut scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
     scenario.run.converge |= arguments.converge.converge;
     Ok(scenario)
 }
 
-/// The summaries on standard output, where they are asked for: of several scenarios a list.
+/// Prints the summaries to standard output if requested; for several scenarios as a list.
 pub fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Failure> {
     if arguments.json {
         let printed = match summaries {
@@ -73,16 +73,16 @@ pub fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Fai
     Ok(())
 }
 
-/// What is printed of a run.
+/// What is printed about a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Told {
-    /// Its answer, its figures and where its files are.
+    /// Its answer, its figures and the location of its files.
     InFull,
-    /// Notes alone: all runs are told together.
+    /// Only notes: the caller prints all runs together.
     Together,
 }
 
-/// Simulates one scenario, writes and prints; gives its summary, as JSON too.
+/// Simulates one scenario, writes and prints; returns its summary as JSON and as a value.
 pub fn one(
     path: &Path,
     scenario: &Scenario,
@@ -94,7 +94,7 @@ pub fn one(
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
-    // A robot that cannot be read is said before anything is said to run.
+    // An unreadable robot is reported before the run is announced.
     let simulation = simulate::Simulation::new(scenario)?.explaining(arguments.twins.causes());
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
@@ -156,7 +156,7 @@ pub fn one(
     Ok((folder.summary_json(&run)?, run.summary))
 }
 
-/// The answer, a sentence a line.
+/// The answer, one sentence per line.
 fn answer_lines(answer: &[String]) -> String {
     let lines = answer.iter();
     lines.map(|line| format!("{}\n", one_line(line))).collect()
@@ -170,7 +170,7 @@ pub fn out_folder(out: &Path, scenario: &str, is_alone: bool) -> PathBuf {
     }
 }
 
-/// The figures to be looked at first.
+/// The main figures to look at first.
 fn headlines(summary: &Summary) -> Table {
     let mut table = Table::new();
     let run = format!(
@@ -195,7 +195,7 @@ fn whole_table(summary: &Summary) -> Table {
     for key in ["duration_s", "sim_seconds_per_cpu_second"] {
         table.quantities(quantities::by_key(key), summary);
     }
-    // A robot that tracks a path goes to and fro: its mean twist is nothing to measure by.
+    // A robot that tracks a path moves back and forth, so its mean twist says nothing.
     if summary.position_error_final_m.is_none() {
         twists(&mut table, summary);
     }
@@ -210,7 +210,7 @@ fn whole_table(summary: &Summary) -> Table {
     table
 }
 
-/// The mean twist beside those of the models, and what of them became real.
+/// The mean twist beside those predicted by the models, and the share that was reached.
 fn twists(table: &mut Table, summary: &Summary) {
     let row = |table: &mut Table, of: &[&str], component: &str, name: &str| {
         let figures = of

@@ -16,10 +16,11 @@ use crate::cli::table::Table;
 use crate::cli::{console, flags};
 use crate::simulate::load_robot;
 
-/// How each scenario begins that is written for a robot, by which it is known from one that a person changed.
+/// First line of each scenario written for a robot, which distinguishes it from one that the user
+/// changed.
 const WRITTEN: &str = "#: A standard motion, as `ilon run` writes it for a robot alone. Change it under another name.\n";
 
-/// Writes a scenario for each motion, runs them, and prints what the robot does in each.
+/// Writes a scenario for each motion, runs them, and prints the robot's result in each.
 pub(super) fn run(
     robot: &Path,
     arguments: &Arguments,
@@ -79,7 +80,7 @@ pub(super) fn run(
     Ok(Outcome::Done)
 }
 
-/// What the robot did of each motion, by which path it was lost, and what it cost.
+/// The speed that the robot reached in each motion, the friction used, and the drift of odometry.
 fn table(name: &str, told: &[(&str, Summary)]) -> Table {
     let mut table = Table::new();
     table.heading(&format!(

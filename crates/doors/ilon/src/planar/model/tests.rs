@@ -15,19 +15,20 @@ fn law() -> Law {
     }
 }
 
-/// A law of the second order, with nothing to stop it: k_p e + k_i z has the closed form of two poles.
+/// Within the limits the law is of second order: k_p e + k_i z has the closed form of two poles.
 #[test]
 fn a_small_start_is_that_of_two_poles() {
     let (k_p, k_i, t_s) = (20.0_f64, 100.0, 0.1);
     let came = law().follow(&[Vector3::new(0.01, 0.0, 0.0); 100], t_s / 100.0);
-    // Both poles lie at -10: the error is (1 - 10 t) exp(-10 t), as its rate at the start is -k_p.
+    // Both poles are at -10/s: the error is (1 - 10 t) exp(-10 t), as its rate at the start is
+    // -k_p.
     assert_eq!(k_p * k_p, 4.0 * k_i);
     let missing = (1.0 - 10.0 * t_s) * (-10.0 * t_s).exp();
-    // Explicit steps of 0.1 ms are off by half a step's share of the way: 20/s * 0.1 ms / 2.
+    // Explicit steps of 0.1 ms have a relative error of half a step: 20/s * 0.1 ms / 2.
     assert_relative_eq!(came[99].x, 0.01 * (1.0 - missing), epsilon = 0.01 * 2e-3);
 }
 
-/// What is missing stays missing, and a hard start takes speed over the largest acceleration.
+/// The reached share stays below 1, and a hard start takes speed over the largest acceleration.
 #[test]
 fn a_hard_start_is_held_to_what_there_is() {
     let came = law().follow(&[Vector3::new(0.0, 2.0, 0.0); 400], 1e-3);
@@ -36,7 +37,7 @@ fn a_hard_start_is_held_to_what_there_is() {
     assert_relative_eq!(settled[3999], Vector3::new(0.1, 0.09, 0.0), epsilon = 1e-6);
 }
 
-/// On a circle a body that does what is asked needs omega v towards the middle: more than there is, and it slides outwards.
+/// On a circle the body needs omega v towards the centre: above the limit it slides outwards.
 #[test]
 fn a_circle_takes_what_is_carried_round() {
     assert_eq!(
@@ -49,7 +50,7 @@ fn a_circle_takes_what_is_carried_round() {
     };
     let gentle = law.follow(&[Vector3::new(0.5, 0.0, 1.0); 3000], 1e-3);
     assert_relative_eq!(gentle[2999], Vector3::new(0.5, 0.0, 1.0), epsilon = 1e-3);
-    // 1.5 m/s at 3 rad/s would need 4.5 m/s^2, of 3.
+    // 1.5 m/s at 3 rad/s needs 4.5 m/s^2; the limit is 3.
     let hard = law.follow(&[Vector3::new(1.5, 0.0, 3.0); 3000], 1e-3);
     assert!(hard[2999].y < -0.05, "{}", hard[2999]);
 }
@@ -74,7 +75,7 @@ fn errors_are_of_twist_place_and_heading() {
         came: vec![Vector3::new(1.0, 0.0, quarter); 1000],
     };
     let end = poses(&drive.came, 1e-3).pop().unwrap();
-    // A quarter of a circle of one metre's way.
+    // A quarter circle with a path of 1 m.
     assert_relative_eq!(
         end,
         Vector3::new(1.0 / quarter, 1.0 / quarter, quarter),

@@ -1,7 +1,7 @@
-//! A headless Chromium that a test drives, by its DevTools protocol.
+//! A headless Chromium that a test controls, by its DevTools protocol.
 //!
-//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; accessibility is judged by axe-core, whose script `ILON_AXE` names.
-//! Without one of them the tests say what they skipped.
+//! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; accessibility is judged by
+//! axe-core, whose script `ILON_AXE` names. Without one of them the tests print what they skipped.
 
 #![allow(dead_code)] // Each test binary uses a part.
 
@@ -13,26 +13,26 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// As long as the slowest answer may take on a machine that builds beside it.
+/// Timeout of the slowest answer, with a build on the same machine; chosen.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What Chromium says by itself where no graphics hardware draws.
+/// Chromium's own messages without graphics hardware.
 const OF_THE_BROWSER: [&str; 2] = ["GL Driver Message", "software WebGL"];
 
-/// A browser with one empty page; it ends with this value.
+/// A browser with one empty page; it ends on drop.
 pub struct Browser {
     child: Child,
     socket: WebSocket<TcpStream>,
     session: String,
     calls: u64,
-    /// What the console said so far.
+    /// The console messages so far.
     pub console: Vec<String>,
     loaded: bool,
     folder: tempfile::TempDir,
 }
 
 impl Browser {
-    /// Starts one; `None` where there is no Chromium.
+    /// Starts a browser; `None` without Chromium.
     pub fn start() -> Option<Self> {
         let named = std::env::var("ILON_CHROMIUM").unwrap_or_else(|_| "chromium".to_owned());
         let folder = tempfile::tempdir().expect("a folder");
@@ -94,7 +94,7 @@ impl Browser {
         Some(browser)
     }
 
-    /// Calls a method of the protocol and gives its result.
+    /// Calls a method of the protocol and returns its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.calls += 1;
         let id = self.calls;
@@ -114,7 +114,7 @@ impl Browser {
         }
     }
 
-    /// The next message; what the console says is kept.
+    /// The next message; console messages are kept.
     fn next(&mut self) -> Value {
         let text = match self.socket.read().expect("the browser answers in time") {
             Message::Text(text) => text.to_string(),
@@ -140,14 +140,14 @@ impl Browser {
         message
     }
 
-    /// The window's inner size, in pixels.
+    /// Sets the window's inner size, in pixels.
     pub fn size(&mut self, width: u32, height: u32) {
         let metrics =
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call("Emulation.setDeviceMetricsOverride", metrics);
     }
 
-    /// What the page takes itself to be shown on: `print`, or `screen`.
+    /// Sets the emulated medium: `print` or `screen`.
     pub fn media(&mut self, media: &str) {
         self.call("Emulation.setEmulatedMedia", json!({ "media": media }));
     }
@@ -163,7 +163,7 @@ impl Browser {
         }
     }
 
-    /// What an expression of JavaScript gives, once what it promises is there.
+    /// The value of a JavaScript expression; promises are awaited.
     pub fn eval(&mut self, expression: &str) -> Value {
         let asked =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
@@ -173,14 +173,14 @@ impl Browser {
         answer["result"]["value"].clone()
     }
 
-    /// Prints the page, as a person does: the page hears of it. Gives how many bytes the PDF has.
+    /// Prints the page with print events. Returns the PDF's size in bytes.
     pub fn print(&mut self) -> usize {
         let asked = json!({ "preferCSSPageSize": true, "paperWidth": 8.27, "paperHeight": 11.69 });
         let pdf = self.call("Page.printToPDF", asked);
         pdf["data"].as_str().map_or(0, |data| data.len() * 3 / 4)
     }
 
-    /// The serious and critical faults that axe-core finds; `None` where it is not there.
+    /// The serious and critical faults that axe-core finds; `None` without axe-core.
     pub fn axe(&mut self) -> Option<Vec<String>> {
         let Some(script) = std::env::var_os("ILON_AXE") else {
             eprintln!("skipped: ILON_AXE names no axe.min.js");
@@ -202,7 +202,7 @@ impl Browser {
         )
     }
 
-    /// Where files of the test can lie.
+    /// A folder for files of the test.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
@@ -215,7 +215,7 @@ impl Drop for Browser {
     }
 }
 
-/// A connection to a browser that was just started: it writes where it listens.
+/// A connection to a browser that was just started: its output contains the address.
 fn connected(folder: &Path, child: &mut Child) -> Option<WebSocket<TcpStream>> {
     let until = Instant::now() + PATIENCE;
     loop {
@@ -226,7 +226,7 @@ fn connected(folder: &Path, child: &mut Child) -> Option<WebSocket<TcpStream>> {
             stream.set_read_timeout(Some(PATIENCE)).ok()?;
             let url = format!("ws://127.0.0.1:{port}{path}");
             let (mut socket, _) = tungstenite::client(url, stream).ok()?;
-            // A page's pixels and a PDF are messages of some megabytes.
+            // A page's pixels and a PDF are messages of several megabytes.
             socket.set_config(|config| config.max_message_size = None);
             return Some(socket);
         }

@@ -1,6 +1,6 @@
-//! A folder to work in, with scenarios and a robot, and the command run in it.
+//! A working folder with scenarios and a robot, and the command run in it.
 
-// Each test file takes what it needs.
+// Each test file uses a part of it.
 #![allow(dead_code)]
 
 pub mod browser;
@@ -8,7 +8,7 @@ pub mod browser;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A run of half a second that passes through nothing special.
+/// A run of half a second without special events.
 pub const SCENARIO: &str = "\
 [robot]
 file = \"ROBOT\"
@@ -23,14 +23,14 @@ settle_s = 0.1
 duration_s = 0.5
 ";
 
-/// A bound that every such run keeps.
+/// An expectation that every such run meets.
 pub const HOLDS: &str = "\n[expect]\ntwist_ratio_contact.vx = { min = 0.9, max = 1.1 }\n";
 
-/// A bound that none keeps.
+/// An expectation that none meets.
 pub const FAILS: &str = "\n[expect]\ntwist_ratio_contact.vx = { max = -1 }\n";
 
-/// A Python that has some packages, of `tests/requirements.txt`: that under `ILON_PYTHON`, or `python3`. Without one it says that the test is
-/// skipped.
+/// A Python with these packages of `tests/requirements.txt`: that of `ILON_PYTHON`, or `python3`.
+/// Without one it prints that the test is skipped.
 pub fn python(packages: &str) -> Option<String> {
     let named = std::env::var("ILON_PYTHON").ok();
     let python = named.clone().unwrap_or("python3".into());
@@ -51,7 +51,7 @@ pub fn python(packages: &str) -> Option<String> {
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
-    /// With the scenario `good.toml`, which holds, and its robot.
+    /// A folder with the scenario `good.toml`, which meets its expectation, and its robot.
     pub fn new() -> Self {
         let folder = Self(tempfile::tempdir().expect("a folder to work in"));
         let robot =
@@ -76,7 +76,7 @@ impl Folder {
         std::fs::write(path, text).expect("a file of the folder");
     }
 
-    /// Writes a scenario with something more in it.
+    /// Writes a scenario with additional text.
     pub fn scenario(&self, name: &str, further: &str) {
         let robot = self.path("robot.urdf").display().to_string();
         let text = SCENARIO.replace("ROBOT", &robot);
@@ -96,7 +96,7 @@ impl Folder {
         self.command(arguments).output().expect("the command runs")
     }
 
-    /// The names in a folder of the folder, hidden ones too, in order.
+    /// The names in a subfolder, including hidden ones, in order.
     pub fn names(&self, name: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(name)).expect("a folder of the folder");
         let mut names: Vec<String> = entries
@@ -118,7 +118,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// What was printed, of a command that ended with this code.
+/// Asserts the exit code and returns the printed text.
 pub fn ended_with(code: i32, output: &Output) -> String {
     let all = format!("{}{}", stdout(output), stderr(output));
     assert_eq!(output.status.code(), Some(code), "{all}");

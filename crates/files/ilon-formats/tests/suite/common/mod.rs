@@ -1,4 +1,4 @@
-//! A good robot, small, from which the tests make others.
+//! A small valid robot, which the tests modify.
 
 #![allow(dead_code)] // Each test binary uses a part.
 
@@ -6,7 +6,7 @@ use ilon_formats::{LoadOptions, Spec, generate};
 use ilon_robot::{Collision, CollisionShape, MassProperties, Robot, Roller, RollerForm};
 use nalgebra::Isometry3;
 
-/// Options of reading, changed.
+/// Changed load options.
 pub fn options(change: impl FnOnce(&mut LoadOptions)) -> LoadOptions {
     let mut options = LoadOptions::default();
     change(&mut options);
@@ -43,14 +43,14 @@ pub fn small() -> String {
     generate(&spec).expect("a good description")
 }
 
-/// The line of the first place where `needle` stands.
+/// The line of the first occurrence of `needle`.
 pub fn line_of(text: &str, needle: &str) -> usize {
     let at = text.find(needle).unwrap_or_else(|| panic!("no {needle}"));
     text[..at].matches('\n').count() + 1
 }
 
-/// Every number of a robot's model in one figure: equal where all of them are equal to the last
-/// bit. FNV-1a over the bits.
+/// A fingerprint of every number in a robot's model, equal if all are bit-identical: FNV-1a over
+/// the bits.
 pub fn fingerprint(robot: &Robot) -> u64 {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     hash.text(&robot.name);

@@ -44,7 +44,7 @@ fn wheels_without_rollers_are_told_by_name() {
     );
 }
 
-/// A negative angle is the O: each gamma is that of the X with its sign turned.
+/// A negative angle is the O: each gamma is that of the X with the opposite sign.
 #[test]
 fn a_negative_angle_in_the_x_is_the_o() {
     let gammas = |deg: f64| -> Vec<f64> {
@@ -97,8 +97,8 @@ fn rollers_put_into_bare_wheels_make_the_robot_that_has_them() {
     }
 }
 
-/// A robot whose wheels stand at (+-0.2, +-0.18) m, each on a joint whose origin lies at
-/// `joint_y_m` on its own side of the middle, which a number below zero puts across it.
+/// A robot whose wheels are at (+-0.2, +-0.18) m, each on a joint whose origin is at `joint_y_m` on
+/// its own side of the middle; a negative number is on the other side.
 fn wheels_on_long_axles(joint_y_m: f64) -> String {
     let mut text = "<robot name='axles'><link name='base_link'><inertial><mass value='10'/>\
         <inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.3'/></inertial></link>"
@@ -122,8 +122,8 @@ fn wheels_on_long_axles(joint_y_m: f64) -> String {
     text + "</robot>"
 }
 
-/// Which way rollers lie follows from where the wheels stand, not from where along their axes the
-/// joints have their origins: on the wheels' side, on the middle line, or across it.
+/// The rollers' handedness follows from the wheels' places, not from the places of the joints'
+/// origins along their axes: on the wheels' side, on the middle line, or across it.
 #[test]
 fn an_x_is_made_by_where_the_wheels_stand() {
     for joint_y_m in [0.18, 0.02, 0.0, -0.02] {
@@ -196,7 +196,7 @@ fn rollers_that_do_not_fit_are_refused(change: fn(&mut WheelOptions), expected: 
 
 #[test]
 fn a_repair_says_what_it_changed_and_keeps_the_lines() {
-    // No inertia for the chassis, a second limit, and outermost spheres that are left out.
+    // No inertia for the chassis, a second limit, and missing outermost spheres.
     let text = small().replacen(
         r#"<limit effort="1" velocity="20"/>"#,
         "<limit effort=\"1\" velocity=\"20\"/><limit effort=\"9\"\n velocity=\"9\"/>",
@@ -236,7 +236,7 @@ fn a_repair_says_what_it_changed_and_keeps_the_lines() {
     for roller in &robot.wheels[0].rollers {
         assert!((roller.length_m - 2.0 * 0.038 * (PI / 8.0).tan()).abs() < 1e-13);
     }
-    // A fault that is left is told at its line in the file as it is.
+    // A remaining fault is reported with its line in the original file.
     let text = text.replace(r#"<mass value="0.01"/>"#, r#"<mass value="-1"/>"#);
     let error =
         Robot::from_urdf_str_with(&text, "broken.urdf", &options).expect_err("a negative mass");

@@ -1,4 +1,4 @@
-//! Whatever the bytes are, and however many.
+//! Arbitrary bytes, in any number.
 
 use super::bare_wheels::rollers;
 use super::load;
@@ -6,7 +6,7 @@ use crate::traits::common::{SPEC, options, small};
 use ilon_formats::{LoadOptions, LoadRobot, Spec, generate};
 use ilon_robot::Robot;
 
-/// `ILON_DAMAGE_ROUNDS=100000` looks longer.
+/// `ILON_DAMAGE_ROUNDS=100000` runs more cases.
 #[test]
 fn no_damage_to_the_text_fells_the_loader() {
     let text = small();
@@ -74,7 +74,7 @@ fn no_damage_to_the_text_fells_the_loader() {
             Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
         }
     }
-    // Some damage hits what is not read; most does not.
+    // Some damage hits text that is not read; most does not.
     assert!(loaded > 0 && loaded < rounds, "{loaded}");
 }
 

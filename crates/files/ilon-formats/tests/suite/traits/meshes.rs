@@ -9,7 +9,7 @@ use ilon_formats::{Fault, LoadOptions, LoadRobot, Package, Remedy};
 use ilon_robot::Robot;
 use test_case::test_case;
 
-/// A folder of its own for each test, below the build's.
+/// A separate folder for each test, below the build's.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder to write to");
@@ -82,15 +82,15 @@ fn obj(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// In inches, shifted and turned a quarter about x, which the scene takes back.
+/// In inches, shifted and rotated by a quarter turn about x, which the scene reverses.
 fn dae(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
     let inch = 25.4;
     let mut numbers = String::new();
     for [x, y, z] in triangles.iter().flatten() {
-        // Turned by +90 deg about x, (x, y, z) is (x, -z, y); then shifted by one along x.
+        // Rotated by +90 deg about x, (x, y, z) is (x, -z, y); then shifted by one along x.
         numbers += &format!("{} {} {} ", x / inch + 1.0, -z / inch, y / inch);
     }
-    // Of a unit of 25.4 the URDF's scale makes millimetres.
+    // With a unit of 25.4 the URDF's scale gives millimetres.
     format!(
         r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
         <asset><unit name="inch" meter="{inch}"/><up_axis>Y_UP</up_axis></asset>
@@ -144,8 +144,8 @@ fn the_barrel_of_a_mesh_is_fitted(file: &str, write: fn(&[[[f64; 3]; 3]]) -> Vec
     );
 }
 
-/// One of three equal wheels is drawn by other facets, and comes out half a percent smaller: the
-/// robot stands level all the same.
+/// One of three equal wheels has other facets, and its mesh is half a per cent smaller: the robot
+/// still stands level.
 #[test]
 fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
     let folder = folder("facets");
@@ -183,7 +183,7 @@ fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
         let robot = Robot::load(folder.join("robot.urdf")).expect("a robot");
         let radii_m: Vec<f64> = robot.wheels.iter().map(|wheel| wheel.radius_m).collect();
         let apart_m = (radii_m[0] - radii_m[1]).abs();
-        // What is 3 % smaller is another wheel.
+        // One that is 3 % smaller is another wheel.
         assert_eq!(apart_m == 0.0, level, "{radii_m:?}");
         assert_eq!(
             remarked(&robot, "wheel `wheel_1`", "the facets explain it"),
@@ -195,8 +195,8 @@ fn equal_wheels_of_meshes_of_other_facets_have_one_radius() {
     }
 }
 
-/// The small robot as xacro: its first wheel's place is computed, its links of rollers come from a
-/// macro of another file.
+/// The small robot as xacro: its first wheel's place is computed, and its roller links come from a
+/// macro in another file.
 fn as_xacro(include: &str) -> (String, String) {
     let text = small()
         .replacen(
@@ -246,7 +246,7 @@ fn xacro_is_expanded_without_ros() {
     let file = folder.join("robot.urdf.xacro");
     std::fs::write(&file, main).expect("written");
 
-    // A package of another name than its folder is proposed by what it holds.
+    // A package under another name than its folder is proposed by its content.
     let error = Robot::load(&file).expect_err("no such package");
     let package = "parts".to_owned();
     let Fault::MissingFiles { files } = error.fault() else {
@@ -279,8 +279,7 @@ fn xacro_is_expanded_without_ros() {
     }
 }
 
-/// A folder that is given from where the command is called, and not from the file that includes by
-/// it.
+/// A folder given relative to the working directory, not to the including file.
 #[cfg(unix)]
 #[test]
 fn the_folder_of_a_package_may_be_given_from_here() {
@@ -305,11 +304,11 @@ fn the_folder_of_a_package_may_be_given_from_here() {
     Robot::load_with(&file, &options).expect("expanded");
 }
 
-/// A variable of the environment that decides what the file makes: what it is compared with is
-/// said.
+/// An environment variable that the file's result depends on: the values it is compared with are
+/// reported.
 #[test]
 fn what_a_variable_that_is_not_set_is_compared_with_is_said() {
-    // What is long, or goes on on another line, is no name of a machine.
+    // Long or multi-line text is no name of a machine.
     let long = "x".repeat(1000);
     let text = r#"<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
         <xacro:property name="machine" value="$(env ILON_NO_SUCH_MACHINE)"/>

@@ -1,4 +1,4 @@
-//! Robots as people write them, one trait a test: each is a good robot written in another way.
+//! Robot files in various styles, one trait per test: each is a valid robot written in another way.
 
 mod bare_wheels;
 use crate::common;
@@ -34,7 +34,7 @@ fn mecanum() -> String {
         .expect("in range")
 }
 
-/// The same text with every collision of a roller replaced by one.
+/// The same text with every roller collision replaced by one.
 fn with_roller_collision(text: &str, collision: &str) -> String {
     let mut out = String::new();
     let mut in_roller = false;

@@ -56,7 +56,7 @@ fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
         let RollerForm::AsModelled(modelled) = &roller.form else {
             panic!("{:?}", roller.form);
         };
-        // Along its axis, either way: the cylinder to 5 mm, the ball to 14 mm on its side.
+        // Along its axis, in both directions: the cylinder to 5 mm, the ball to 14 mm on its side.
         let reach = |z: f64| {
             let reaches = modelled
                 .shapes
@@ -66,12 +66,12 @@ fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
         };
         let mut ends = [reach(1.0), reach(-1.0)];
         ends.sort_by(f64::total_cmp);
-        // The file's turns are written with ten digits or so.
+        // The file's rotations are written with about ten digits.
         assert!(
             (ends[0] - 0.006).abs() < 1e-8 && (ends[1] - 0.014).abs() < 1e-8,
             "{ends:?}"
         );
-        // The profile tells the same.
+        // The profile agrees.
         assert!((modelled.profile.support_m(1.0) - reach(1.0)).abs() < 1e-8);
         assert!((modelled.profile.support_m(-1.0) - reach(-1.0)).abs() < 1e-8);
         // Across the axis it is as thick as the cylinder.
@@ -123,8 +123,8 @@ fn a_stack_of_cylinders_is_fitted_as_the_barrel_that_it_stands_for() {
         })
         .collect();
     let robot = load(&with_roller_collision(&small(), &discs));
-    // A disc of half-width 50 um leans over by that times the slope of the surface, 0.4 at most,
-    // and the chords between discs fall short by 1.3 um.
+    // A disc of half-width 50 um is tilted over by that times the slope of the surface, 0.4 at
+    // most, and the chords between discs fall short by 1.3 um.
     assert!(
         (robot.wheels[0].radius_m - 0.05).abs() < 2e-5,
         "{}",
@@ -161,7 +161,7 @@ fn rollers_of_the_common_length_overlap_by_what_geometry_says() {
         "over 76.1 deg of each turn (21.1 %) two rollers touch"
     ));
     assert!((loaded.outlines[0].overlap_share - 76.1 / 360.0).abs() < 1e-3);
-    // A capsule sticks out where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45
+    // A capsule protrudes where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45
     // deg)) from the hub axis. Samples a tenth of a degree apart miss the peak by 54 mm (0.05
     // deg)^2 / 2 = 2e-8 m at most.
     let peak_m = 0.038f64.hypot(0.5 * length_m * FRAC_PI_4.cos()) + 0.012;

@@ -1,4 +1,4 @@
-//! Links, joints and masses as people write them, and settings that are read or remarked.
+//! Links, joints and masses in various styles, and settings that are read or remarked.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -27,8 +27,8 @@ fn names_say_nothing() {
 
 #[test]
 fn a_fixed_link_between_hub_and_rollers_is_part_of_the_hub() {
-    // The rim hangs by a fixed joint below the hub, turned about the hub axis, and the first
-    // wheel's rollers by the rim.
+    // The rim is on a fixed joint below the hub, turned about the hub axis, and the first wheel's
+    // rollers are on the rim.
     let rim = r#"<link name="rim"><inertial><mass value="0.1"/>
         <inertia ixx="1e-4" ixy="0" ixz="0" iyy="2e-4" iyz="0" izz="1e-4"/></inertial></link>
         <joint name="rim" type="fixed"><parent link="wheel_1_link"/><child link="rim"/><origin rpy="0 0.3 0"/></joint></robot>"#;
@@ -46,7 +46,7 @@ fn a_fixed_link_between_hub_and_rollers_is_part_of_the_hub() {
         (robot.wheels[0].hub.inertia_kg_m2[(2, 2)] - (0.2 * 0.03 * 0.03 / 2.0 + 2e-4)).abs()
             < 1e-16
     );
-    // The rim turns all places by 0.3 rad: the roller that pointed down stands there.
+    // The rim turns all places by 0.3 rad: the roller that pointed down is there.
     let first = robot.wheels[0]
         .rollers
         .iter()
@@ -66,7 +66,7 @@ fn a_root_without_inertia_takes_that_of_what_is_fixed_to_it() {
     assert!((robot.ride_height_m() + 0.01).abs() < 1e-15);
 }
 
-/// A robot that carries a camera of a mass, with an inertia as it is written, on a joint.
+/// A robot with a camera of a mass, with the given inertia text, on a joint.
 fn with_camera(mass_kg: f64, inertia: &str, joint: &str) -> String {
     let camera = format!(
         r#"<link name="camera"><inertial><origin xyz="0 0 0"/><mass value="{mass_kg}"/>{inertia}</inertial></link>
@@ -83,7 +83,7 @@ fn try_load(text: &str) -> Result<Robot, ilon_formats::RobotError> {
 
 #[test]
 fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_is_spread() {
-    // Products that are larger than the moments: the least principal moment is below 0.
+    // Products larger than the moments: the smallest principal moment is negative.
     let wrong = r#"<inertia ixx="2e-9" ixy="7e-9" ixz="0" iyy="2e-9" iyz="0" izz="2e-9"/>"#;
     let plain = load(&small()).chassis.mass;
     for (inertia, joint, at) in [
@@ -96,8 +96,8 @@ fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_i
         assert!(remarked(&robot, &subject, "repaired: its inertia"));
         let mass = &robot.chassis.mass;
         assert!((mass.mass_kg - plain.mass_kg - 0.01).abs() < 1e-15);
-        // About the common centre of mass the camera counts by its place alone, but for what it
-        // could have of its own: as a ball of 1500 kg/m^3.
+        // About the common centre of mass the camera counts as a point, plus its largest own
+        // inertia: that of a ball of 1500 kg/m^3.
         let reduced_kg = 0.01 * plain.mass_kg / (0.01 + plain.mass_kg);
         let apart_m = 0.1 - plain.center_of_mass_m.z;
         let by_place = plain.inertia_kg_m2[(0, 0)] + reduced_kg * apart_m * apart_m;
@@ -106,8 +106,7 @@ fn a_light_part_of_the_chassis_is_no_reason_to_refuse_a_robot_for_how_its_mass_i
         let ball_kg_m2 = 0.4 * 0.01 * radius_m * radius_m;
         assert!((own - ball_kg_m2).abs() < 1e-15, "{own}");
     }
-    // A heavy part, a part of something that turns, and a mass that is missing are refused as
-    // before.
+    // A heavy part, a part of a moving body, and a missing mass are refused as before.
     for text in [
         with_camera(1.0, wrong, "fixed"),
         with_camera(0.01, wrong, "continuous"),
@@ -156,7 +155,7 @@ fn an_axis_that_points_inward_keeps_the_sense_of_its_joint() {
     for (p, q) in outward.wheels.iter().zip(&inward.wheels) {
         assert!((p.axis() + q.axis()).norm() < 1e-15);
         assert!((p.position_m() - q.position_m()).norm() < 1e-15);
-        // Handedness is of the wheel, not of the sense in which its axis is written.
+        // Handedness is a property of the wheel, not of the sign of its axis.
         assert!((p.gamma_rad - q.gamma_rad).abs() < 1e-14);
     }
     let inward = load(&mecanum().replace(r#"<axis xyz="0 1 0"/>"#, r#"<axis xyz="0 -1 0"/>"#));
@@ -202,9 +201,9 @@ fn a_chassis_below_the_floor_is_told() {
     assert!((deep_mm - 20.0).abs() < 1e-9);
 }
 
-/// The box's lower side at a clearance. On the floor the chassis carries the robot in the wheels'
-/// place, so that it does not move: between a thousandth of the radius above it, 0.05 mm, and any
-/// depth below it is refused, and the remedy leaves it out.
+/// The box's lower side at a clearance. On the floor the chassis carries the robot in place of the
+/// wheels, so that it does not move. From a thousandth of the radius above it, 0.05 mm, down to any
+/// depth below it is refused, and the repair leaves it out.
 #[test_case(-1e-3, "reaches 1.0 mm below"; "below it")]
 #[test_case(-0.2e-3, "reaches 0.2 mm below"; "within what a file is rounded by")]
 #[test_case(0.0, "it is 0.000 mm above"; "on it")]
@@ -231,9 +230,8 @@ fn a_chassis_that_touches_the_floor_at_rest_is_refused_and_repaired(clearance_m:
     assert!(repaired.chassis.collisions.is_empty());
 }
 
-/// A chain of links as files that are made by programs have it: twice as many links take about
-/// twice as long, where each joint was held against all above it. In steps of one link a minute is
-/// what that took.
+/// A chain of links, as programs generate: twice as many links take about twice as long. With
+/// quadratic time, when each joint was compared with all above it, this took a minute.
 #[test]
 fn a_long_chain_of_fixed_links_ends_soon() {
     const LINKS: usize = 60_000;
@@ -284,8 +282,8 @@ fn steered_wheels_are_told_apart_from_swedish_ones() {
     assert_eq!(wheels, names);
 }
 
-/// Degrees are what descriptions and options take: 0.7854 of them are no mecanum wheel, 0 and 45
-/// are nothing odd.
+/// Descriptions and options take degrees: 0.7854 is remarked as no mecanum wheel's, 0 and 45 are
+/// not.
 #[test_case("0.7854", Some("an angle of 45 deg given in radians"))]
 #[test_case("45.0", None)]
 #[test_case("0.05", None)]
@@ -310,7 +308,7 @@ fn an_angle_gamma_in_radians_is_remarked(gamma_deg: &str, said: Option<&str>) {
     }
 }
 
-/// Hub axes point outward on a ring, so that a wheel reaches by its radius to both sides of its
+/// Hub axes point outward on a ring, so that a wheel extends by its radius to both sides of its
 /// place: neighbours of five meet within rho / tan(36 deg) of the middle, plus half of their width.
 #[test_case(0.5, true)]
 #[test_case(3.0, false)]

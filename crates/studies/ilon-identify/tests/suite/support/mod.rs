@@ -1,4 +1,4 @@
-//! Drives of robots that are known, as a log with noise and whole counts has them.
+//! Drives of known robots, as logs with noise and encoder counts.
 #![allow(dead_code)]
 
 use std::f64::consts::TAU;
@@ -25,15 +25,14 @@ pub fn assets() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../assets")
 }
 
-/// What is driven, and how it is seen.
+/// A drive and its measurement.
 pub struct Drive {
-    /// Twists that the nominal robot's wheels are driven by, each as long as the others: m/s and
-    /// rad/s.
+    /// Commanded twists for the nominal robot, of equal duration: m/s and rad/s.
     pub directions: Vec<[f64; 3]>,
     pub for_s: f64,
     pub row_s: f64,
-    /// The tracked point in the body frame, in metres, and by how much the tracker's heading is
-    /// ahead, in radians.
+    /// The tracked point in the body frame, in metres, and the tracker's heading offset, in
+    /// radians.
     pub tracker: [f64; 3],
     pub position_noise_m: f64,
     pub heading_noise_rad: f64,
@@ -63,8 +62,8 @@ impl Default for Drive {
     }
 }
 
-/// The log of a robot of a model with these values: its wheels turn as the robot of the model would
-/// have to without them.
+/// The log of a robot of a model with these values: its wheels turn as commanded for the nominal
+/// robot of the model.
 pub fn drive(model: &Model, values: &[f64], drive: &Drive) -> Log {
     let truth = model.twist_matrix(values).unwrap();
     let nominal = Kinematics::new(&model.robot(&model.nominal())).unwrap();
@@ -112,7 +111,7 @@ pub fn drive(model: &Model, values: &[f64], drive: &Drive) -> Log {
     log
 }
 
-/// A log as a table of text, with the names that the studies of these tests use.
+/// A log as a text table, with the names that the studies of these tests use.
 pub fn csv(log: &Log, robot: &Robot) -> String {
     let names: Vec<&str> = robot
         .wheels

@@ -172,7 +172,7 @@ fn numbers_are_of_a_size_to_compute_with_but_for_what_is_expected() {
             "write 0 or a number whose size is between 1e-12 and 1e9"
         );
     }
-    // What may have either sign comes from sines and cosines: cos(90 deg) is 6e-17 to a script.
+    // Numbers of either sign come from sines and cosines: a script writes cos(90 deg) as 6e-17.
     for zero in ["robot.x_m=6e-17", "robot.heading_deg=-1.8e-17"] {
         assert!(
             parse(CIRCLE, "t", &[zero.parse().unwrap()]).is_ok(),
@@ -241,7 +241,7 @@ fn a_scenario_moved_to_a_folder_behind_a_link_names_the_same_files() {
         "l/link/../../../robot.urdf",
     ] {
         scenario.robot.file = PathBuf::from(file);
-        // The folder of the results is made after that, or is there.
+        // The folder of the results is created later, or exists.
         for out in ["l/link/r", "l/link", "m/deep", "l/nowhere/yet"] {
             let moved = scenario.moved_to(&at(out));
             std::fs::create_dir_all(at(out)).unwrap();
@@ -254,7 +254,7 @@ fn a_scenario_moved_to_a_folder_behind_a_link_names_the_same_files() {
             );
         }
     }
-    // Files beside a robot are named from where the robot's own link stands.
+    // Files beside a robot are relative to the robot's own link.
     scenario.robot.file = PathBuf::from("other_name.urdf");
     assert_eq!(
         scenario.moved_to(&at("m")).robot.file,
@@ -355,7 +355,7 @@ fn a_missing_key_is_named_with_what_it_is_for() {
     let (message, help, _) = told("[run]\nduration_s = 1\n[twist]\n", &[]);
     assert_eq!(message, "the key `robot` is missing");
     assert_eq!(help, "add `robot`: Which robot, and how it starts.");
-    // Of a section that may be left out, but is not.
+    // In an optional section that is present.
     let rough = format!("{CIRCLE}\n[world.floor.rough]\nheight_m = 0.01\nside_m = 2\n");
     let (message, help, at) = told(&rough, &[]);
     assert_eq!(message, "the key `world.floor.rough.cell_m` is missing");
@@ -412,7 +412,7 @@ fn a_setting_makes_the_list_that_it_names_and_adds_to_it() {
         scenario.faults[0],
         Fault::Payload { mass_kg, x_m: Some(x_m), .. } if mass_kg == 2.0 && x_m == 0.1
     ));
-    // Added to one that is there.
+    // Appended to an existing one.
     let text = format!("{CIRCLE}\n[[faults]]\npose_lost = {{}}\n");
     let added = parse(&text, "test.toml", &settings[2..]).unwrap();
     assert_eq!(added.faults.len(), 2);
@@ -448,7 +448,7 @@ fn a_run_without_a_duration_is_of_a_log_alone() {
     let played = "robot.file = \"r.urdf\"\n[playback]\nfile = \"l.csv\"\ndrives = \"twist\"\n";
     let scenario = parse(played, "test.toml", &[]).unwrap();
     assert!(scenario.run.is_open());
-    // Written out and read again it is open still.
+    // Still open after writing and reading.
     let again = parse(&scenario.to_toml().unwrap(), "test.toml", &[]).unwrap();
     assert!(again.run.is_open());
     for wrong in ["inf", "0", "-1"] {
@@ -457,7 +457,7 @@ fn a_run_without_a_duration_is_of_a_log_alone() {
     }
 }
 
-/// A path may be one of several kinds, all of which have a timing: help lists it once.
+/// A path may be of several kinds, all of which have a timing: the help lists it once.
 #[test]
 fn keys_of_several_kinds_are_listed_once() {
     let (_, help, _) = told(&format!("{CIRCLE}\n[reference]\nquux = 1\n"), &[]);
@@ -507,8 +507,8 @@ fn all_keys_that_are_missing_are_named_at_once() {
     assert!(message.contains("no motion") && message.contains("`run.duration_s` is missing"));
 }
 
-/// What shows only when the robot is known is placed by the key or the value that it names, but not where a setting has the last word, nor where the value is
-/// there twice.
+/// Errors found only with the robot are placed by the key or value that they name, but not if a
+/// setting overrides it, or the value occurs twice.
 #[test]
 fn late_errors_are_placed_in_the_text() {
     let text = format!("{CIRCLE}\n[[faults]]\nmotor_lost = {{ wheel = \"lft\" }}\n");

@@ -1,4 +1,4 @@
-//! What is held in a disc: rolling that costs something.
+//! Impulses in a disc: rolling resistance.
 
 use nalgebra::Vector2;
 
@@ -6,8 +6,9 @@ use super::super::system::{TOLERANCE, pair};
 use super::super::{ImpulseProblem, Law};
 use super::{Draw, contact, problem, solve};
 
-/// What moves in a plane with u and answers with 1 / m is held by p = -m u where that is within its disc, and else loses most / m of its
-/// speed; over a nap p lies on the ellipse, and no other impulse of it takes more.
+/// A motion in a plane with u and a response of 1 / m is stopped by p = -m u if that is within its
+/// disc, and otherwise loses most / m of its speed; over a nap p lies on the ellipse, and no other
+/// impulse dissipates more.
 #[test]
 fn a_disc_holds_what_it_can_and_slows_the_rest() {
     let mass_kg = 2.0;
@@ -39,7 +40,7 @@ fn a_disc_holds_what_it_can_and_slows_the_rest() {
     }
 }
 
-/// Contacts and discs on the same rollers, as drag stands beside friction.
+/// Contacts and discs on the same rollers, like friction with rolling resistance.
 #[test]
 fn random_problems_with_discs_are_solved_and_never_gain_power() {
     let mut draw = Draw(6);

@@ -1,4 +1,5 @@
-//! Each law by itself: that its proximal map is on the law, that its slopes are those of differences, and that the residual's are.
+//! Each law by itself: its proximal map satisfies the law, and its slopes and those of the residual
+//! are the numerical derivatives.
 
 use nalgebra::Vector2;
 
@@ -7,7 +8,7 @@ use super::super::kinds::Allowed;
 use super::super::{Curve, ImpulseProblem, Law};
 use super::{Draw, bearing, slide};
 
-/// A motor that falls off beyond its rate, on a curve.
+/// A motor whose torque falls beyond its rate, as a curve.
 fn curve() -> Curve {
     Curve {
         points: vec![[0.0, 0.0], [1.0, 0.2], [1.0, -0.3], [4.0, -0.6]],
@@ -36,12 +37,12 @@ fn curves() -> Curves {
     curves
 }
 
-/// By how much an impulse and a velocity are off a law, as its words have it.
+/// The violation of a law by an impulse and a velocity, computed from its definition.
 fn off(law: Law, p: [f64; 3], u: [f64; 3]) -> f64 {
     let in_disc = |first: usize, limit: f64| {
         let p = Vector2::new(p[first], p[first + 1]);
         let u = Vector2::new(u[first], u[first + 1]);
-        // It takes the most of the motion that an impulse of the disc can.
+        // It dissipates the most that an impulse of the disc can.
         (p.norm() - limit).max(limit * u.norm() + p.dot(&u))
     };
     match law {
@@ -87,12 +88,12 @@ fn off(law: Law, p: [f64; 3], u: [f64; 3]) -> f64 {
     }
 }
 
-/// Asked for impulses at random, on both sides of every seam.
+/// Random impulses on both sides of every kink.
 fn asked(draw: &mut Draw) -> [f64; 3] {
     [0.0; 3].map(|_| 1.5 * draw.next())
 }
 
-/// The impulse p that is next to q, and the velocity (p - q) / g, are on the law.
+/// The impulse p nearest to q, and the velocity (p - q) / g, satisfy the law.
 #[test]
 fn the_proximal_map_of_each_law_is_on_the_law() {
     let (curves, mut draw) = (curves(), Draw(21));
@@ -109,7 +110,8 @@ fn the_proximal_map_of_each_law_is_on_the_law() {
     }
 }
 
-/// With no room to yield it is the nearest that the law allows at any velocity, and what is allowed already stays.
+/// With no compliance it is the nearest impulse that the law allows at any velocity, and an allowed
+/// one is unchanged.
 #[test]
 fn without_room_to_yield_only_the_bounds_count() {
     let (curves, mut draw) = (curves(), Draw(22));
@@ -118,7 +120,7 @@ fn without_room_to_yield_only_the_bounds_count() {
             let q = asked(&mut draw);
             let p = law.allows(&curves, &q, 0.0).impulse;
             let again = law.allows(&curves, &p, 0.0).impulse;
-            // A disc is put on its rim to rounding.
+            // A disc is projected onto its rim to rounding.
             let apart = [0, 1, 2].map(|k| (again[k] - p[k]).abs());
             assert!(apart.iter().all(|apart| *apart < 1e-15), "{law:?} {q:?}");
             let stays = match law {
@@ -134,8 +136,9 @@ fn without_room_to_yield_only_the_bounds_count() {
     }
 }
 
-/// Slopes over 2e-6 N s: the maps are made of pieces that bend by some tens per N s, so that these are right to 1e-9, and a seam is within 1e-6 of none
-/// of so few places.
+/// Difference quotients over 2e-6 N s: the maps are piecewise smooth with second derivatives of
+/// some tens per N s, so that these are accurate to 1e-9, and no kink is within 1e-6 of these few
+/// points.
 #[test]
 fn the_slopes_of_each_law_are_those_of_differences() {
     const BY: f64 = 1e-6;
@@ -164,7 +167,7 @@ fn the_slopes_of_each_law_are_those_of_differences() {
     }
 }
 
-/// Two contacts and one of each other law, of which each moves all others.
+/// Two contacts and one of each other law, where each moves all others.
 fn coupled(friction: f64, free: &[f64]) -> ImpulseProblem {
     let mut problem = ImpulseProblem::default();
     problem.add_curve(&curve());
@@ -192,8 +195,9 @@ fn coupled(friction: f64, free: &[f64]) -> ImpulseProblem {
     problem
 }
 
-/// The derivative of F is that of differences over 2e-6 N s, wherever F has one: F is made of pieces that bend by less than 1e3 per N s, so that these
-/// are right to 1e-5, and a place that falls on a seam within 1e-6 is none of so few.
+/// The derivative of F equals difference quotients over 2e-6 N s, wherever F has one: F is
+/// piecewise smooth with second derivatives below 1e3 per N s, so that these are accurate to 1e-5,
+/// and no kink is within 1e-6 of these few points.
 #[test]
 fn the_derivative_of_the_residual_is_that_of_differences() {
     const BY: f64 = 1e-6;
@@ -230,7 +234,8 @@ fn the_derivative_of_the_residual_is_that_of_differences() {
     }
 }
 
-/// Where the laws hold F vanishes, and the other way round: friction from 1 to 3, which couples what presses and what slides as it does in jams.
+/// F vanishes if and only if the laws hold: friction from 1 to 3, which couples pressure and
+/// sliding as in jams.
 #[test]
 fn the_residual_vanishes_where_the_laws_hold() {
     let mut draw = Draw(25);

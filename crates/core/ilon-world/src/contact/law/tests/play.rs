@@ -6,15 +6,16 @@ use super::super::system::{TOLERANCE, pair};
 use super::super::{ImpulseProblem, Law};
 use super::{Draw, bearing, solve};
 
-/// Rates: the robot's six, and of each of four wheels those of hub and roller about their axes, and of the roller along its own.
+/// Rates: the robot's six, and of each of four wheels those of hub and roller about their axes, and
+/// of the roller along its own.
 type Rates = SVector<f64, 18>;
 
-/// What a robot of 11 kg on four rollers of 10 g is to a step of 1 ms.
+/// A robot of 11 kg on four rollers of 10 g in a step of 1 ms.
 struct Robot {
     laws: Vec<Law>,
     rows: Vec<Rates>,
     free: Vec<f64>,
-    /// What creep adds along each tangent, in m/s per N s.
+    /// Addition by creep along each tangent, in m/s per N s.
     creeps: f64,
 }
 
@@ -40,7 +41,7 @@ impl Robot {
             let (up, level) = (0.2 * draw.next()).sin_cos();
             let axle = level * along + up * Vector3::z();
             let [hub, spin, slide] = [6, 7, 8].map(|of| of + 3 * wheel);
-            // The hub's rate at the place of contact, in a direction.
+            // The hub's rate at the contact point, in a direction.
             let of_hub = |way: &Vector3<f64>| {
                 let turn = Vector3::new(leg[0], leg[1], -RADIUS_M).cross(way);
                 let mut rates = Rates::zeros();
@@ -51,7 +52,7 @@ impl Robot {
             };
             let mut slides = -of_hub(&axle);
             slides[slide] = 1.0;
-            // The roller goes with its hub, but along its axle by itself.
+            // The roller moves with its hub, except along its axle.
             rows.extend([Vector3::z(), along, across].map(|way| {
                 let mut rates = of_hub(&way) + way.dot(&axle) * slides;
                 rates[spin] += THICK_M * way.dot(&across);
@@ -124,7 +125,8 @@ impl Robot {
     }
 }
 
-/// Each of the four rollers is in the air, sticks or slides on the floor, turns or not, and lies at one of its stops or at none.
+/// Each of the four rollers is in the air, sticks or slides on the floor, turns or not, and lies at
+/// one of its stops or at neither.
 #[test]
 fn rollers_with_play_are_solved_where_the_floor_drags_and_creeps_and_never_gain_power() {
     let mut draw = Draw(7);
@@ -171,10 +173,10 @@ fn rollers_with_play_are_solved_where_the_floor_drags_and_creeps_and_never_gain_
                 }
             }
         }
-        // All of it is tried.
+        // All cases occur.
         let tried = [pressed, stopped, free];
         assert!(tried.iter().all(|times| *times > 300), "{tried:?}");
     }
-    // Drawn at random, most are no step of a robot: of 1500 so many may stay.
+    // Most random problems are not steps of a robot: of 1500 this many may stay unsolved.
     assert!(unsolved <= 15, "{unsolved}");
 }

@@ -1,7 +1,8 @@
-//! The nearest place of a roller against a brute-force minimisation.
+//! The nearest point of a roller against a brute-force minimisation.
 //!
-//! The reference knows nothing of the closed forms: it walks along the roller's axis in fine steps, asks for the distance of
-//! each sphere of the barrel to the ground by elementary geometry, and keeps the least.
+//! The reference does not use the closed forms: it walks along the roller's axis in fine steps,
+//! computes the distance of each sphere of the barrel to the ground by elementary geometry, and
+//! keeps the minimum.
 
 use ilon_robot::Barrel;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -9,8 +10,8 @@ use proptest::prelude::*;
 
 use super::{Bracket, Nearest, Piece, PlacedBarrel, SolidBox, Triangle, keep_nearest_of_surface};
 
-/// A digit of a sum of lengths up to 0.2 m in f64 is 3e-17 m. The search ends where its bracket is 1e-12 m wide, and the
-/// distance is flat there.
+/// A digit of a sum of lengths up to 0.2 m in f64 is 3e-17 m. The search ends where its bracket is
+/// 1e-12 m wide, and the distance is flat there.
 const EXACT_M: f64 = 1e-11;
 
 fn barrel() -> Barrel {
@@ -25,14 +26,15 @@ fn placed<'a>(barrel: &'a Barrel, pose: &Isometry3<f64>) -> PlacedBarrel<'a> {
     }
 }
 
-/// The least signed distance of the barrel to a ground whose signed distance to a point is given.
+/// The smallest signed distance of the barrel to a ground with a given signed distance function.
 fn brute_force(placed: &PlacedBarrel<'_>, signed_distance: impl Fn(&Vector3<f64>) -> f64) -> f64 {
     let at = |t: f64| {
         let sphere_m = placed.center_m + t * placed.axis;
         signed_distance(&sphere_m) - placed.barrel.sphere_radius_m(t)
     };
-    // Each look is a thousand times as close as the one before; the last leaves less than 1e-13 m of the way. The distance to
-    // a surface of several faces has several valleys: each is wider than the first steps.
+    // Each pass is a thousand times finer than the one before; the last leaves less than 1e-13 m.
+    // The distance to a surface of several faces has several minima: each is wider than the first
+    // steps.
     let steps = 2000;
     let mut middle = 0.0;
     let mut reach = placed.barrel.half_length_m;
@@ -54,7 +56,7 @@ fn to_box(half: Vector3<f64>, p: &Vector3<f64>) -> f64 {
     q.sup(&Vector3::zeros()).norm() + q.max().min(0.0)
 }
 
-/// Distance of a point to a triangle: the least over its inside and its three sides.
+/// Distance of a point to a triangle: the minimum over its interior and its three sides.
 fn to_triangle(v: [Vector3<f64>; 3], p: &Vector3<f64>) -> f64 {
     let n = (v[1] - v[0]).cross(&(v[2] - v[0])).normalize();
     let foot = p - n * n.dot(&(p - v[0]));
@@ -71,7 +73,7 @@ fn to_triangle(v: [Vector3<f64>; 3], p: &Vector3<f64>) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Any rotation, and a place near a ground whose surface is at z = 0.
+/// Any rotation, and a place near a ground with its surface at z = 0.
 fn poses() -> impl Strategy<Value = Isometry3<f64>> {
     (
         prop::array::uniform3(-1.0..1.0f64),
@@ -125,7 +127,8 @@ proptest! {
             let t = f64::from(i) / 10.0 * barrel.half_length_m;
             to_box(half, &(placed.center_m + t * placed.axis)) < 0.0
         });
-        // With its axis inside the box a roller is deeper than its own radius: no contact lets it come to that.
+        // With its axis inside the box a roller is deeper than its own radius, which no contact
+        // allows.
         prop_assume!(!buried);
         let piece = Piece::Box(SolidBox { floor_from_box: Isometry3::identity(), half_sides_m: half });
         let expected = brute_force(&placed, |p| to_box(half, p));
@@ -141,14 +144,14 @@ proptest! {
         let normal = (v[1] - v[0]).cross(&(v[2] - v[0])).normalize();
         let height = |t: f64| normal.dot(&(placed.center_m + t * placed.axis - v[0]));
         let half = barrel.half_length_m;
-        // Beneath its plane a triangle's ground has no distance of its own.
+        // Beneath its plane a triangle's ground has no distance.
         prop_assume!(height(half).min(height(-half)) > 1e-4);
         let expected = brute_force(&placed, |p| to_triangle(v, p));
         prop_assert!((placed.nearest_to(&triangles(&[v])[0]).gap_m - expected).abs() < EXACT_M);
     }
 
-    /// A roller that is clear of every triangle is not said to be in the ground by any of them, and the nearest place that is
-    /// kept is that of the whole surface.
+    /// A roller that is clear of every triangle is not reported inside the ground by any of them,
+    /// and the nearest kept point is that of the whole surface.
     #[test]
     fn over_the_seams_of_a_surface_the_places_kept_have_its_true_distance(pose in poses()) {
         let barrel = barrel();
@@ -175,7 +178,8 @@ proptest! {
     }
 }
 
-/// A turning wheel on each flat ground: the height at which its rollers just touch is rho, at every angle.
+/// A turning wheel on each flat ground: the height at which its rollers just touch is rho, at every
+/// angle.
 #[test]
 fn the_outline_of_a_turning_wheel_is_round_on_every_flat_ground() {
     let count = 9;
@@ -214,7 +218,8 @@ fn the_outline_of_a_turning_wheel_is_round_on_every_flat_ground() {
     }
 }
 
-/// A plane of small triangles is a plane: a barrel that lies across their seams touches once, where it touches the plane.
+/// A plane of small triangles is a plane: a barrel across their seams touches once, where it
+/// touches the plane.
 #[test]
 fn across_seams_in_one_plane_a_roller_touches_once() {
     let barrel = barrel();
@@ -236,7 +241,7 @@ fn across_seams_in_one_plane_a_roller_touches_once() {
     }
     for index in 0..400 {
         let turned = f64::from(index);
-        // Anywhere, and a hair beside a seam: from 1e-14 m to a tenth of a millimetre.
+        // Anywhere, and slightly beside a seam: from 1e-14 m to a tenth of a millimetre.
         let x_m = match index % 2 {
             0 => 3e-3 * turned.sin(),
             _ => 10.0_f64.powi(-4 - index % 11) * turned.sin(),
@@ -264,8 +269,9 @@ fn across_seams_in_one_plane_a_roller_touches_once() {
     }
 }
 
-/// Illinois's rule gains digits by a power of 1.44 a look, where halving takes 41 looks for 2 m to come to 1e-12 m, and the plain secant, of which one
-/// end stays, as many on slopes that bend. It begins with both ends, and three of four looks at the end come from one side.
+/// Illinois's rule has an order of convergence of 1.44, while halving takes 41 evaluations from 2 m
+/// to 1e-12 m, and the plain secant, one of whose ends stays, as many on curved slopes. It begins
+/// with both ends, and three of the last four evaluations come from one side.
 #[test]
 fn the_search_along_a_roller_ends_after_a_dozen_looks() {
     let slopes: [fn(f64) -> f64; 4] = [

@@ -1,4 +1,4 @@
-//! Nearest places of turned rollers, against a search over the whole body.
+//! Nearest points of turned rollers, against a search over the whole body.
 
 use ilon_robot::SolidOfRevolution;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::PlacedProfile;
 use crate::contact::search::nearest::{Nearest, Piece, SolidBox, Triangle};
 
-/// The least of a convex function over an interval, by thirds.
+/// The minimum of a convex function over an interval, by thirds.
 fn least(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (low, high);
     for _ in 0..60 {
@@ -16,7 +16,8 @@ fn least(low: f64, high: f64, of: impl Fn(f64) -> f64) -> f64 {
     of(0.5 * (low + high))
 }
 
-/// The least distance of a piece from the places of the body: thirds along the axis and, for each place of it, over its disc.
+/// The smallest distance of a piece from the points of the body: thirds along the axis and, for
+/// each of its points, over its disc.
 fn brute_force(placed: &PlacedProfile<'_>, piece: &Piece) -> f64 {
     let x = placed.axis.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
     let y = placed.axis.cross(&x);
@@ -84,13 +85,14 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
             for piece in [&Piece::Plane, &solid, &triangle] {
                 let nearest = nearest_of(&placed, piece);
                 let exact_m = brute_force(&placed, piece);
-                // Sixty thirds leave a share of 3e-11 of an interval of centimetres; its places' flat surroundings less.
+                // Sixty thirds leave a share of 3e-11 of an interval of centimetres; its places'
+                // flat surroundings less.
                 assert!(
                     (nearest.gap_m - exact_m).abs() < 1e-9,
                     "{i} {:e} {exact_m:e}",
                     nearest.gap_m
                 );
-                // The place is on the ground, and the roller its gap away along the normal.
+                // The point is on the ground, and the roller is its gap away along the normal.
                 assert!(piece.foot(&nearest.place_m).distance_m.abs() < 1e-12);
                 let reach = placed.support(&nearest.normal, nearest.corner);
                 let across_m = (reach - nearest.place_m).dot(&nearest.normal);
@@ -100,7 +102,8 @@ fn nearest_places_are_those_of_a_search_over_the_whole_body() {
     }
 }
 
-/// A box around a body holds it, and reaches no further along each axis than its further end: the third of these is thicker at one end by up to 1 mm.
+/// The box around a body contains it, and reaches as far as its further end along each axis: the
+/// third of these is thicker at one end by up to 1 mm.
 #[test]
 fn the_box_around_a_roller_holds_it_and_touches_it_along_each_axis() {
     for body in bodies() {
@@ -117,7 +120,8 @@ fn the_box_around_a_roller_holds_it_and_touches_it_along_each_axis() {
                 let towards = Vector3::ith(side, 1.0);
                 let over_m = bounds.most_m[side] - placed.support(&-towards, None)[side];
                 let under_m = placed.support(&towards, None)[side] - bounds.least_m[side];
-                // The box is as wide both ways as the further of the two; a handful of roundings of decimetres.
+                // The box is as wide both ways as the further of the two; a handful of roundings of
+                // decimetres.
                 assert!(over_m.min(under_m).abs() < 1e-15, "{i} {side}");
                 assert!(over_m.max(under_m) < 2e-3, "{i} {side}");
             }
@@ -127,7 +131,8 @@ fn the_box_around_a_roller_holds_it_and_touches_it_along_each_axis() {
 
 #[test]
 fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
-    // A cylinder along y whose side lies over the straight edge of a box along x = 0, at 45 degrees to both faces.
+    // A cylinder along y with its side over the straight edge of a box along x = 0, at 45 degrees
+    // to both faces.
     let piece = Piece::Box(SolidBox {
         floor_from_box: Isometry3::translation(-0.1, 0.0, -0.1),
         half_sides_m: Vector3::new(0.1, 0.2, 0.1),
@@ -154,7 +159,8 @@ fn a_roller_that_reaches_into_an_edge_is_pushed_out_over_it() {
 
 #[test]
 fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
-    // A slope up to the edge at x = 0; the roller lies behind the edge, lower than the slope's plane goes on to, and clear of it.
+    // A slope up to the edge at x = 0; the roller is behind the edge, lower than the extension of
+    // the slope's plane, and clear of it.
     let corners_m = [
         Vector3::new(0.0, -0.05, 0.0),
         Vector3::new(0.0, 0.05, 0.0),
@@ -167,7 +173,8 @@ fn a_roller_beside_a_raised_triangle_and_below_its_plane_does_not_touch_it() {
             center_m: Vector3::new(0.04, 0.0, -0.002),
             axis: Vector3::y(),
         };
-        // 40 mm across and 2 mm down to its axis, its side is 30 mm off the edge: what it is near to lies under the next triangle.
+        // 40 mm across and 2 mm down to its axis, its side is 30 mm from the edge: the ground near
+        // it is the next triangle.
         let mut gaps_m: Vec<f64> = Vec::new();
         placed.places_on(&piece, 0.02, |nearest| gaps_m.push(nearest.gap_m));
         assert!(gaps_m.is_empty(), "{gaps_m:?}");
@@ -199,7 +206,8 @@ fn a_cylinder_that_lies_on_the_ground_touches_with_both_of_its_edges() {
 
 #[test]
 fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
-    // An arc of radius 60 mm by lines that turn by 8 mrad each; around its axis the roller is as thick as it is there.
+    // An arc of radius 60 mm as lines that turn by 8 mrad each; around its axis the roller has its
+    // local thickness.
     let (arc_m, thick_m) = (0.06, 0.012);
     let points: Vec<[f64; 2]> = (-20..=20)
         .map(|i| {
@@ -239,7 +247,7 @@ fn radii_of_curvature_are_those_of_the_outline_in_the_mean() {
     assert!((around_m - (0.008 / 0.1_f64.cos() + 0.002)).abs() < 1e-12);
 }
 
-/// However a spindle stands, of all its corners that one is its lowest whose own place reaches furthest.
+/// In any pose of a spindle, its lowest corner is the one whose own support point reaches furthest.
 #[test]
 fn the_lowest_corner_is_the_one_that_reaches_furthest() {
     let points_m = [
@@ -267,8 +275,8 @@ fn the_lowest_corner_is_the_one_that_reaches_furthest() {
     }
 }
 
-/// Each place on a face says which corner it lies beneath: that corner, not the lowest of all, is its gap away along the normal. It is found by the same
-/// few sums of centimetres.
+/// Each place on a face names the corner above it: that corner, not the lowest of all, is its gap
+/// away along the normal. It is computed by the same few sums of centimetres.
 #[test]
 fn each_place_on_a_face_lies_beneath_its_own_corner() {
     let corners_m = [
