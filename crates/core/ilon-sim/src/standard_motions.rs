@@ -64,30 +64,35 @@ impl StandardMotion {
 /// For wheels from whose rates no twist follows.
 pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Error> {
     let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
-    let tops = SpeedLimits::new(&Kinematics::new(robot)?, &motors.collect::<Vec<_>>());
+    let kinematics = Kinematics::new(robot)?;
+    let tops = SpeedLimits::new(&kinematics, &motors.collect::<Vec<_>>());
     let least_m_s = match tops.top_speed_range_m_s().0 {
         0.0 => tops.top_speed_m_s(0.0),
         least_m_s => least_m_s,
     };
+    // On tyres the origin need not stand still where the robot turns.
+    let turning = kinematics.reachable(Twist::new(0.0, 0.0, 1.0));
     let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
-    let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP * tops.top_yaw_rate_rad_s()));
+    let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP / tops.share(turning)));
     let arc = rounded((0.5 * v).min(0.5 * w * ARC_M));
     let diagonal = rounded(v * std::f64::consts::FRAC_1_SQRT_2);
-    let of = |place: usize, twist: [f64; 3], lasts_s: f64| StandardMotion {
-        name: MOTIONS[place],
-        twist_in_body: Twist::new(twist[0], twist[1], twist[2]),
-        // The ramp costs half its duration at full speed.
-        duration_s: lasts_s + 0.5 * RAMP_S,
+    let of = |place: usize, twist: [f64; 3], lasts_s: f64| {
+        let linear = Twist::new(twist[0], twist[1], 0.0);
+        let can = tops.share(linear).is_finite() && lasts_s.is_finite();
+        can.then(|| StandardMotion {
+            name: MOTIONS[place],
+            twist_in_body: Twist::new(twist[0], twist[1], twist[2]),
+            // The ramp takes half its time of full speed.
+            duration_s: lasts_s + 0.5 * RAMP_S,
+        })
     };
-    let motions = [
+    Ok([
         of(0, [v, 0.0, 0.0], 1.0 / v),
         of(1, [0.0, v, 0.0], 1.0 / v),
         of(2, [diagonal, diagonal, 0.0], 1.0 / v),
         of(3, [arc, 0.0, rounded(arc / ARC_M)], 1.0 / arc),
         of(4, [0.0, 0.0, w], std::f64::consts::TAU / w),
-    ];
-    let can = |motion: &StandardMotion| tops.share(motion.twist_in_body).is_finite();
-    Ok(motions.map(|motion| Some(motion).filter(can)))
+    ])
 }
 
 /// A number with three significant digits, for a readable file.

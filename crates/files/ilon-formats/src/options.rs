@@ -164,8 +164,7 @@ impl WheelOptions {
 #[schemars(rename = "RobotTyresSection")]
 #[non_exhaustive]
 pub struct TyreOptions {
-    /// The wheels' joints [default: every joint on a level axis that stands on the common floor and is not steered; where
-    /// there is none, those that are].
+    /// The wheels' joints [default: every joint on a level axis that stands on the common floor, but for casters].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
     /// Those of other joints whose tyres nothing drives, such as the rear axle of a tricycle.

@@ -268,6 +268,8 @@ struct Usual {
     /// Its description at a multiple of the usual amount.
     words: Box<dyn Fn(f64) -> String + Send + Sync>,
     wheel: Option<String>,
+    /// Whether only rollers have it.
+    is_of_rollers: bool,
     /// The sensible range of multiples.
     times: (f64, f64),
     apply: Apply,

@@ -49,8 +49,7 @@ enum Gives {
     Tyre(TyreOptions, bool),
 }
 
-/// Returns the wheels that roll on tyres: those that the options name, by default those that turn,
-/// stand on the floor, and are given no rollers.
+/// Returns the wheels that roll on tyres, as the options name them.
 pub(super) fn tyred(
     loading: &Loading,
     options: &TyreOptions,
@@ -70,24 +69,11 @@ pub(super) fn tyred(
         }
     }
     let is_free = |like: &&WheelLike| given.iter().all(|of| of.like.joint != like.joint);
-    let likes: Vec<WheelLike> = match &options.joints[..] {
-        [] => {
-            let fixed = survey.turning.iter().filter(is_free);
-            let steered = survey.steered.iter().filter(is_free);
-            let fixed: Vec<WheelLike> = fixed.cloned().collect();
-            if fixed.is_empty() {
-                steered.cloned().collect()
-            } else {
-                fixed
-            }
-        }
-        names => {
-            let found = names
-                .iter()
-                .map(|name| named(loading, name, candidates, survey));
-            found.collect::<Result<_, _>>()?
-        }
-    };
+    let likes = options
+        .joints
+        .iter()
+        .map(|name| named(loading, name, candidates, survey));
+    let likes: Vec<WheelLike> = likes.collect::<Result<_, _>>()?;
     if let Some(twice) = likes.iter().find(|like| !is_free(like)) {
         let name = &loading.tree.joints[twice.joint].name;
         return Err(loading.source.joint_error(name, Fault::HasRollers));

@@ -57,7 +57,7 @@ use nalgebra::{Unit, Vector3};
 
 use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{MassProperties, Remark, Robot, Wheel};
-use crate::options::{LoadOptions, RollerForms, WheelOptions};
+use crate::options::{LoadOptions, RollerForms, TyreOptions, WheelOptions};
 use body::RigidBody;
 use candidates::Survey;
 use check::LEAST_WHEELS;
@@ -210,6 +210,14 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     };
     let tyres = match (tyres, &rollers) {
         (None, None) if may_infer => infer::tyres(loading, &survey),
+        (Some(asked), _) if asked.joints.is_empty() => {
+            let found = infer::on_tyres(loading.tree, &survey);
+            Some(TyreOptions {
+                joints: found.joints,
+                free: [found.free, asked.free].concat(),
+                ..asked
+            })
+        }
         (tyres, _) => tyres,
     };
     if let Some(tyres) = &tyres {

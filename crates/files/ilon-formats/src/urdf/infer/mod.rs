@@ -112,24 +112,53 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     )
 }
 
-/// Returns tyres for wheels that a plug-in or a controller drives as plain wheels, and for a lone
-/// pair of parallel wheels, which cannot be Swedish ones; with a remark.
+/// Returns tyres for wheels that a plug-in or a controller drives as plain wheels, for a lone pair of
+/// parallel wheels, and for steered wheels: none of these can be Swedish wheels. With a remark.
 pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOptions> {
+    let tree = loading.tree;
+    let is_steered = steered(tree, survey).next().is_some();
     let wheels = &survey.turning;
-    let mut steered = survey.steered.iter().map(|like| like.joint);
-    let are_casters = steered.all(|joint| names::is_caster(loading.tree, joint));
-    let is_pair = wheels.len() == 2 && are_casters && are_parallel(wheels);
-    let why = if is_driven_as_plain(loading.source) && wheels.len() >= 2 {
+    let is_few = wheels.len() < LEAST_WHEELS;
+    let likes: Vec<WheelLike> = survey.turning.iter().chain(&survey.steered).cloned().collect();
+    let why = if speaks_of_mecanum(loading.source, tree, &likes).is_some() {
+        return None;
+    } else if is_driven_as_plain(loading.source) && wheels.len() >= 2 {
         "the file drives them as plain wheels"
-    } else if is_pair {
+    } else if is_steered && is_few && likes.len() >= 2 {
+        "some of them are steered"
+    } else if !is_steered && wheels.len() == 2 && are_parallel(wheels) {
         "two wheels on parallel axles drive nothing else"
     } else {
         return None;
     };
     let words = format!("have no rollers, and are given tyres: {why}");
     loading.remarks.push(Remark::new("the wheels", words));
-    let joints = wheels.iter().map(|w| loading.tree.joints[w.joint].name.clone());
-    Some(TyreOptions::on(joints.collect()))
+    Some(on_tyres(tree, survey))
+}
+
+/// Returns the joints of steered wheels but for casters; some call all modules of a robot so.
+fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
+    let are_beside = !survey.turning.is_empty();
+    let joints = survey.steered.iter().map(|like| like.joint);
+    joints.filter(move |joint| !(are_beside && names::is_caster(tree, *joint)))
+}
+
+/// Returns tyres for all wheels but casters. Where only some of their joints have a limit on the
+/// torque, nothing drives the others.
+pub(super) fn on_tyres(tree: &Tree, survey: &Survey) -> TyreOptions {
+    let mut joints: Vec<usize> = survey.turning.iter().map(|like| like.joint).collect();
+    joints.extend(steered(tree, survey));
+    joints.sort_unstable();
+    let is_driven = |joint: &usize| tree.joints[*joint].effort > 0.0;
+    let name = |joint: &usize| tree.joints[*joint].name.clone();
+    let mut tyres = TyreOptions::default();
+    if joints.iter().any(is_driven) {
+        tyres.joints = joints.iter().filter(|joint| is_driven(joint)).map(name).collect();
+        tyres.free = joints.iter().filter(|joint| !is_driven(joint)).map(name).collect();
+    } else {
+        tyres.joints = joints.iter().map(name).collect();
+    }
+    tyres
 }
 
 /// Returns rollers that match the wheels' arrangement and the file's information, for the user to
