@@ -71,7 +71,9 @@ pub use error::{
 pub use generate::{describe, generate, with_ros2_control};
 pub use load::LoadRobot;
 pub use loaded::Loaded;
-pub use options::{Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, TyreOptions, WheelOptions};
+pub use options::{
+    Handedness, JointOptions, LoadOptions, RoleOption, RollerForms, TyreOptions, WheelOptions,
+};
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{

@@ -181,14 +181,15 @@ fn facts(trace: &Trace, summary: &Summary, provenance: &Provenance) -> Vec<Strin
     gammas_deg.sort_unstable();
     gammas_deg.dedup();
     let gammas: Vec<String> = gammas_deg.iter().map(|g| format!("{g}°")).collect();
-    let rollers: usize = header.wheels.iter().map(|w| w.roller_count).sum();
+    let on_rollers = header.wheels.iter().filter(|w| !w.has_tyre());
+    let rollers: usize = on_rollers.map(|w| w.roller_count).sum();
+    let roll = match rollers {
+        0 => " on tyres".to_owned(),
+        _ => format!(", |γ| {}, <b>{rollers}</b> rollers", gammas.join(" / ")),
+    };
     let mut facts = vec![
         format!("robot <b>{}</b>", escape(&header.robot_name)),
-        format!(
-            "<b>{}</b> wheels, |γ| {}, <b>{rollers}</b> rollers",
-            header.wheels.len(),
-            gammas.join(" / ")
-        ),
+        format!("<b>{}</b> wheels{roll}", header.wheels.len()),
         format!(
             "<b>{}</b>",
             if header.open_loop {

@@ -144,8 +144,7 @@ impl SpeedLimits {
         );
         /// Of the twist's own size: far above rounding.
         const HELD: f64 = 1e-9;
-        let is_held =
-            |row: &Vector3<f64>| row.dot(&twist).abs() > HELD * row.norm() * twist.norm();
+        let is_held = |row: &Vector3<f64>| row.dot(&twist).abs() > HELD * row.norm() * twist.norm();
         if self.held.iter().any(is_held) {
             return f64::INFINITY;
         }
@@ -173,7 +172,11 @@ impl SpeedLimits {
         let corners = self.at_yaw_rate(0.0);
         let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
         (
-            if self.held.is_empty() { 1.0 / steepest } else { 0.0 },
+            if self.held.is_empty() {
+                1.0 / steepest
+            } else {
+                0.0
+            },
             if corners.is_empty() {
                 f64::INFINITY
             } else {

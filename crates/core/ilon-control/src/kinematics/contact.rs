@@ -378,7 +378,11 @@ impl ContactKinematics {
             // A roller axis never stands upright: |gamma| < 90 deg keeps it off the hub's radius.
             let d_g = contact.axis_in_body.xy().normalize();
             // A tyre is driven across its own axis.
-            let d_g = if wheel.has_tyre { Vector2::new(d_g.y, -d_g.x) } else { d_g };
+            let d_g = if wheel.has_tyre {
+                Vector2::new(d_g.y, -d_g.x)
+            } else {
+                d_g
+            };
             let turn_m = n.cross(&(contact.point_in_body_m - hub_m));
             let lever_m = -d_g.dot(&turn_m.xy());
             let d_g = d_g * lever_m.signum();

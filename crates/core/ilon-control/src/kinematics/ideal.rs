@@ -45,10 +45,7 @@ impl Kinematics {
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
         let steered = robot.wheels.iter().map(|w| robot.steering_of(w).is_some());
-        Self::assemble(
-            (robot.wheels.clone(), steered.collect()),
-            Vector2::zeros(),
-        )
+        Self::assemble((robot.wheels.clone(), steered.collect()), Vector2::zeros())
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -69,7 +66,10 @@ impl Kinematics {
     ) -> Result<Self, ControlError> {
         let count = wheels.len();
         let held = held_rows(wheels.iter(), reference_point_m);
-        let fixed = wheels.iter().zip(&steered).filter(|(_, steered)| !**steered);
+        let fixed = wheels
+            .iter()
+            .zip(&steered)
+            .filter(|(_, steered)| !**steered);
         let excluded = held_rows(fixed.map(|(wheel, _)| wheel), reference_point_m);
         if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });

@@ -38,3 +38,91 @@ pub(crate) fn held_rows<'w>(
     };
     groups.iter().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_robot::{Robot, Roller, Twist};
+    use nalgebra::Vector2;
+
+    use crate::fixtures::{WheelSpec, mecanum4_specs, robot};
+    use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
+
+    /// Tyres at these places, all on axles along y.
+    fn on_tyres(places_m: &[[f64; 2]]) -> Robot {
+        let like = |[x_m, y_m]: &[f64; 2]| WheelSpec {
+            x_m: *x_m,
+            y_m: *y_m,
+            gamma_rad: 0.0,
+            ..mecanum4_specs(1.0)[0]
+        };
+        let specs: Vec<WheelSpec> = places_m.iter().map(like).collect();
+        let mut robot = robot(10.0, &specs);
+        for wheel in &mut robot.wheels {
+            let tyre = Roller::tyre(wheel.radius_m, 0.03, 0.004);
+            wheel.rollers = vec![tyre.expect("a tyre")];
+        }
+        robot
+    }
+
+    fn close(one: Twist, other: Twist) -> bool {
+        let off = one - other;
+        off.linear_m_s().norm() + off.omega_rad_s.abs() < 1e-12
+    }
+
+    /// v = rho (q'_r + q'_l) / 2 and omega = rho (q'_r - q'_l) / b of any textbook, by both
+    /// kinematics.
+    #[test]
+    fn a_differential_robot_has_the_textbook_odometry() {
+        let robot = on_tyres(&[[0.0, 0.2], [0.0, -0.2]]);
+        let rho = robot.wheels[0].radius_m;
+        let kinematics = Kinematics::new(&robot).expect("two tyres drive");
+        let mut contact = ContactKinematics::new(&robot).expect("two tyres drive");
+        let rates = [3.0, 5.0];
+        let expected = Twist::new(rho * 4.0, 0.0, rho * 2.0 / 0.4);
+        assert!(close(kinematics.twist(&rates), expected));
+        assert!(close(contact.twist(&[0.3, -2.0], &rates), expected));
+        let mut back = [0.0; 2];
+        kinematics.wheel_rates(expected, &mut back);
+        assert!((back[0] - 3.0).abs() + (back[1] - 5.0).abs() < 1e-12);
+        assert!(!kinematics.is_omnidirectional());
+        assert_eq!(Arrangement::of(&robot).expect("it drives").rank, 3);
+    }
+
+    /// About an axle behind the origin the origin moves sideways in a turn; what is asked sideways
+    /// of the axle itself is left out.
+    #[test]
+    fn what_tyres_exclude_is_taken_out_of_a_twist_and_its_yaw_rate_stays() {
+        let kinematics = Kinematics::new(&on_tyres(&[[-0.2, 0.2], [-0.2, -0.2]])).expect("drives");
+        let turn = kinematics.reachable(Twist::new(0.3, 0.0, 0.5));
+        assert!(close(turn, Twist::new(0.3, 0.2 * 0.5, 0.5)));
+        assert!(close(kinematics.reachable(turn), turn));
+        assert!((kinematics.sideways_m_s(Twist::new(0.0, 0.3, 0.0)) - 0.3).abs() < 1e-12);
+        let tops = SpeedLimits::new(&kinematics, &[10.0; 2]);
+        let [ahead, aside] = [0.0, 90_f64.to_radians()].map(|rad| tops.top_speed_m_s(rad));
+        assert!(ahead > 0.4 && aside == 0.0, "{ahead} {aside}");
+    }
+
+    /// Two axles contradict each other in every turn: the mean axle counts.
+    #[test]
+    fn a_skid_robot_is_expected_to_turn_about_the_middle_of_its_axles() {
+        let places_m = [[0.2, 0.2], [0.2, -0.2], [-0.1, 0.2], [-0.1, -0.2]];
+        let robot = on_tyres(&places_m);
+        let rho = robot.wheels[0].radius_m;
+        let kinematics = Kinematics::new(&robot).expect("it drives");
+        let twist = kinematics.twist(&[-2.0, 2.0, -2.0, 2.0]);
+        let omega = rho * 4.0 / 0.4;
+        // The middle, 0.05 m ahead, stands still.
+        assert!(close(twist, Twist::new(0.0, -0.05 * omega, omega)));
+        let about = kinematics.about(Vector2::new(0.05, 0.0)).expect("finite");
+        assert!(close(
+            about.twist(&[-2.0, 2.0, -2.0, 2.0]),
+            Twist::new(0.0, 0.0, omega)
+        ));
+    }
+
+    #[test]
+    fn one_tyre_alone_is_refused() {
+        let error = Kinematics::new(&on_tyres(&[[0.0, 0.0]])).unwrap_err();
+        assert_eq!(error, ControlError::TooFewWheels { count: 1 });
+    }
+}

@@ -83,7 +83,9 @@ impl Modules {
 
     /// Where each steering joint is sent, in rad, by its index among the robot's joints.
     pub fn targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.0.iter().map(|module| (module.joint, module.target_rad))
+        self.0
+            .iter()
+            .map(|module| (module.joint, module.target_rad))
     }
 }
 
@@ -95,5 +97,86 @@ impl Module {
         let ways = [asked_rad, asked_rad - PI, asked_rad + PI];
         let way_rad = ways.into_iter().find(is_within);
         self.target_rad = way_rad.unwrap_or_else(|| asked_rad.max(lower).min(upper));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_scenario::robot::load_robot;
+
+    use super::*;
+
+    const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+
+    /// The shipped swerve robot, where its joints are at these positions.
+    fn aimed(twist: Twist, positions: [f64; 4], begun: [f64; 4]) -> Vec<f64> {
+        let text = "robot.file = \"swerve4.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
+        let scenario = Scenario::from_toml(text, "aimed", ROBOTS).expect("a scenario");
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        let mut modules = Modules::of(&robot, &scenario).expect("it is steered");
+        for (module, begun_rad) in modules.0.iter_mut().zip(begun) {
+            module.target_rad = begun_rad;
+        }
+        let posed = robot.posed(&positions);
+        let hubs: Vec<_> = posed
+            .wheels
+            .iter()
+            .map(|wheel| wheel.body_from_hub)
+            .collect();
+        let kinematics = Kinematics::new(&posed).expect("it drives");
+        modules.aim(twist, (&kinematics, &hubs), &positions);
+        modules.targets_rad().map(|(_, rad)| rad).collect()
+    }
+
+    /// Modules stand at (+-0.25, +-0.2) m; v_h = v + omega k x b.
+    #[test]
+    fn each_module_turns_to_the_velocity_of_its_wheel() {
+        let targets = aimed(Twist::new(0.3, 0.2, 0.4), [0.0; 4], [0.0; 4]);
+        let places_m = [[0.25, 0.2], [0.25, -0.2], [-0.25, 0.2], [-0.25, -0.2]];
+        for (target, [x_m, y_m]) in targets.iter().zip(places_m) {
+            let expected = f64::atan2(0.2 + 0.4 * x_m, 0.3 - 0.4 * y_m);
+            assert!((target - expected).abs() < 1e-9, "{targets:?}");
+        }
+    }
+
+    /// To 135 deg from 0 it is 45 deg the other way; from 100 deg, where it is sent already while it
+    /// is still at 20 deg, 35 deg on.
+    #[test]
+    fn a_module_takes_the_shorter_turn_from_where_it_is_sent() {
+        let diagonal = Twist::new(-0.3, 0.3, 0.0);
+        let from_rest = aimed(diagonal, [0.0; 4], [0.0; 4]);
+        assert!(
+            from_rest.iter().all(|rad| (rad + 0.25 * PI).abs() < 1e-9),
+            "{from_rest:?}"
+        );
+        let at = 20_f64.to_radians();
+        let on_its_way = aimed(diagonal, [at; 4], [100_f64.to_radians(); 4]);
+        assert!(
+            on_its_way.iter().all(|rad| (rad - 0.75 * PI).abs() < 1e-9),
+            "{on_its_way:?}"
+        );
+    }
+
+    #[test]
+    fn a_robot_that_is_asked_to_stand_leaves_its_modules_where_they_are() {
+        assert_eq!(
+            aimed(Twist::new(1e-4, 1e-4, 0.0), [0.3; 4], [0.4; 4]),
+            [0.4; 4]
+        );
+    }
+
+    #[test]
+    fn a_module_with_limits_stays_within_them() {
+        let mut module = Module {
+            joint: 0,
+            wheel: 0,
+            sense: 1.0,
+            limits: [-1.3, 1.3],
+            target_rad: 0.0,
+        };
+        module.send(2.0);
+        assert!((module.target_rad - (2.0 - PI)).abs() < 1e-12);
+        module.send(1.5);
+        assert!((module.target_rad - 1.3).abs() < 1e-12);
     }
 }

@@ -1,7 +1,7 @@
 //! The error budget of a run, accumulated: the commanded motion minus the real one, by causes.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_robot::{Pose, Twist, Wheel, wrap_angle};
 use ilon_trace::Ledger;
 use ilon_trace::ledger::Chain;
 use ilon_world::World;
@@ -198,7 +198,17 @@ impl Budget {
         self.conflict.of_all += sizes.of_all * span_s;
         let off = (carried - real).scaled(1.0 / span_s);
         kinematics.wheel_rates(off, &mut self.rates_rad_s);
-        let mut part: f64 = 1.0;
+        let largest = |rates: &[f64]| {
+            rates
+                .iter()
+                .fold(0.0, |most: f64, rate| most.max(rate.abs()))
+        };
+        // What tyres hold may keep r from ending it: it explains no more than its own size.
+        let mut part = match kinematics.wheels().iter().any(Wheel::has_tyre) {
+            true => largest(self.contradiction.residual()) / largest(&self.rates_rad_s),
+            false => 1.0_f64,
+        };
+        part = part.min(1.0);
         for (residual, change) in self.contradiction.residual().iter().zip(&self.rates_rad_s) {
             if residual * change <= 0.0 && *change != 0.0 {
                 part = part.min((residual / change).abs());

@@ -250,9 +250,8 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
         );
         return refused(what, "leave the rollers rigid");
     }
-    let turned = |roller: &Roller| {
-        matches!(roller.form, RollerForm::Turned(_) | RollerForm::Tyre(_))
-    };
+    let turned =
+        |roller: &Roller| matches!(roller.form, RollerForm::Turned(_) | RollerForm::Tyre(_));
     let of_profile = |wheel: &&Wheel| wheel.rollers.iter().any(turned);
     if let Some(wheel) = robot.wheels.iter().find(of_profile) {
         return refused(

@@ -113,5 +113,8 @@ fn a_skid_robot_turns_as_coulomb_says() {
         }
     }
     // The places stand where the hubs are; the robot does not lean.
-    assert!((omega / low - 1.0).abs() < 2e-3, "{omega} rad/s, by hand {low}");
+    assert!(
+        (omega / low - 1.0).abs() < 2e-3,
+        "{omega} rad/s, by hand {low}"
+    );
 }

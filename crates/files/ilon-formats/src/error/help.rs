@@ -178,7 +178,7 @@ impl Fault {
                 why: None,
                 ..
             } => {
-                "nothing in the file says that these are Swedish wheels; if they are, say which rollers they carry, and they are put in"
+                "nothing in the file says that these are Swedish wheels; if they are, say which rollers they carry, and they are put in; else let them roll on tyres"
             }
             Self::NoRollers {
                 rollers: Proposed::NothingSaid,
@@ -186,7 +186,7 @@ impl Fault {
                 ..
             } => {
                 return format!(
-                    "nothing in the file says that these are Swedish wheels: {hint}; if they are, say which rollers they carry, and they are put in"
+                    "nothing in the file says that these are Swedish wheels: {hint}; if they are, say which rollers they carry, and they are put in; else let them roll on tyres"
                 );
             }
             Self::NoRollers { why: Some(why), .. } => {
@@ -194,7 +194,7 @@ impl Fault {
             }
             Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
             Self::Steered { .. } => {
-                "steered wheels need another tool; if these stand for Swedish wheels, name them: their upright joints are \
+                "let them roll on tyres; or if these stand for Swedish wheels, name them: their upright joints are \
                  held, and rollers are put in"
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",

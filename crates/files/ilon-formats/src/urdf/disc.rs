@@ -109,7 +109,10 @@ pub(super) fn width_m(
             Geometry::Mesh { filename, scale } => {
                 let points = mesh_points(meshes, filename, *scale, &from_shape).ok()?;
                 let along = || points.iter().map(|point| point.z);
-                Some(along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min))
+                Some(
+                    along().fold(f64::NEG_INFINITY, f64::max)
+                        - along().fold(f64::INFINITY, f64::min),
+                )
             }
         }
     };

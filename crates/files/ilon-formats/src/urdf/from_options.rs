@@ -455,7 +455,11 @@ fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], ra
         Gives::Tyre(_, driven) => format!(
             "rolls on a tyre {:.1} mm wide{}; the wheel's radius is {:.1} mm",
             1e3 * first.length_m,
-            if driven { "" } else { ", and nothing drives it" },
+            if driven {
+                ""
+            } else {
+                ", and nothing drives it"
+            },
             1e3 * radius_m
         ),
         Gives::Rollers(gamma_rad) => format!(

@@ -229,7 +229,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         )?);
     }
     check::check_wheel_count(loading, candidates, (given.len(), tyres.is_some()), &survey)?;
-    if rollers.is_some() || tyres.is_some() {
+    if rollers.is_some() {
         remark_left_alone(loading, &survey);
     }
     Ok((given, rollers, inferred))

@@ -199,7 +199,9 @@ fn span(heights_m: &[f64]) -> f64 {
 /// How far a roller reaches from its middle, by the component of the direction along its axis.
 fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Box<dyn Fn(f64) -> f64 + 'a> {
     match &roller.form {
-        RollerForm::Turned(turned) | RollerForm::Tyre(turned) => Box::new(|w| turned.profile().support_m(w)),
+        RollerForm::Turned(turned) | RollerForm::Tyre(turned) => {
+            Box::new(|w| turned.profile().support_m(w))
+        }
         RollerForm::AsModelled(modelled) => Box::new(|w| modelled.profile.support_m(w)),
         RollerForm::Barrel | RollerForm::Made(_) => {
             let barrel = wheel.barrel(roller);

@@ -23,4 +23,5 @@ mod sides;
 mod standing;
 mod strangers;
 mod traits;
+mod tyres;
 mod visual_meshes;

@@ -104,10 +104,14 @@ pub(super) fn label(map: &Map, header: &Header, wheel: &WheelHeader) -> Text {
         )
 }
 
-/// Returns a wheel's radius and number of rollers as text.
+/// Returns a wheel's radius and number of rollers, or its tyre, as text.
 pub(super) fn size(wheel: &WheelHeader) -> String {
     let (radius_mm, count) = (1e3 * wheel.radius_m, wheel.roller_count);
-    format!("\u{3c1} {radius_mm:.1} mm, {count} rollers")
+    let rolls = match wheel.has_tyre() {
+        true => "tyre".to_owned(),
+        false => format!("{count} rollers"),
+    };
+    format!("\u{3c1} {radius_mm:.1} mm, {rolls}")
 }
 
 /// Returns the [`size`] of the wheels, if it is the same for all.

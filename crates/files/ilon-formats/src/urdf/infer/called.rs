@@ -13,17 +13,25 @@ pub(super) fn speaks_of_mecanum(
     tree: &Tree,
     wheels: &[WheelLike],
 ) -> Option<String> {
-    let in_short = || {
-        let own = names_of_robot(source).into_iter();
-        let of_wheels = wheels
-            .iter()
-            .flat_map(|wheel| names::of_wheel(source, tree, wheel.joint));
-        own.chain(of_wheels).find(|name| is_mec(name))
-    };
+    let in_short = || in_short(source, tree, wheels);
     let is_plain = is_driven_as_plain(source);
     let name = called(source, tree, wheels).or_else(|| in_short().filter(|_| !is_plain));
     let name = name.map(|name| format!("the name `{name}`"));
     name.or_else(|| plugin(source).map(|plugin| format!("the plug-in `{plugin}`")))
+}
+
+/// Returns a name of the robot or of its wheels that abbreviates mecanum.
+fn in_short(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<String> {
+    let own = names_of_robot(source).into_iter();
+    let of_wheels = wheels
+        .iter()
+        .flat_map(|wheel| names::of_wheel(source, tree, wheel.joint));
+    own.chain(of_wheels).find(|name| is_mec(name))
+}
+
+/// Whether a name of the robot or of its wheels abbreviates mecanum.
+pub(super) fn is_called_in_short(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> bool {
+    in_short(source, tree, wheels).is_some()
 }
 
 /// Returns a comment that names mecanum wheels in the form of a heading, without its decoration:

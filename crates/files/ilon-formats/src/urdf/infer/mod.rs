@@ -19,15 +19,15 @@ use super::names::{self, is_mecanum, is_omni};
 use super::source::Source;
 use super::tree::{Motion, Tree};
 use crate::error::{CandidateJoint, Proposed};
-use crate::model::Remark;
+use crate::model::{MassProperties, Remark};
 use crate::options::{Handedness, TyreOptions, WheelOptions};
 use axes::{
     are_aligned, are_parallel, by_friction, by_joints, by_turning_friction, stand_in_x,
     turning_friction,
 };
 use called::{
-    Kind, are_of_two_kinds, called, free_name, heading, hint, is_called_omni, is_driven_as_plain,
-    kind, mover, plugin, robot_called, speaks_of_mecanum,
+    Kind, are_of_two_kinds, called, free_name, heading, hint, is_called_in_short, is_called_omni,
+    is_driven_as_plain, kind, mover, plugin, robot_called, speaks_of_mecanum,
 };
 
 /// Assumed number of rollers of a wheel: mecanum wheels have nine to fifteen.
@@ -119,14 +119,29 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
     let is_steered = steered(tree, survey).next().is_some();
     let wheels = &survey.turning;
     let is_few = wheels.len() < LEAST_WHEELS;
-    let likes: Vec<WheelLike> = survey.turning.iter().chain(&survey.steered).cloned().collect();
-    let why = if speaks_of_mecanum(loading.source, tree, &likes).is_some() {
+    let likes: Vec<WheelLike> = survey
+        .turning
+        .iter()
+        .chain(&survey.steered)
+        .cloned()
+        .collect();
+    let source = loading.source;
+    let is_known = likes.iter().all(|like| like.disc.is_some());
+    if !is_known
+        || !stand_below_mass(tree, &likes)
+        || speaks_of_mecanum(source, tree, &likes).is_some()
+    {
         return None;
-    } else if is_driven_as_plain(loading.source) && wheels.len() >= 2 {
-        "the file drives them as plain wheels"
-    } else if is_steered && is_few && likes.len() >= 2 {
+    }
+    let hints = free_name(source, tree, wheels).or_else(|| heading(source, tree, wheels));
+    let is_hinted = hints.is_some() || is_called_in_short(source, tree, wheels);
+    let why = if is_steered && is_few && likes.len() >= 2 {
         "some of them are steered"
-    } else if !is_steered && wheels.len() == 2 && are_parallel(wheels) {
+    } else if is_hinted {
+        return None;
+    } else if is_driven_as_plain(source) && wheels.len() >= 2 {
+        "the file drives them as plain wheels"
+    } else if wheels.len() == 2 && are_parallel(wheels) {
         "two wheels on parallel axles drive nothing else"
     } else {
         return None;
@@ -134,6 +149,17 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
     let words = format!("have no rollers, and are given tyres: {why}");
     loading.remarks.push(Remark::new("the wheels", words));
     Some(on_tyres(tree, survey))
+}
+
+/// Whether wheels reach below the robot's centre of mass: those of arms do not.
+fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
+    let masses = tree.links.iter().filter_map(|link| link.mass.clone());
+    let Some(whole) = MassProperties::merged(&masses.collect::<Vec<_>>()) else {
+        return false;
+    };
+    let bottom_m = |wheel: &WheelLike| Some(wheel.origin.z - wheel.disc?.radius_m);
+    let mut bottoms_m = wheels.iter().map(bottom_m);
+    bottoms_m.all(|bottom_m| bottom_m.is_some_and(|z_m| z_m < whole.center_of_mass_m.z))
 }
 
 /// Returns the joints of steered wheels but for casters; some call all modules of a robot so.
@@ -153,8 +179,16 @@ pub(super) fn on_tyres(tree: &Tree, survey: &Survey) -> TyreOptions {
     let name = |joint: &usize| tree.joints[*joint].name.clone();
     let mut tyres = TyreOptions::default();
     if joints.iter().any(is_driven) {
-        tyres.joints = joints.iter().filter(|joint| is_driven(joint)).map(name).collect();
-        tyres.free = joints.iter().filter(|joint| !is_driven(joint)).map(name).collect();
+        tyres.joints = joints
+            .iter()
+            .filter(|joint| is_driven(joint))
+            .map(name)
+            .collect();
+        tyres.free = joints
+            .iter()
+            .filter(|joint| !is_driven(joint))
+            .map(name)
+            .collect();
     } else {
         tyres.joints = joints.iter().map(name).collect();
     }
