@@ -29,4 +29,5 @@ mod spin;
 mod stability;
 mod support;
 mod suspensions;
+mod tyres;
 mod wheels_to_spare;

@@ -1,0 +1,100 @@
+//! Robots on tyres, from their files to what they do.
+
+use std::path::Path;
+
+use ilon_sim::robot::Pose;
+use ilon_sim::{Plant, Scenario, Simulation, WheelCommand, load_robot, resolve};
+use test_case::test_case;
+
+use crate::support::message;
+
+fn scenario(robot: &str, lines: &str) -> Scenario {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = format!("robot.file = \"{robot}.urdf\"\n{lines}\n");
+    Scenario::from_toml(&text, "tyres", folder).expect("a scenario")
+}
+
+/// Where a run ends.
+fn end(robot: &str, lines: &str) -> Pose {
+    let mut simulation = Simulation::new(&scenario(robot, lines)).expect("it drives");
+    while !simulation.is_done() {
+        simulation.step();
+    }
+    simulation.world().robot().state().pose
+}
+
+/// Refused are motions along axles that nothing steers; a turn about an axle behind the origin is
+/// none.
+#[test_case("skid4", "twist.vy_m_s = 0.2", Some("drags tyres sideways"))]
+#[test_case(
+    "differential",
+    "reference.circle = { radius_m = 1, speed_m_s = 0.2 }",
+    Some("hold the robot sideways")
+)]
+#[test_case(
+    "tricycle",
+    "twist = { vx_m_s = 0.2, vy_m_s = 0.2 }",
+    Some("`left`, `right` are not steered")
+)]
+#[test_case("tricycle", "twist = { vx_m_s = 0.2, omega_rad_s = 0.3 }", None)]
+#[test_case("swerve4", "twist.vy_m_s = 0.2", None)]
+fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
+    let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot);
+    match refused {
+        Some(words) => {
+            let (said, help) = message(resolved.map(|_| ()));
+            assert!(said.contains(words) && !help.is_empty(), "{said}");
+        }
+        None => assert!(resolved.is_ok(), "{:?}", resolved.err()),
+    }
+}
+
+/// A swerve robot and its mirror image, driven in mirror image, end in mirror image. Wheels are
+/// solved for in another order.
+#[test]
+fn a_mirrored_drive_ends_in_the_mirror() {
+    let lines = |sign: f64| {
+        format!(
+            "twist = {{ vx_m_s = 0.2, vy_m_s = {}, omega_rad_s = {} }}\nrun.duration_s = 2",
+            sign * 0.25,
+            sign * 0.6
+        )
+    };
+    let [one, other] = [1.0, -1.0].map(|sign| {
+        let end = end("swerve4", &lines(sign));
+        [end.x_m, sign * end.y_m, sign * end.heading_rad]
+    });
+    for (one, other) in one.iter().zip(other) {
+        assert!((one - other).abs() < 1e-7, "{one} {other}");
+    }
+}
+
+/// A module is turned on the spot by more than mu N w / 4, and held by less: three places at 0 and
+/// +-3 w / 8 carry a third of N each. Its treads bend before they slide.
+#[test_case(0.9, false)]
+#[test_case(1.1, true)]
+fn a_tyre_turns_on_the_spot_from_its_scrub_on(share: f64, turns: bool) {
+    let (friction, width_m) = (0.6, 0.03);
+    let at = |torque_n_m: f64| {
+        format!(
+            "world.floor.friction = {friction}\ntwist = {{}}\nrun.duration_s = 1\n\
+             [robot.joints.front_left_steer]\nrole = \"driven\"\n\
+             setpoints = [{{ t_s = 0, torque_n_m = {torque_n_m} }}]"
+        )
+    };
+    let load_n = load_robot(&scenario("swerve4", &at(0.0)))
+        .expect("shipped")
+        .mass_kg()
+        * 9.81
+        / 4.0;
+    let scenario = scenario("swerve4", &at(share * friction * load_n * width_m / 4.0));
+    let mut plant = Plant::of_scenario(&scenario).expect("it stands");
+    plant
+        .advance(WheelCommand::Rates(&[0.0; 4]), 0.5)
+        .expect("it runs");
+    let turned_rad = plant.world().robot().joint_positions()[0];
+    assert_eq!(turned_rad > 0.5, turns, "{turned_rad} rad");
+    assert!(turns || turned_rad < 0.05, "{turned_rad} rad");
+}
