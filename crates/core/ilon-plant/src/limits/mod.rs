@@ -1,5 +1,6 @@
 //! How hard a scenario's robot may be driven: which accelerations neither grip nor motors forbid.
 
+pub(crate) mod share;
 mod sprints;
 
 use std::f64::consts::FRAC_PI_4;

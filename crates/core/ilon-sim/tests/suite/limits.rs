@@ -913,7 +913,7 @@ fn limits_of_a() -> Limits {
     Limits::of(&scenario, &robot).expect("it stands")
 }
 
-/// What is printed is what statics allow, or less where the simulated robot slides at it: an eighth to a third less from rest, where targets come every 10 ms. A box
+/// What is printed is what statics allow, or less where the simulated robot slides at it: up to a fifth less from rest, where targets come every 10 ms. A box
 /// lies as far inside of its polytope as by statics.
 #[test]
 fn what_is_printed_is_tried_by_the_robot() {

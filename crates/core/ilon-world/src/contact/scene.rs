@@ -20,6 +20,8 @@ pub(crate) struct Scenes<'a> {
     pub settings: &'a Settings,
     /// How long the step is, in seconds.
     pub dt_s: f64,
+    /// Whether it is taken in halves where its laws cannot be solved.
+    pub is_halved: bool,
     pub bodies: &'a [Articulated],
     /// What acted between them in the last step.
     pub reactions: &'a Reactions,
