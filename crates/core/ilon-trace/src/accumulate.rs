@@ -1,4 +1,4 @@
-//! The figures of a run as they grow, row by row.
+//! The figures of a run as they grow.
 
 use ilon_robot::{Twist, wrap_angle};
 
@@ -9,9 +9,8 @@ use crate::fold::{Largest, Mean, Rms, finite};
 use crate::header::Header;
 use crate::joint_travel::JointAccumulator;
 use crate::ledger::{Ledger, Terms};
-use crate::metrics::{Settings, Summary, TwistRatio, error};
+use crate::metrics::{Settings, Summary, TwistRatio};
 use crate::odometry;
-use crate::projection::Projection;
 use crate::record::{Record, WheelSample};
 use crate::rows::Rows;
 use crate::slip::WheelAccumulator;
@@ -19,34 +18,56 @@ use crate::trace::Trace;
 use crate::twin::Convergence;
 
 impl Summary {
-    /// The figures of a run whose rows need not lie in memory.
+    /// The figures of a trace.
+    pub fn of(trace: &Trace, settings: &Settings) -> Self {
+        let Ok(summary) = Self::of_rows(trace, settings);
+        summary
+    }
+
+    /// The figures of a run whose rows need not lie in memory. Where not each control period has a row they are those that the header has, whatever
+    /// the thresholds.
     ///
     /// # Errors
     /// Where the rows cannot be read.
     pub fn of_rows<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
         let header = rows.header();
-        let Counted {
-            run,
-            all_wheels,
-            twist_ripple,
-            trace_hash,
-        } = Counted::of(rows, settings)?;
+        let mut summary = match &header.figures {
+            Some(figures) => Self::clone(figures),
+            None => {
+                let mut figures = Figures::new(header, settings);
+                rows.each_batch(&mut |chunk| {
+                    for (record, samples) in chunk.steps() {
+                        figures.add(header, record, samples);
+                    }
+                })?;
+                figures.finish(header)
+            }
+        };
+        summary.trace_hash = crate::hash::hash_of_rows(rows)?;
+        summary.converge = Convergence::of(&summary, header);
+        summary.effects = Effects::of(&summary, header);
+        Ok(summary)
+    }
+}
 
-        let twist_mean = run.twist.get();
-        let last_s = run.last.map(|last| last.t_s);
+impl Figures {
+    /// The figures of what was added, but for the trace's hash and what twins say.
+    pub fn finish(self, header: &Header) -> Summary {
+        let twist_mean = self.twist.get();
+        let last_s = self.last.map(|last| last.t_s);
         let duration_s = last_s.map_or(0.0, |last_s| header.row_end_s(last_s));
         let (twist_ideal_mean, twist_contact_mean) =
-            (run.twist_ideal.get(), run.twist_contact.get());
-        let driven = run.driven(twist_ideal_mean, settings.driven_share);
-        let twist_asked_mean = run.twist_asked.get();
-        let asked = run.driven(twist_asked_mean, settings.driven_share);
-        let chassis_load_share = run.chassis_load_share();
-        let reckoning = run.reckoning.finish();
-        let slips = header.wheels.iter().zip(run.wheels);
+            (self.twist_ideal.get(), self.twist_contact.get());
+        let driven = self.driven(twist_ideal_mean);
+        let twist_asked_mean = self.twist_asked.get();
+        let asked = self.driven(twist_asked_mean);
+        let chassis_load_share = self.chassis_load_share();
+        let reckoning = self.reckoning.finish();
+        let slips = header.wheels.iter().zip(self.wheels);
         let wheels: Vec<_> = slips
             .map(|(wheel, accumulator)| accumulator.finish(wheel))
             .collect();
-        let mut summary = Self {
+        Summary {
             scenario: header.scenario_name.clone(),
             robot: header.robot_name.clone(),
             duration_s,
@@ -54,47 +75,49 @@ impl Summary {
             physics_dt_s: header.physics_dt_s,
             control_dt_s: header.control_dt_s,
             sim_seconds_per_cpu_second: None,
-            trace_hash,
-            position_error_rms_m: run.position.rms.get(),
-            position_error_max_m: run.position.largest.map(|(error, _)| error),
-            position_error_max_at_s: run.position.largest.map(|(_, t_s)| t_s),
-            position_error_final_m: run.position.last,
-            heading_error_rms_rad: run.heading.rms.get(),
-            heading_error_max_rad: run.heading.largest.map(|(error, _)| error),
-            heading_error_max_at_s: run.heading.largest.map(|(_, t_s)| t_s),
-            heading_error_final_rad: run.heading.last,
-            position_converged_s: run.position.converged_s,
-            heading_converged_s: run.heading.converged_s,
-            seen_position_error_rms_m: run.seen_m.get(),
-            seen_heading_error_rms_rad: run.seen_rad.get(),
-            wheel_rate_error_rms_rad_s: all_wheels.rate_error_rad_s.get(),
-            wheel_rate_command_max_rad_s: all_wheels.command_rad_s.get(),
-            wheel_torque_max_n_m: all_wheels.torque_n_m.get(),
-            rate_conflict_share: run.conflict.get(),
-            saturated_share: run.saturated.get(),
+            trace_hash: String::new(),
+            position_error_rms_m: self.position.rms.get(),
+            position_error_max_m: self.position.largest.map(|(error, _)| error),
+            position_error_max_at_s: self.position.largest.map(|(_, t_s)| t_s),
+            position_error_final_m: self.position.last,
+            heading_error_rms_rad: self.heading.rms.get(),
+            heading_error_max_rad: self.heading.largest.map(|(error, _)| error),
+            heading_error_max_at_s: self.heading.largest.map(|(_, t_s)| t_s),
+            heading_error_final_rad: self.heading.last,
+            position_converged_s: self.position.converged_s,
+            heading_converged_s: self.heading.converged_s,
+            seen_position_error_rms_m: self.seen_m.get(),
+            seen_heading_error_rms_rad: self.seen_rad.get(),
+            wheel_rate_error_rms_rad_s: self.all_wheels.rate_error_rad_s.get(),
+            wheel_rate_command_max_rad_s: self.all_wheels.command_rad_s.get(),
+            wheel_torque_max_n_m: self.all_wheels.torque_n_m.get(),
+            rate_conflict_share: self.conflict.get(),
+            saturated_share: self.saturated.get(),
             twist_asked_mean,
             twist_mean,
-            twist_ripple,
+            twist_ripple: twist_mean
+                .filter(|_| header.open_loop)
+                .map(|mean| self.ripple.about(mean)),
             twist_ideal_mean,
             twist_contact_mean,
             twist_ratio_asked: ratio(twist_mean, twist_asked_mean, asked),
             twist_ratio_ideal: ratio(twist_mean, twist_ideal_mean, driven),
             twist_ratio_contact: ratio(twist_mean, twist_contact_mean, driven),
-            slip_speed_rms_m_s: all_wheels.slip_m_s.get(),
-            slip_speed_max_m_s: all_wheels.slip_largest_m_s.get(),
-            slip_energy_j: run.last.and_then(|r| finite(r.slip_energy_j)),
+            slip_speed_rms_m_s: self.all_wheels.slip_m_s.get(),
+            slip_speed_max_m_s: self.all_wheels.slip_largest_m_s.get(),
+            slip_energy_j: self.last.and_then(|r| finite(r.slip_energy_j)),
             wheel_slip_energy_j: finite(wheels.iter().map(|wheel| wheel.energy_j).sum()),
             friction_used_max: wheels
                 .iter()
                 .filter_map(|wheel| wheel.friction_used_max)
                 .reduce(f64::max),
-            airborne_share: all_wheels.airborne.get(),
+            airborne_share: self.all_wheels.airborne.get(),
             chassis_load_share,
-            contact_residual_max_m_s: run.residual_m_s.get(),
-            storage_rise_j: run.storage_rise_j.get(),
+            contact_residual_max_m_s: self.residual_m_s.get(),
+            storage_rise_j: self.storage_rise_j.get(),
             odometry_drift_m_per_m: reckoning.ideal.m_per_m,
             odometry_drift_rad_per_m: reckoning.ideal.rad_per_m,
-            odometry_joints_m: run.last.and_then(|last| {
+            odometry_joints_m: self.last.and_then(|last| {
                 let posed = last.odometry_posed?;
                 Some((posed.position_m() - last.odometry_ideal.position_m()).norm())
             }),
@@ -102,67 +125,26 @@ impl Summary {
                 .iter()
                 .filter_map(|wheel| wheel.hub_ripple_m)
                 .reduce(f64::max),
-            end_x_m: run.last.map(|last| last.truth.pose.x_m),
-            end_y_m: run.last.map(|last| last.truth.pose.y_m),
-            end_heading_rad: run.last.map(|last| last.truth.pose.heading_rad),
+            end_x_m: self.last.map(|last| last.truth.pose.x_m),
+            end_y_m: self.last.map(|last| last.truth.pose.y_m),
+            end_heading_rad: self.last.map(|last| last.truth.pose.heading_rad),
             travelled_m: reckoning.travelled_m,
             turned_rad: reckoning.turned_rad,
             odometry_ideal: reckoning.ideal,
             odometry_contact: reckoning.contact,
-            ledger: run.last.map_or_else(Ledger::default, |last| last.ledger),
-            energy: run.balance.finish(header),
+            ledger: self.last.map_or_else(Ledger::default, |last| last.ledger),
+            energy: self.balance.finish(header),
             converge: Convergence::default(),
             effects: Effects::default(),
             design: Design::default(),
             wheels,
-            joints: run.joints.travels(header),
-        };
-        summary.converge = Convergence::of(&summary, header);
-        summary.effects = Effects::of(&summary, header);
-        Ok(summary)
+            joints: self.joints.travels(header),
+        }
     }
 }
 
-/// What the passes over a run's rows count.
-struct Counted {
-    run: Accumulator,
-    all_wheels: AllWheels,
-    /// Of a run in open loop.
-    twist_ripple: Option<Twist>,
-    trace_hash: String,
-}
-
-impl Counted {
-    fn of<R: Rows>(rows: &R, settings: &Settings) -> Result<Self, R::Error> {
-        let header = rows.header();
-        let mut run = Accumulator::new(header, settings);
-        rows.each_batch(Projection::All, &mut |chunk| run.add(header, chunk))?;
-        let mut all_wheels = AllWheels::default();
-        for wheel in 0..header.wheels.len() {
-            all_wheels.before_s = 0.0;
-            rows.each_batch(Projection::Wheel(wheel), &mut |chunk| {
-                all_wheels.add(chunk, wheel);
-            })?;
-        }
-        let mut twist_ripple = None;
-        if let Some(mean) = run.twist.get().filter(|_| header.open_loop) {
-            let mut ripple = Ripple::default();
-            rows.each_batch(Projection::Robot, &mut |chunk| {
-                ripple.add(header, chunk, mean)
-            })?;
-            twist_ripple = Some(ripple.get());
-        }
-        Ok(Self {
-            run,
-            all_wheels,
-            twist_ripple,
-            trace_hash: crate::hash::hash_of_rows(rows)?,
-        })
-    }
-}
-
-/// What is counted in one pass over all rows.
-struct Accumulator {
+/// The figures of a run as they grow: row by row, or control period by control period where fewer have a row.
+pub struct Figures {
     position: ErrorAccumulator,
     heading: ErrorAccumulator,
     seen_m: Rms,
@@ -175,7 +157,9 @@ struct Accumulator {
     twist_contact: MeanTwist,
     /// The farthest wheel's distance from the body's origin, in metres.
     arm_m: f64,
+    driven_share: f64,
     ideal_speed_m_s: Rms,
+    ripple: Ripple,
     reckoning: odometry::Accumulator,
     residual_m_s: Largest,
     storage_rise_j: Largest,
@@ -186,11 +170,13 @@ struct Accumulator {
     measured: Option<Record>,
     last: Option<Record>,
     wheels: Vec<WheelAccumulator>,
+    all_wheels: AllWheels,
     joints: JointAccumulator,
 }
 
-impl Accumulator {
-    fn new(header: &Header, settings: &Settings) -> Self {
+impl Figures {
+    /// Of a run of which nothing was added yet.
+    pub fn new(header: &Header, settings: &Settings) -> Self {
         Self {
             position: ErrorAccumulator::new(settings.position_threshold_m),
             heading: ErrorAccumulator::new(settings.heading_threshold_rad),
@@ -203,7 +189,9 @@ impl Accumulator {
             twist_ideal: MeanTwist::default(),
             twist_contact: MeanTwist::default(),
             arm_m: header.arm_m(),
+            driven_share: settings.driven_share,
             ideal_speed_m_s: Rms::default(),
+            ripple: Ripple::default(),
             reckoning: odometry::Accumulator::default(),
             residual_m_s: Largest::default(),
             storage_rise_j: Largest::default(),
@@ -212,22 +200,24 @@ impl Accumulator {
             measured: None,
             last: None,
             wheels: WheelAccumulator::of_each(header),
+            all_wheels: AllWheels::default(),
             joints: JointAccumulator::default(),
         }
     }
 
-    fn add(&mut self, header: &Header, chunk: &Trace) {
-        for (record, samples) in chunk.steps() {
-            self.conflict.add(header, record, samples);
-            self.add_record(header, record);
-            for (wheel, sample) in self.wheels.iter_mut().zip(samples) {
-                wheel.add(header, record, sample);
-            }
+    /// Adds the next row, or control period, with the samples of its wheels.
+    pub fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
+        let since_s = self.last.map_or(0.0, |last| record.t_s - last.t_s);
+        self.conflict.add(record, samples, since_s);
+        for (wheel, sample) in self.wheels.iter_mut().zip(samples) {
+            wheel.add(header, record, sample);
+            self.all_wheels.add(record, sample, since_s);
         }
+        self.add_record(header, record, since_s);
     }
 
-    fn add_record(&mut self, header: &Header, record: &Record) {
-        let off = error(header, record);
+    fn add_record(&mut self, header: &Header, record: &Record, since_s: f64) {
+        let off = header.tracking_error(record);
         let most = record
             .desired
             .map(|desired| [desired.position_error_max_m, desired.heading_error_max_rad]);
@@ -245,8 +235,10 @@ impl Accumulator {
             .add(wrap_angle(seen.heading_rad - truth.heading_rad));
 
         if !header.task_names.is_empty() {
+            // The first row is a control instant too.
+            let instants = (since_s / header.control_dt_s).round().max(1.0);
             self.saturated
-                .add_weighted(record.saturated_share, header.periods_up_to(record.t_s));
+                .add_weighted(record.saturated_share, instants);
         }
         if header.is_measured(record.t_s) {
             // The mean twist follows from the displacement since the last row, not from the current
@@ -258,6 +250,7 @@ impl Accumulator {
             let speed_m_s = libm::hypot(v.vx_m_s, v.vy_m_s);
             self.ideal_speed_m_s
                 .add(libm::hypot(speed_m_s, self.arm_m * v.omega_rad_s));
+            self.ripple.add(record.truth.twist_in_body);
         }
         self.reckoning.add(record);
         self.joints.add(header, record);
@@ -265,8 +258,7 @@ impl Accumulator {
         if let Some(storage) = record.storage {
             self.storage_rise_j.add(storage.rise_j);
         }
-        if let (Some(support), Some(before)) = (record.support, &self.last) {
-            let since_s = record.t_s - before.t_s;
+        if let Some(support) = record.support {
             self.carried_n_s[0] += support.wheels_n * since_s;
             self.carried_n_s[1] += support.chassis_n * since_s;
         }
@@ -297,14 +289,14 @@ impl Accumulator {
     }
 
     /// Which components of a mean twist, that the wheels turn for or that was asked for, are driven.
-    fn driven(&self, mean: Option<Twist>, share: f64) -> [bool; 3] {
+    fn driven(&self, mean: Option<Twist>) -> [bool; 3] {
         // A micrometre per second: nothing drives a robot that stands.
         const STANDING_M_S: f64 = 1e-6;
         let (Some(mean), Some(speed_rms)) = (mean, self.ideal_speed_m_s.get()) else {
             return [false; 3];
         };
         [mean.vx_m_s, mean.vy_m_s, self.arm_m * mean.omega_rad_s]
-            .map(|component| component.abs() > (share * speed_rms).max(STANDING_M_S))
+            .map(|component| component.abs() > (self.driven_share * speed_rms).max(STANDING_M_S))
     }
 }
 
@@ -317,9 +309,9 @@ struct Conflict {
 }
 
 impl Conflict {
-    fn add(&mut self, header: &Header, record: &Record, samples: &[WheelSample]) {
+    fn add(&mut self, record: &Record, samples: &[WheelSample], since_s: f64) {
         let rates = samples.iter().map(|sample| sample.rate_rad_s);
-        let of_row = rates.map(|rate| rate * rate).sum::<f64>() * header.row_span_s(record.t_s);
+        let of_row = rates.map(|rate| rate * rate).sum::<f64>() * since_s;
         self.of_all += of_row;
         self.of_no_motion += of_row * record.rate_conflict_share * record.rate_conflict_share;
     }
@@ -393,11 +385,9 @@ impl MeanTwist {
     }
 }
 
-/// Figures over all wheels, which are counted one wheel after the other.
+/// Figures over all wheels.
 #[derive(Default)]
 struct AllWheels {
-    /// The time of the row before, in seconds.
-    before_s: f64,
     rate_error_rad_s: Rms,
     command_rad_s: Largest,
     torque_n_m: Largest,
@@ -407,45 +397,50 @@ struct AllWheels {
 }
 
 impl AllWheels {
-    fn add(&mut self, chunk: &Trace, wheel: usize) {
-        for (record, sample) in chunk.records().iter().zip(chunk.wheel(wheel)) {
-            let period_s = record.t_s - std::mem::replace(&mut self.before_s, record.t_s);
-            self.rate_error_rad_s
-                .add(sample.target_rad_s - sample.rate_rad_s);
-            self.command_rad_s.add(sample.target_peak_rad_s);
-            self.torque_n_m.add(sample.torque_peak_n_m());
-            if record.has_contacts() {
-                self.airborne
-                    .add_weighted(1.0 - sample.touching_share, period_s);
-            }
-            if sample.touched() {
-                self.slip_m_s
-                    .add_weighted(sample.slip_speed_rms_m_s, period_s * sample.touching_share);
-                self.slip_largest_m_s.add(sample.slip_speed_max_m_s);
-            }
+    fn add(&mut self, record: &Record, sample: &WheelSample, since_s: f64) {
+        self.rate_error_rad_s
+            .add(sample.target_rad_s - sample.rate_rad_s);
+        self.command_rad_s.add(sample.target_peak_rad_s);
+        self.torque_n_m.add(sample.torque_peak_n_m());
+        if record.has_contacts() {
+            self.airborne
+                .add_weighted(1.0 - sample.touching_share, since_s);
+        }
+        if sample.touched() {
+            self.slip_m_s
+                .add_weighted(sample.slip_speed_rms_m_s, since_s * sample.touching_share);
+            self.slip_largest_m_s.add(sample.slip_speed_max_m_s);
         }
     }
 }
 
-/// Rms deviation of the real twist from its mean within the window of the means, component by component.
+/// How far the real twist is from a mean, component by component: Welford's sums, as the mean is known only at the end.
 #[derive(Default)]
-struct Ripple([Rms; 3]);
+struct Ripple {
+    rows: f64,
+    mean: [f64; 3],
+    squares: [f64; 3],
+}
 
 impl Ripple {
-    fn add(&mut self, header: &Header, chunk: &Trace, mean: Twist) {
-        for record in chunk.records() {
-            if header.is_measured(record.t_s) {
-                let off = record.truth.twist_in_body - mean;
-                let components = [off.vx_m_s, off.vy_m_s, off.omega_rad_s];
-                for (rms, component) in self.0.iter_mut().zip(components) {
-                    rms.add(component);
-                }
-            }
+    fn add(&mut self, twist: Twist) {
+        self.rows += 1.0;
+        let components = [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
+        let sums = self.mean.iter_mut().zip(&mut self.squares);
+        for ((mean, squares), component) in sums.zip(components) {
+            let off = component - *mean;
+            *mean += off / self.rows;
+            *squares += off * (component - *mean);
         }
     }
 
-    fn get(&self) -> Twist {
-        let [vx_m_s, vy_m_s, omega_rad_s] = self.0.map(|rms| rms.get().unwrap_or(0.0));
+    /// Root mean squares about another mean.
+    fn about(&self, mean: Twist) -> Twist {
+        let about = [mean.vx_m_s, mean.vy_m_s, mean.omega_rad_s];
+        let [vx_m_s, vy_m_s, omega_rad_s] = std::array::from_fn(|axis| {
+            let off = self.mean[axis] - about[axis];
+            (self.squares[axis] / self.rows + off * off).sqrt()
+        });
         Twist::new(vx_m_s, vy_m_s, omega_rad_s)
     }
 }

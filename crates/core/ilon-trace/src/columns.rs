@@ -5,7 +5,6 @@ use ilon_robot::Pose;
 
 use crate::header::Header;
 use crate::ledger::{Integral, NAMES};
-use crate::projection::Projection;
 use crate::record::{
     BodySample, Desired, ImuSample, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS, Record,
     Storage, Support, TaskShare, WheelSample,
@@ -32,9 +31,6 @@ pub(crate) struct Column<T: 'static> {
     get: fn(&T) -> f64,
     set: fn(&mut T, f64),
 }
-
-/// The signal that says when a row is.
-const TIME: &str = "t_s";
 
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
@@ -263,8 +259,8 @@ enum Source {
     Joint(usize, &'static Column<JointSample>),
     Body(usize, &'static Column<BodySample>),
     Wheel(usize, &'static Column<WheelSample>),
-    /// The angle of a roller: the wheel's number, and the roller's among those of all wheels.
-    Roller(usize, usize),
+    /// The angle of a roller, by its number among those of all wheels.
+    Roller(usize),
 }
 
 /// One recorded signal of a particular trace.
@@ -296,22 +292,7 @@ impl Signal {
             Source::Joint(joint, column) => record.joints.get(*joint).map(column.get),
             Source::Body(body, column) => record.bodies.get(*body).map(column.get),
             Source::Wheel(wheel, column) => trace.wheels_at(step).get(*wheel).map(column.get),
-            Source::Roller(_, roller) => *trace.roller_angles_at(step).get(*roller)?,
-        }
-    }
-
-    /// Whether it is among those that are looked at.
-    pub(crate) fn is_among(&self, which: Projection) -> bool {
-        match (which, &self.source) {
-            (Projection::All, _) => true,
-            (Projection::Robot, Source::Wheel(..) | Source::Roller(..)) => false,
-            (Projection::Robot, _) => true,
-            (Projection::Wheel(wanted), Source::Wheel(wheel, _) | Source::Roller(wheel, _)) => {
-                *wheel == wanted
-            }
-            // When a row was is asked of wheels too.
-            (Projection::Wheel(_), Source::Record(column)) => column.name == TIME,
-            (Projection::Wheel(_), _) => false,
+            Source::Roller(roller) => *trace.roller_angles_at(step).get(*roller)?,
         }
     }
 
@@ -366,7 +347,7 @@ impl Signal {
                     (column.set)(sample, value);
                 }
             }
-            Source::Roller(_, roller) => {
+            Source::Roller(roller) => {
                 if let Some(angle_rad) = rollers.get_mut(*roller) {
                     *angle_rad = Some(value);
                 }
@@ -456,7 +437,7 @@ pub(crate) fn signals(header: &Header) -> Vec<Signal> {
             name: format!("wheel{wheel}_roller{roller}_angle_rad"),
             kind: ColumnType::Real,
             nullable: true,
-            source: Source::Roller(wheel, place),
+            source: Source::Roller(place),
         }));
     }
     all

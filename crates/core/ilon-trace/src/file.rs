@@ -28,7 +28,6 @@ pub(crate) use atomic::{io_error, is_unfinished};
 pub(crate) use lock::LOCK;
 
 use crate::error::TraceError;
-use crate::projection::Projection;
 use crate::rows::Rows;
 use crate::trace::Trace;
 
@@ -81,7 +80,7 @@ impl Trace {
         }
         let file = TraceFile::open(path)?;
         let mut trace = Self::with_capacity(file.header().clone(), file.row_count());
-        file.each_batch(Projection::All, &mut |chunk| trace.append(chunk))?;
+        file.each_batch(&mut |chunk| trace.append(chunk))?;
         Ok(trace)
     }
 }

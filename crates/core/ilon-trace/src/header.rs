@@ -2,11 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::{BodyJoint, CollisionShape, JointKind, Pose, Robot, VisualMeshes, Wheel};
+use ilon_robot::{
+    BodyJoint, CollisionShape, JointKind, Pose, Robot, VisualMeshes, Wheel, wrap_angle,
+};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
+use crate::metrics::Summary;
+use crate::record::Record;
 use crate::twin::Twin;
 
 /// The description of a run: everything a report needs besides the records.
@@ -105,6 +109,9 @@ pub struct Header {
     /// The results of the run's twins, if it was repeated with changes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub twins: Vec<Twin>,
+    /// The figures of the run by all its control periods, where not each of them has a row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<Box<Summary>>,
 }
 
 /// A motion that exceeds the limits, as predicted before the run.
@@ -402,6 +409,16 @@ impl Header {
             y_m: pose.y_m + sin * x_m + cos * y_m,
             ..pose
         }
+    }
+
+    /// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
+    /// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
+    pub fn tracking_error(&self, record: &Record) -> Option<(f64, f64)> {
+        let desired = record.desired?.pose;
+        let truth = self.reference_point_at(record.truth.pose);
+        let e_r = desired.position_m() - truth.position_m();
+        let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
+        Some((e_r.norm(), e_phi.abs()))
     }
 
     /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.

@@ -40,12 +40,12 @@ mod finite;
 mod fold;
 mod hash;
 mod header;
+mod joined;
 mod joint_travel;
 pub mod ledger;
 pub mod metrics;
 pub mod odometry;
 pub mod parts;
-mod projection;
 pub mod quantities;
 pub mod record;
 pub mod recording;
@@ -59,6 +59,7 @@ pub mod slip;
 pub mod trace;
 mod twin;
 
+pub use accumulate::Figures;
 pub use columns::{ColumnType, Signal};
 pub use convergence::{Apart, Cause, Change, Convergence, Twin};
 pub use design::Design;
@@ -71,9 +72,9 @@ pub use header::{
     Announced, BodyHeader, BodyShape, Ground, GroundBox, GroundMap, GroundPatch, GroundRamp,
     GroundRelief, Guidance, Header, JointHeader, MotorLine, WheelHeader,
 };
+pub use joined::Joined;
 pub use ledger::Ledger;
 pub use metrics::{JointTravel, Settings, Summary};
-pub use projection::Projection;
 pub use quantities::Quantity;
 pub use record::{
     BodySample, Desired, ImuSample, ImuVariances, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,

@@ -1,16 +1,12 @@
 //! The figures of a run: the content of `summary.json`.
 
-use ilon_robot::{Twist, wrap_angle};
+use ilon_robot::Twist;
 use serde::{Deserialize, Serialize};
 
 use crate::design::Design;
 use crate::effect::Effects;
-use crate::header::Header;
 use crate::ledger::Ledger;
 use crate::odometry::Drift;
-use crate::record::Record;
-use crate::slip::WheelSlip;
-use crate::trace::Trace;
 use crate::twin::Convergence;
 
 /// Thresholds of the metrics.
@@ -90,7 +86,7 @@ pub struct Summary {
     pub wheel_rate_command_max_rad_s: Option<f64>,
     /// Largest magnitude of a torque of any wheel, in N m.
     pub wheel_torque_max_n_m: Option<f64>,
-    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`Record::rate_conflict_share`] weighted by the
+    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`crate::Record::rate_conflict_share`] weighted by the
     /// rates' squares, in [0, 1]; `None` where no wheel turned.
     pub rate_conflict_share: Option<f64>,
     /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
@@ -184,6 +180,42 @@ pub struct Summary {
     pub joints: Vec<JointTravel>,
 }
 
+/// What the contacts of one wheel did over the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct WheelSlip {
+    /// The wheel's name.
+    pub name: String,
+    /// Root mean square of the sliding speed over the time in which the wheel touched, in m/s.
+    pub speed_rms_m_s: Option<f64>,
+    /// The largest sliding speed of any physics step, in m/s.
+    pub speed_max_m_s: Option<f64>,
+    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
+    pub ratio: Option<f64>,
+    /// Energy lost to sliding in this wheel's contacts, in J.
+    pub energy_j: f64,
+    /// Energy that it took to bring this wheel's rollers up to their spin, in J.
+    #[serde(default)]
+    pub spin_up_energy_j: f64,
+    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
+    pub constraint_residual_rms_m_s: Option<f64>,
+    /// Mean normal force over time, in N.
+    pub normal_force_mean_n: Option<f64>,
+    /// The largest share of the friction cone in use in any physics step; 1 is sliding.
+    pub friction_used_max: Option<f64>,
+    /// How often another roller came to carry the wheel.
+    #[serde(default)]
+    pub hand_overs: u64,
+    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
+    pub roller_spin_error_rms_rad_s: Option<f64>,
+    /// The part of the time in which no roller touched, in [0, 1].
+    pub lost_contact: Option<f64>,
+    /// The part of the time in which two rollers shared the load, in [0, 1].
+    pub shared_contact: Option<f64>,
+    /// Peak-to-peak change of the hub's height within the window of the means, in metres.
+    pub hub_ripple_m: Option<f64>,
+}
+
 /// How far a joint between bodies moved over a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -245,24 +277,6 @@ pub struct Energy {
     /// fall put in, or of what brakes, losses and stores took out, whichever is larger. Nothing is
     /// offset. `None` if nothing moved.
     pub unexplained_share: Option<f64>,
-}
-
-impl Summary {
-    /// The figures of a trace.
-    pub fn of(trace: &Trace, settings: &Settings) -> Self {
-        let Ok(summary) = Self::of_rows(trace, settings);
-        summary
-    }
-}
-
-/// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
-/// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
-pub fn error(header: &Header, record: &Record) -> Option<(f64, f64)> {
-    let desired = record.desired?.pose;
-    let truth = header.reference_point_at(record.truth.pose);
-    let e_r = desired.position_m() - truth.position_m();
-    let e_phi = wrap_angle(desired.heading_rad - truth.heading_rad);
-    Some((e_r.norm(), e_phi.abs()))
 }
 
 #[cfg(test)]

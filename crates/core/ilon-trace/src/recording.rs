@@ -12,7 +12,6 @@ use crate::file::{ROWS_A_GROUP, TraceFile, TraceWriter, io_error, write_atomical
 use crate::finite::Watched;
 use crate::header::Header;
 use crate::parts::Parts;
-use crate::projection::Projection;
 use crate::rows::Rows;
 use crate::trace::Trace;
 use crate::twin::Twin;
@@ -215,13 +214,13 @@ impl Rows for Recorded {
         }
     }
 
-    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
+    fn each_batch(&self, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
         match self {
             Self::Memory(trace) => {
-                let Ok(()) = trace.each_batch(which, see);
+                let Ok(()) = trace.each_batch(see);
                 Ok(())
             }
-            Self::File(file) => file.each_batch(which, see),
+            Self::File(file) => file.each_batch(see),
         }
     }
 
@@ -265,7 +264,7 @@ mod tests {
         let recorded = recording.finish().unwrap();
         let mut largest_chunk = 0;
         recorded
-            .each_batch(Projection::All, &mut |chunk| {
+            .each_batch(&mut |chunk| {
                 largest_chunk = largest_chunk.max(chunk.row_count());
             })
             .unwrap();

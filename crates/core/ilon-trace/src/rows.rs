@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use crate::columns::signals;
 use crate::header::Header;
-pub use crate::projection::Projection;
+use crate::joined::Joined;
 use crate::trace::Trace;
 
 /// The rows of a run, which can be iterated as often as needed: a [`Trace`] in memory, or a
@@ -19,12 +19,11 @@ pub trait Rows {
     /// The number of rows.
     fn row_count(&self) -> usize;
 
-    /// Shows all rows in their order to `see`, some at a time. Signals that `which` does not ask for may be zero.
+    /// Shows all rows in their order to `see`, some at a time.
     ///
     /// # Errors
     /// Where the rows cannot be read.
-    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace))
-    -> Result<(), Self::Error>;
+    fn each_batch(&self, see: &mut dyn FnMut(&Trace)) -> Result<(), Self::Error>;
 
     /// Passes the values of a signal, named as its column in the file, in order to `see`: `None` if
     /// it is absent. An unknown signal has no values.
@@ -56,7 +55,7 @@ impl Rows for Trace {
         self.records().len()
     }
 
-    fn each_batch(&self, _: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
+    fn each_batch(&self, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
         see(self);
         Ok(())
     }
@@ -70,7 +69,8 @@ impl Rows for Trace {
     }
 }
 
-/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as much further apart.
+/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as much further apart: each has what happened in those that
+/// were left out before it.
 ///
 /// # Errors
 /// Like [`Rows::each_batch`].
@@ -81,10 +81,12 @@ pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
     header.record_every = header.record_every.max(1).saturating_mul(apart);
     let row_count = rows.row_count();
     let mut thin = Trace::with_capacity(header, row_count.div_ceil(every) + 1);
-    let mut row = 0;
-    rows.each_batch(Projection::All, &mut |chunk| {
+    let (mut row, mut joined) = (0, Joined::default());
+    rows.each_batch(&mut |chunk| {
         for (place, (record, wheels)) in chunk.steps().enumerate() {
+            joined.add(record, wheels);
             if row % every == 0 || row + 1 == row_count {
+                let (record, wheels) = joined.take();
                 thin.push(*record, wheels);
                 thin.put_roller_angles(chunk.roller_angles_at(place));
             }
@@ -104,9 +106,17 @@ mod tests {
         let whole = made_up_trace(2, 10, true);
         let Ok(thin) = thinned(&whole, 4);
         assert_eq!(thin.header.row_dt_s(), 4.0 * whole.header.row_dt_s());
-        let rows: Vec<_> = thin.steps().collect();
-        let all: Vec<_> = whole.steps().collect();
-        assert_eq!(rows, [all[0], all[4], all[8], all[9]]);
+        let times = |trace: &Trace| -> Vec<f64> {
+            trace.records().iter().map(|record| record.t_s).collect()
+        };
+        let all = times(&whole);
+        assert_eq!(times(&thin), [all[0], all[4], all[8], all[9]]);
+        // The largest of the rows that were left out is in the next.
+        let peak = |trace: &Trace, rows: std::ops::Range<usize>| {
+            let samples = rows.map(|row| trace.wheels_at(row)[1].normal_force_max_n);
+            samples.fold(f64::NEG_INFINITY, f64::max)
+        };
+        assert_eq!(peak(&thin, 1..2), peak(&whole, 1..5));
     }
 
     #[test]

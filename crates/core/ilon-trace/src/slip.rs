@@ -1,47 +1,11 @@
 //! Sliding of the contacts: per wheel and over all wheels.
 
 use ilon_robot::Twist;
-use serde::{Deserialize, Serialize};
 
 use crate::fold::{Extent, Largest, Mean, Rms};
 use crate::header::{Header, WheelHeader};
+pub use crate::metrics::WheelSlip;
 use crate::record::{Record, WheelSample};
-
-/// What the contacts of one wheel did over the run.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct WheelSlip {
-    /// The wheel's name.
-    pub name: String,
-    /// Root mean square of the sliding speed over the time in which the wheel touched, in m/s.
-    pub speed_rms_m_s: Option<f64>,
-    /// The largest sliding speed of any physics step, in m/s.
-    pub speed_max_m_s: Option<f64>,
-    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
-    pub ratio: Option<f64>,
-    /// Energy lost to sliding in this wheel's contacts, in J.
-    pub energy_j: f64,
-    /// Energy that it took to bring this wheel's rollers up to their spin, in J.
-    #[serde(default)]
-    pub spin_up_energy_j: f64,
-    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
-    pub constraint_residual_rms_m_s: Option<f64>,
-    /// Mean normal force over time, in N.
-    pub normal_force_mean_n: Option<f64>,
-    /// The largest share of the friction cone in use in any physics step; 1 is sliding.
-    pub friction_used_max: Option<f64>,
-    /// How often another roller came to carry the wheel.
-    #[serde(default)]
-    pub hand_overs: u64,
-    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
-    pub roller_spin_error_rms_rad_s: Option<f64>,
-    /// The part of the time in which no roller touched, in [0, 1].
-    pub lost_contact: Option<f64>,
-    /// The part of the time in which two rollers shared the load, in [0, 1].
-    pub shared_contact: Option<f64>,
-    /// Peak-to-peak change of the hub's height within the window of the means, in metres.
-    pub hub_ripple_m: Option<f64>,
-}
 
 /// Residual of Indiveri 2009, eq. (5), of one wheel: -m . (v, omega) + rho q' cos gamma, with m the wheel's row of M,
 /// eq. (8); in m/s. Zero where the lowest roller, level and in the middle of the wheel, rolls without sliding.

@@ -77,8 +77,11 @@ impl Trace {
         }
     }
 
-    /// Adds the rows of another trace of the same robot.
+    /// Adds the rows of another trace of the same run, and the figures that its header has.
     pub fn append(&mut self, other: &Self) {
+        if other.header.figures.is_some() {
+            self.header.figures.clone_from(&other.header.figures);
+        }
         for (row, (record, wheels)) in other.steps().enumerate() {
             self.push(*record, wheels);
             self.put_roller_angles(other.roller_angles_at(row));

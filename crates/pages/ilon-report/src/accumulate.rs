@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use ilon_robot::{Twist, wrap_angle};
 use ilon_trace::ledger::TERMS;
 use ilon_trace::slip::constraint_residual_m_s;
-use ilon_trace::{Header, MAX_TASKS, Projection, Record, Rows, Trace, WheelHeader, WheelSample};
+use ilon_trace::{Header, MAX_TASKS, Record, Rows, Trace, WheelHeader, WheelSample};
 
 use super::decimate::{Envelope, Evenly, MAX_POINTS};
 use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
@@ -287,7 +287,7 @@ impl Accumulated {
             last_s: 0.0,
             ends_at_m_s: 0.0,
         };
-        rows.each_batch(Projection::All, &mut |chunk| gathered.add(header, chunk))?;
+        rows.each_batch(&mut |chunk| gathered.add(header, chunk))?;
         gathered.stood = gathered
             .standings
             .kept()

@@ -1,9 +1,7 @@
 //! The frames of a recorded run.
 
 use ilon_robot::{LinkTree, Pose, Robot};
-use ilon_trace::{
-    BodyHeader, BodyShape, Change, Header, JointSample, Projection, Record, Rows, WheelSample,
-};
+use ilon_trace::{BodyHeader, BodyShape, Change, Header, JointSample, Record, Rows, WheelSample};
 
 use crate::description::{Description, Geometry, OtherWay, Relief, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
@@ -120,7 +118,7 @@ pub fn frames_of_run<R: Rows>(
     let mut rolling = Rolling::of(robot);
     let mut frames: Vec<Frame> = Vec::with_capacity(row_count / stride + 2);
     let mut row = 0;
-    rows.each_batch(Projection::All, &mut |chunk| {
+    rows.each_batch(&mut |chunk| {
         for (record, wheels) in chunk.steps() {
             if kept(row) {
                 frames.push(rolling.frame(rows.header(), record, wheels));

@@ -1,5 +1,6 @@
 //! The accelerations of a scenario's robot that grip and motors allow.
 
+pub(crate) mod share;
 mod sprints;
 
 use std::f64::consts::FRAC_PI_4;

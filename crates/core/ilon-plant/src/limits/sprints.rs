@@ -9,6 +9,7 @@ use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist};
 use ilon_world::World;
 
+use crate::limits::share::{Drive, ShareSearch};
 use crate::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
 use crate::plant::Plant;
 use crate::resolve::{Driver, resolve_as_given};
@@ -16,9 +17,6 @@ use ilon_scenario::Error;
 use ilon_scenario::choices::defaults;
 use ilon_scenario::course::command::WheelCommand;
 use ilon_scenario::scenario::{Controller, Scenario};
-
-/// Of the work that motors give and take, the share that may be lost to sliding.
-const MAY_SLIDE: f64 = 0.005;
 
 /// Before the first sprint, in seconds: springs come to rest.
 const SETTLES_S: f64 = 0.2;
@@ -93,42 +91,28 @@ impl Limits {
 impl Limit {
     /// Lowers the limit to a share.
     fn lower(&mut self, share: f64) {
-        self.share_held *= share;
-        self.largest = self.share_held * self.by_statics;
+        self.set_share(share * self.share_held);
     }
 
-    /// Lowers it so that less slides, where too much did; says whether it is to be tried again. `before` is what slid before it was lowered last.
-    fn learn(&mut self, slid: f64, before: &mut Option<Tried>) -> bool {
-        /// What slides grows with an acceleration near the edge of the grip about as this power of it, where one sprint alone is known; and the powers that are
-        /// believed.
-        const POWER: f64 = 6.0;
-        const POWERS: [f64; 2] = [3.0, 20.0];
-        /// What is aimed at, of what may slide; the largest step; and the share from which on it is not the acceleration that slides.
-        const AIM: f64 = 0.8;
-        const MOST: f64 = 0.6;
-        const LEAST: f64 = 0.3;
-        let share_held = self.share_held;
-        if slid <= MAY_SLIDE || share_held <= LEAST {
-            return false;
-        }
-        let power = before.map_or(POWER, |before| {
-            let through = libm::log(slid / before.slid);
-            let through = through / libm::log(share_held / before.share_held);
-            through.clamp(POWERS[0], POWERS[1])
+    /// Sets the share of statics that is held, or tried.
+    fn set_share(&mut self, share: f64) {
+        self.share_held = share;
+        self.largest = share * self.by_statics;
+    }
+
+    /// Sets the share to try next after one at which so much slid, or the one that was found; says whether it is another one.
+    fn learn(&mut self, slid: f64, search: &mut ShareSearch) -> bool {
+        let share = self.share_held;
+        search.learn(Drive {
+            share,
+            slid,
+            // It speeds up in inverse proportion.
+            takes_s: 1.0 / share,
         });
-        *before = Some(Tried { share_held, slid });
-        let step = libm::pow(AIM * MAY_SLIDE / slid, 1.0 / power).max(MOST);
-        self.share_held = (step * share_held).max(LEAST);
-        self.largest = self.share_held * self.by_statics;
-        true
+        let next = search.next().or(search.found().map(|found| found.share));
+        self.set_share(next.unwrap_or(share));
+        self.share_held != share
     }
-}
-
-/// A share of what statics allow, and what slid at it.
-#[derive(Clone, Copy)]
-struct Tried {
-    share_held: f64,
-    slid: f64,
 }
 
 /// Energy lost to sliding, and work that the motors gave and took, in J.
@@ -238,18 +222,25 @@ impl Sprinter {
         rows: &mut [LimitRow],
         (from, is_up): (&Moving, bool),
     ) -> Result<Moving, Error> {
-        const MOST_SPRINTS: usize = 8;
-        let mut before = vec![None; rows.len()];
+        const MOST_SPRINTS: usize = 16;
+        /// What slides at a smaller share does not slide for the acceleration.
+        const LEAST: f64 = 0.3;
+        let mut searches = vec![ShareSearch::new(1.0, LEAST); rows.len()];
         let mut moving = from.clone();
         for _ in 0..MOST_SPRINTS {
             moving.clone_from(from);
             let slid = self.sprint(&mut moving, direction, (rows, is_up))?;
             let mut again = false;
-            for ((row, slid), before) in rows.iter_mut().zip(slid).zip(&mut before) {
-                again |= row.limit_mut(is_up).learn(slid.share(), before);
+            for ((row, slid), search) in rows.iter_mut().zip(slid).zip(&mut searches) {
+                again |= row.limit_mut(is_up).learn(slid.share(), search);
             }
             if !again {
                 break;
+            }
+        }
+        for (row, search) in rows.iter_mut().zip(&searches) {
+            if let Some(found) = search.found() {
+                row.limit_mut(is_up).set_share(found.share);
             }
         }
         Ok(moving)

@@ -1,8 +1,10 @@
 //! Records a run, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Pose, Robot, wrap_angle};
-use ilon_trace::{Desired, Header, MAX_TASKS, Record, TaskShare, Trace, WheelSample};
+use ilon_robot::{Pose, Robot};
+use ilon_trace::{
+    Desired, Figures, Header, Joined, MAX_TASKS, Record, Settings, TaskShare, Trace, WheelSample,
+};
 use ilon_world::World;
 
 use crate::pilot::{Idle, Pilot};
@@ -39,9 +41,12 @@ pub struct Recorder {
     row_period_s: f64,
     /// The energy lost at each wheel since the start.
     lost: Vec<Lost>,
-    /// Since the last row.
+    /// Since the last control instant.
     period: Period,
-    decisions: Decisions,
+    /// Since the last row.
+    joined: Joined,
+    /// Of all control periods, where fewer have a row.
+    figures: Option<Figures>,
     /// Since the start.
     budget: Budget,
     samples: Vec<WheelSample>,
@@ -56,48 +61,6 @@ pub struct Recorder {
 struct Lost {
     slip_j: f64,
     spin_up_j: f64,
-}
-
-/// What was decided at the control instants since the last row.
-#[derive(Clone, Debug, Default)]
-struct Decisions {
-    instants: u32,
-    saturated: u32,
-    position_error_max_m: f64,
-    heading_error_max_rad: f64,
-    target_peaks_rad_s: Vec<f64>,
-}
-
-impl Decisions {
-    fn clear(&mut self) {
-        self.target_peaks_rad_s.fill(0.0);
-        *self = Self {
-            target_peaks_rad_s: std::mem::take(&mut self.target_peaks_rad_s),
-            ..Self::default()
-        };
-    }
-
-    /// Adds a control instant at which the robot was at a pose.
-    fn add(&mut self, header: &Header, pose: Pose, decided: &Decided<'_>) {
-        self.instants += 1;
-        let mut tasks = decided.tasks.iter();
-        let saturates = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
-        self.saturated += u32::from(saturates);
-        for (peak, target) in self
-            .target_peaks_rad_s
-            .iter_mut()
-            .zip(decided.wheel_rates_rad_s)
-        {
-            *peak = peak.max(target.abs());
-        }
-        if let Some(desired) = decided.desired {
-            let point = header.reference_point_at(pose);
-            let off_m = (desired.pose.position_m() - point.position_m()).norm();
-            let off_rad = wrap_angle(desired.pose.heading_rad - point.heading_rad);
-            self.position_error_max_m = self.position_error_max_m.max(off_m);
-            self.heading_error_max_rad = self.heading_error_max_rad.max(off_rad.abs());
-        }
-    }
 }
 
 impl Recorder {
@@ -120,6 +83,8 @@ impl Recorder {
         let of_belief = resolved.kinematics(believed)?;
         let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
         let roller_angles_hz = scenario.run.roller_angles_hz;
+        let figures =
+            (header.record_every > 1).then(|| Figures::new(&header, &Settings::default()));
         Ok(Self {
             row_period_s: header.control_dt_s * f64::from(header.record_every.max(1)),
             trace: Trace::with_capacity(header, rows),
@@ -130,10 +95,8 @@ impl Recorder {
             reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
             lost: vec![Lost::default(); wheel_count],
             period: Period::new(wheel_count, robot.joints.len()),
-            decisions: Decisions {
-                target_peaks_rad_s: vec![0.0; wheel_count],
-                ..Decisions::default()
-            },
+            joined: Joined::default(),
+            figures,
             budget: Budget::new(start, wheel_count, weight_n),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
@@ -179,10 +142,33 @@ impl Recorder {
         self.reckoning.see(positions, &self.measured_positions);
     }
 
-    /// Takes what was decided at a control instant that has no row of its own.
-    pub fn hold(&mut self, plant: &Plant, decided: &Decided<'_>) {
-        let pose = plant.world().robot().state().pose;
-        self.decisions.add(&self.trace.header, pose, decided);
+    /// Takes in a control instant that has no row: what happened since the one before goes into the next row.
+    pub fn hold(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
+        let record = self.of_instant(t_s, plant, decided);
+        if let Some(figures) = &mut self.figures {
+            figures.add(&self.trace.header, &record, &self.samples);
+        }
+        self.joined.add(&record, &self.samples);
+    }
+
+    /// Adds a row: the state now, what was decided on it, and what happened since the last row.
+    pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
+        self.hold(t_s, plant, decided);
+        let (record, samples) = self.joined.take();
+        self.trace.push(*record, samples);
+        self.record_rollers(t_s, plant.world());
+    }
+
+    /// Puts the figures of all control periods into the header of the trace, where fewer of them have a row.
+    pub(crate) fn end(&mut self) {
+        if let Some(figures) = self.figures.take() {
+            let summary = figures.finish(&self.trace.header);
+            self.trace.header.figures = Some(Box::new(summary));
+        }
+    }
+
+    /// Ends the span of the budget at a control instant, and begins the next with what was decided.
+    fn decide(&mut self, plant: &Plant, decided: &Decided<'_>) {
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.end_span(plant.world(), kinematics);
         let has_targets = plant.has_rate_targets() && decided.commanded == Commanded::Rates;
@@ -196,9 +182,10 @@ impl Recorder {
         }));
     }
 
-    /// Adds a row: the state now, what was decided on it, and what happened since the last row.
-    pub fn record(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
-        self.hold(plant, decided);
+    /// The row of a control instant: the state now, what was decided on it, and what happened since the instant before. The samples of its wheels are in
+    /// `samples`.
+    fn of_instant(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) -> Record {
+        self.decide(plant, decided);
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.robot().wheel_angles_rad();
         let rates_rad_s = world.robot().wheel_rates_rad_s();
@@ -213,8 +200,12 @@ impl Recorder {
                 asked_twist_in_body: task.twist_in_body,
             };
         }
+        let saturates = decided
+            .tasks
+            .iter()
+            .any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
         let energy = world.energy();
-        let record = Record {
+        let mut record = Record {
             t_s,
             truth: plant.truth(),
             twist_ideal: self.kinematics.twist(rates_rad_s),
@@ -226,15 +217,13 @@ impl Recorder {
             desired: decided.desired.map(|desired| Desired {
                 pose: desired.pose,
                 velocity_in_world: desired.velocity_in_world,
-                position_error_max_m: self.decisions.position_error_max_m,
-                heading_error_max_rad: self.decisions.heading_error_max_rad,
+                ..Desired::default()
             }),
             measured: decided.measured,
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
-            saturated_share: f64::from(self.decisions.saturated)
-                / f64::from(self.decisions.instants),
+            saturated_share: f64::from(u8::from(saturates)),
             tasks,
             joints: self.period.joints(world),
             bodies: self.period.bodies(world),
@@ -257,11 +246,13 @@ impl Recorder {
             imu: seen.imu,
             storage: plant.storage(),
         };
+        let off = self.trace.header.tracking_error(&record);
+        if let (Some(desired), Some((off_m, off_rad))) = (&mut record.desired, off) {
+            (desired.position_error_max_m, desired.heading_error_max_rad) = (off_m, off_rad);
+        }
         self.sample_wheels(world, decided.wheel_rates_rad_s);
         self.period.clear();
-        self.decisions.clear();
-        self.trace.push(record, &self.samples);
-        self.record_rollers(t_s, world);
+        record
     }
 
     /// Puts the rollers' angles into the last row where they are due: at most once a row, and on
@@ -329,7 +320,7 @@ impl Recorder {
         for (sample, (wheel, contact)) in self.samples.iter_mut().zip(contacts) {
             *sample = WheelSample {
                 target_rad_s: targets_rad_s[wheel],
-                target_peak_rad_s: self.decisions.target_peaks_rad_s[wheel],
+                target_peak_rad_s: targets_rad_s[wheel].abs(),
                 rate_rad_s: robot.wheel_rates_rad_s()[wheel],
                 angle_rad: robot.wheel_angles_rad()[wheel],
                 hub_height_m: robot.hub_height_m(wheel),

@@ -67,6 +67,7 @@ impl RunLoop {
             self.pilot.end(self.plant.clock().time_s());
             self.plant.actuate(self.pilot.command());
             self.write_down();
+            self.recorder.end();
         }
     }
 
@@ -78,7 +79,7 @@ impl RunLoop {
         if clock.record_is_due() {
             self.recorder.record(t_s, &self.plant, &decided);
         } else {
-            self.recorder.hold(&self.plant, &decided);
+            self.recorder.hold(t_s, &self.plant, &decided);
         }
     }
 

@@ -9,15 +9,13 @@
 
 use ilon_robot::{Robot, Twist};
 
+use crate::limits::share::{Drive, MAY_SLIDE, ShareSearch};
 use crate::pilot::Pilot;
 use crate::plant::Plant;
 use crate::resolve::{Driver, resolve_as_given};
 use ilon_scenario::robot::load_robot;
 use ilon_scenario::scenario::{Controller, Fault, Scenario, Sensors};
 use ilon_scenario::{Error, Resolved};
-
-/// Of the motors' positive work, the share that may be lost to sliding.
-const MAY_SLIDE: f64 = 0.005;
 
 /// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
 ///
@@ -92,16 +90,6 @@ fn with_share(scenario: &Scenario, share: f64) -> Scenario {
     given
 }
 
-/// A share of grip and torques, and what came of driving at it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Drive {
-    share: f64,
-    /// Lost to sliding, of the motors' positive work.
-    slid: f64,
-    /// How long the path takes, in seconds: without end, up to where its last lap repeats.
-    takes_s: f64,
-}
-
 impl Drive {
     /// A remark, if the path may use more than it does.
     fn remark(&self, most: f64) -> Option<String> {
@@ -130,66 +118,28 @@ impl Drive {
     }
 }
 
-/// The largest share of grip and torques at which no more slides than may, up to `most`; where there is none, the share at which least slides. It is found to
-/// within 2 % of the time that the path takes.
-///
-/// Sliding grows as some power of the share: about 20 for robots that slide when they are driven hard, less than 1 for those whose wheels strain one another.
-/// The next share is where the power through the last two drives would slide what may.
+/// The largest share of grip and torques, up to `most`, at which no more slides than may: see [`ShareSearch`].
 fn largest_share(
     most: f64,
     mut drive: impl FnMut(f64) -> Result<Drive, Error>,
 ) -> Result<Drive, Error> {
-    /// Times, and shares, that differ by less are the same: one over another.
-    const SAME: f64 = 1.02;
-    /// The power where one drive alone is known, and those that are believed.
-    const POWER: f64 = 5.0;
-    const POWERS: [f64; 2] = [0.3, 20.0];
-    /// The largest step down, one share over another, while every drive slides too much.
-    const DOWN: f64 = 4.0;
-    /// Of `most`. What slides at less does not slide for being driven hard.
+    /// Of `most`: the least share.
     const LEAST: f64 = 0.02;
-    /// Of the way between a share that slides too much and one that does not, in logarithms: the least and the most that is gone.
-    const BETWEEN: [f64; 2] = [0.15, 0.85];
     const MOST_DRIVES: usize = 16;
 
-    let mut beyond = drive(most)?;
-    let (mut within, mut gentlest) = (None::<Drive>, beyond);
-    // What is known to be small enough, or too small to hold the robot on its slope.
-    let mut enough = None;
-    let mut power = POWER;
+    let mut search = ShareSearch::new(most, LEAST * most);
+    let first = drive(most)?;
+    search.learn(first);
     for _ in 1..MOST_DRIVES {
-        let found = within.is_some_and(|within| within.takes_s < SAME * beyond.takes_s);
-        let room = libm::log(beyond.share / enough.unwrap_or(LEAST * most));
-        if beyond.slid <= MAY_SLIDE || found || room < libm::log(SAME) {
+        let Some(share) = search.next() else {
             break;
-        }
-        let [shortest, longest] = match enough {
-            Some(_) => BETWEEN.map(|part| part * room),
-            None => [libm::log(SAME), libm::log(DOWN)],
         };
-        let down = libm::log(beyond.slid / MAY_SLIDE) / power;
-        let share = beyond.share * libm::exp(-down.max(shortest).min(longest).min(room));
-        let Ok(now) = drive(share) else {
-            enough = Some(share);
-            continue;
-        };
-        let before = within.unwrap_or(beyond);
-        let through = libm::log(now.slid / before.slid) / libm::log(now.share / before.share);
-        if through.is_finite() {
-            power = through.clamp(POWERS[0], POWERS[1]);
-        }
-        if now.slid < gentlest.slid {
-            gentlest = now;
-        }
-        match now.slid <= MAY_SLIDE {
-            true => (within, enough) = (Some(now), Some(share)),
-            false => beyond = now,
+        match drive(share) {
+            Ok(now) => search.learn(now),
+            Err(_) => search.learn_too_little(share),
         }
     }
-    Ok(match beyond.slid <= MAY_SLIDE {
-        true => beyond,
-        false => within.unwrap_or(gentlest),
-    })
+    Ok(search.found().unwrap_or(first))
 }
 
 /// Drives the path of a scenario, from its beginning, for the whole run.

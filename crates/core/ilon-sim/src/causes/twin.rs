@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ilon_robot::{Robot, Roller, RollerForm};
-use ilon_trace::{Change, Recording, Settings, Summary, Twin};
+use ilon_trace::{Change, Figures, Recording, Settings, Summary, Twin};
 
 use super::path::Path;
 use crate::Error;
@@ -76,7 +76,8 @@ pub(super) fn twin(
     })
 }
 
-/// Of its rows only the figures are kept.
+/// Of its rows only the figures are kept. There is one at each control instant of the run, however often the twin decides: what is sampled is sampled as
+/// often as in the run.
 fn run(
     resolved: &Resolved,
     robot: &Robot,
@@ -85,11 +86,16 @@ fn run(
     effort: &mut u64,
 ) -> Result<Option<(Summary, Path)>, Error> {
     let of_run = resolved.scenario().run.clone();
-    let (resolved, robot) = resolved.with(robot, apply)?;
+    let mut parts = 1;
+    let (resolved, robot) = resolved.with(robot, |scenario, robot| {
+        apply(scenario, robot);
+        parts = (of_run.control_dt_s / scenario.run.control_dt_s).round() as u32;
+        scenario.run.record_every = parts;
+    })?;
     let mut run = RunLoop::of_guidance(&resolved, &robot)?;
+    let mut figures = Figures::new(&run.rows_mut().header, &Settings::default());
     let mut recording = Recording::temporary(run.rows_mut().header.clone());
-    let parts = of_run.control_dt_s / resolved.scenario().run.control_dt_s;
-    let mut path = Path::of(of_run.control_periods(), parts.round() as u64);
+    let mut path = Path::of(of_run.control_periods(), u64::from(parts));
     let surfaces = surfaces(&robot);
     loop {
         if run.control_is_due() {
@@ -97,7 +103,11 @@ fn run(
                 return Ok(None);
             }
             path.look(&run);
-            recording.take(run.rows_mut())?;
+            let rows = run.rows_mut();
+            for (record, samples) in rows.steps() {
+                figures.add(&rows.header, record, samples);
+            }
+            recording.take(rows)?;
         }
         if run.is_done() {
             break;
@@ -105,9 +115,7 @@ fn run(
         run.step();
         *effort += surfaces * u64::from(run.searches());
     }
-    let recorded = recording.finish()?;
-    let summary = Summary::of_rows(&recorded, &Settings::default())?;
-    Ok(Some((summary, path)))
+    Ok(Some((figures.finish(&run.rows_mut().header), path)))
 }
 
 /// The number of surfaces tested in one contact search: the rollers, or all shapes of modelled

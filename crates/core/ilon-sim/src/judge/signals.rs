@@ -1,6 +1,6 @@
 //! Bounds on signals over time.
 
-use ilon_trace::{Header, Projection, Rows, Trace, metrics};
+use ilon_trace::{Header, Rows, Trace};
 
 use super::verdict::Verdict;
 use crate::Error;
@@ -79,7 +79,7 @@ pub(super) fn judge<R: Rows>(bounds: &[SignalBound], rows: &R) -> Result<Vec<Ver
         .iter()
         .map(|bound| Watch::of_each_signal(bound, header))
         .collect();
-    rows.each_batch(Projection::All, &mut |chunk| {
+    rows.each_batch(&mut |chunk| {
         for watch in watches.iter_mut().flatten() {
             watch.add(chunk);
         }
@@ -211,7 +211,7 @@ fn values(trace: &Trace, name: &str) -> Vec<Option<f64>> {
     let derived = |of: fn((f64, f64)) -> f64| {
         let errors = trace.records().iter();
         errors
-            .map(|record| metrics::error(&trace.header, record).map(of))
+            .map(|record| trace.header.tracking_error(record).map(of))
             .collect()
     };
     match name {

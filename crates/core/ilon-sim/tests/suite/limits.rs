@@ -936,9 +936,9 @@ fn limits_of_a() -> Limits {
     Limits::of(&scenario, &robot).expect("it stands")
 }
 
-/// The printed limits are those of statics, or less if the simulated robot slides at them: an
-/// eighth to a third less from rest, with targets every 10 ms. The box stays inside its polytope by
-/// the same ratio as in statics.
+/// The printed limits are those of statics, or less if the simulated robot slides at them: up to a
+/// fifth less from rest, with targets every 10 ms. The box stays inside its polytope by the same
+/// ratio as in statics.
 #[test]
 fn what_is_printed_is_tried_by_the_robot() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");

@@ -3,13 +3,23 @@
 
 use std::path::Path;
 
-use ilon_sim::trace::{Rows, Settings, Summary, Trace};
+use ilon_sim::trace::rows::thinned;
+use ilon_sim::trace::{Record, Rows, Settings, Summary, Trace};
 use ilon_sim::{Scenario, Simulation};
 
+/// Rates of the wheels in rad/s that change within a second.
+const LOG: &str = "t_s,front_left_rate_rad_s,front_right_rate_rad_s,rear_left_rate_rad_s,rear_right_rate_rad_s\n\
+                   0,0,0,0,0\n0.7,6,5,4,7\n1.3,-2,3,4,-5\n2.5,0,0,0,0\n";
+
 fn run(text: &str) -> (Trace, Summary) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::copy(robots.join("mecanum4.urdf"), at("mecanum4.urdf")).expect("a robot");
+    std::fs::write(at("log.csv"), LOG).expect("a log");
     let text = format!("robot.file = 'mecanum4.urdf'\n{text}");
-    let scenario = Scenario::from_toml(&text, "rows", folder).expect("a scenario");
+    let scenario =
+        Scenario::from_toml(&text, "rows", folder.path().to_owned()).expect("a scenario");
     let run = Simulation::new(&scenario).expect("it can be run").run();
     let summary = Summary::of(&run.trace, &Settings::default());
     (run.trace, summary)
@@ -98,38 +108,61 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
     }
 }
 
-/// Rows that are left out take nothing with them: extremes, budget and saturation are those of all control periods.
-#[test]
-fn fewer_rows_say_the_same() {
-    let circle = |every: u32| {
+/// Rows that are left out take nothing with them: the figures of a run are those of all its control periods, in the run and from its trace, and its rows
+/// are those of all control periods joined.
+#[test_case::test_case(
+    "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.6\nheading = { constant_deg = 0 }\n\
+     [guidance]\nwheel_rate_limit_rad_s = 13\n[world.floor]\nfriction = 0.3\n\
+     [sensors.pose]\nposition_noise_m = 0.02\nrate_hz = 50\n"; "guidance"
+)]
+#[test_case::test_case(
+    "[twist]\nvy_m_s = 0.5\nomega_rad_s = 0.4\nrest_s = 0.1\nsettle_s = 0.2\n[world.floor]\nfriction = 0.4\n"; "twist"
+)]
+#[test_case::test_case(
+    "[playback]\nfile = 'log.csv'\ndrives = 'wheel_rates'\n"; "playback"
+)]
+#[test_case::test_case(
+    "[twist]\nvx_m_s = 0.4\nrest_s = 0.1\nschedule = [{ from_s = 1.1, vx_m_s = -0.4 }]\n\
+     [world.floor]\nslope_deg = 8\n[wheel_loop]\nlaw = 'computed_torque'\n"; "slope"
+)]
+#[test_case::test_case(
+    "[twist]\nvx_m_s = 0.4\nrest_s = 0.1\n\
+     [[world.floor.boxes]]\nx_m = 0.5\ny_m = 0.2\nlength_x_m = 0.1\nlength_y_m = 0.3\nheight_m = 0.01\n\
+     [[world.bodies]]\nname = 'box'\nx_m = 0.45\ny_m = -0.1\nmass_kg = 1\nbox = { size_m = [0.1, 0.1, 0.1] }\n\
+     [[faults]]\npush = { from_s = 0.5, lasts_s = 0.13, impulse_x_n_s = -2, impulse_y_n_s = 3 }\n\
+     [[faults]]\npayload = { from_s = 1.0, mass_kg = 3 }\n"; "faults"
+)]
+fn fewer_rows_say_the_same(text: &str) {
+    let every = |every: u32| {
         run(&format!(
-            "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.6\nheading = {{ constant_deg = 0 }}\n\
-             [guidance]\nwheel_rate_limit_rad_s = 13\n\
-             [world.floor]\nfriction = 0.3\n\
-             [run]\nduration_s = 3\nrecord_every = {every}\n"
+            "{text}[run]\nduration_s = 2\nrecord_every = {every}\n"
         ))
     };
-    let (_, all) = circle(1);
-    let (_, few) = circle(20);
-    for (what, a, b) in [
-        ("grip", all.friction_used_max, few.friction_used_max),
-        ("slip", all.slip_speed_max_m_s, few.slip_speed_max_m_s),
-        ("torque", all.wheel_torque_max_n_m, few.wheel_torque_max_n_m),
-        ("error", all.position_error_max_m, few.position_error_max_m),
-        (
-            "command",
-            all.wheel_rate_command_max_rad_s,
-            few.wheel_rate_command_max_rad_s,
-        ),
-    ] {
-        assert_eq!(a, b, "{what}");
+    let (trace, all) = every(1);
+    for every_other in [3, 7, 20] {
+        let (of_few, few) = every(every_other);
+        let mut expected = all.clone();
+        expected.trace_hash.clone_from(&few.trace_hash);
+        assert_eq!(few, expected, "each {every_other}");
+        let Ok(thinned) = thinned(&trace, every_other as usize);
+        assert_eq!(of_few.row_count(), thinned.row_count());
+        for (row, (ours, theirs)) in of_few.steps().zip(thinned.steps()).enumerate() {
+            // How sure messages are of a twist is for rows as far apart as they are.
+            let [ours, theirs] = [ours, theirs].map(|(record, wheels)| {
+                let record = Record {
+                    reckoned: None,
+                    ..*record
+                };
+                (record, wheels)
+            });
+            assert!(ours == theirs, "each {every_other}, row {row}");
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("trace.parquet");
+        of_few.write_parquet(&path).expect("it is written");
+        let read = Trace::read_parquet(&path).expect("it is read");
+        assert_eq!(Summary::of(&read, &Settings::default()), few);
     }
-    assert_eq!(all.ledger, few.ledger);
-    let near = |a: Option<f64>, b: Option<f64>| (a.expect("a figure") - b.expect("a figure")).abs();
-    // Means of the same numbers, added up in another order.
-    assert!(near(all.saturated_share, few.saturated_share) < 1e-12);
-    assert!(near(all.slip_speed_rms_m_s, few.slip_speed_rms_m_s) < 1e-12);
-    assert!(near(all.airborne_share, few.airborne_share) < 1e-12);
 }
 
 /// Targets rise and wheels slide until the last physics step. Whatever the period and however few

@@ -16,7 +16,6 @@ use super::format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 use crate::columns::{ColumnType, Signal, signals};
 use crate::error::TraceError;
 use crate::header::Header;
-use crate::projection::Projection;
 use crate::record::MAX_TASKS;
 use crate::rows::Rows;
 use crate::trace::Trace;
@@ -163,9 +162,8 @@ impl Rows for TraceFile {
         self.row_count
     }
 
-    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
-        let mut signals = signals(&self.header);
-        signals.retain(|signal| signal.is_among(which));
+    fn each_batch(&self, see: &mut dyn FnMut(&Trace)) -> Result<(), TraceError> {
+        let signals = signals(&self.header);
         let mut chunk = Trace::with_capacity(self.header.clone(), 0);
         for group in 0..self.reader.num_row_groups() {
             chunk.begin_columns(self.rows_of(group));

@@ -1,7 +1,8 @@
 use super::*;
-use crate::header::WheelHeader;
+use crate::header::{Header, WheelHeader};
 use crate::ledger::Chain;
-use crate::record::{Desired, Support, TaskShare, WheelSample};
+use crate::record::{Desired, Record, Support, TaskShare, WheelSample};
+use crate::trace::Trace;
 use ilon_robot::Pose;
 
 const DT_S: f64 = 0.01;
@@ -89,7 +90,7 @@ fn the_error_has_converged_from_the_last_time_on_that_it_enters_its_threshold() 
     let trace = run(|t| (tracking((-t).exp(), heading_rad(t)), WheelSample::default()));
     let records = trace.records().iter();
     let (errors_m, errors_rad): (Vec<f64>, Vec<f64>) = records
-        .filter_map(|record| error(&trace.header, record))
+        .filter_map(|record| trace.header.tracking_error(record))
         .unzip();
     assert_eq!((errors_m.len(), errors_rad.len()), (1000, 1000));
     assert_eq!(errors_m.last().copied(), s.position_error_final_m);

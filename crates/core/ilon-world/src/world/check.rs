@@ -83,6 +83,7 @@ pub(super) fn check_together(
         ground,
         settings,
         dt_s: settings.dt_s,
+        is_halved: false,
         bodies,
         reactions: &Reactions::default(),
     };

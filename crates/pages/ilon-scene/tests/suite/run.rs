@@ -11,7 +11,7 @@ use ilon_formats::{
 };
 use ilon_robot::{Pose, Robot, VisualMeshes};
 use ilon_scene::{Description, Frame, Frames, Interpolation, Thinning, frames_of_run};
-use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample, rows::Projection};
+use ilon_trace::{Desired, Header, Record, Rows, Trace, WheelSample};
 
 const PERIOD_S: f64 = 0.01;
 
@@ -193,8 +193,8 @@ impl Rows for WithAngles {
         self.0.row_count()
     }
 
-    fn each_batch(&self, which: Projection, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
-        self.0.each_batch(which, see)
+    fn each_batch(&self, see: &mut dyn FnMut(&Trace)) -> Result<(), Infallible> {
+        self.0.each_batch(see)
     }
 
     fn each_value(&self, signal: &str, see: &mut dyn FnMut(Option<f64>)) -> Result<(), Infallible> {

@@ -220,8 +220,6 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
         1e3 * period_s / f64::from(parts)
     );
     list.add("run.control_dt_s", words, move |scenario, _| {
-        let run = &mut scenario.run;
-        run.control_dt_s /= f64::from(parts);
-        run.record_every = run.record_every.saturating_mul(parts);
+        scenario.run.control_dt_s /= f64::from(parts);
     });
 }

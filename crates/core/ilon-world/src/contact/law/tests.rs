@@ -36,7 +36,7 @@ impl Draw {
 }
 
 fn solve(problem: &mut ImpulseProblem) -> f64 {
-    Solver::default().solve(problem)
+    Solver::default().solve(problem, false)
 }
 
 fn bearing(most_n_m_s: f64) -> Law {
