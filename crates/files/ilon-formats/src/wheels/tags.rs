@@ -10,7 +10,7 @@ use super::frame::{Ground, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, JointKind, JointRole, MassProperties, Robot};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
 
 /// The step of SDF's world, in seconds.
 const SDF_STEP_S: f64 = 0.001;
@@ -31,7 +31,7 @@ pub(super) fn sdf(
 ) -> String {
     let robot = &fitted.robot;
     let mut out = format!(
-        "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.9\">\n",
+        "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.11\">\n",
         about_comment(about)
     );
     let friction = format!(
@@ -85,6 +85,7 @@ pub(super) fn sdf(
         }
         let _ = writeln!(out, "</link>");
     }
+    let mut plugins = String::new();
     for part in parts {
         let (Some(joint), Some(parent)) = (&part.joint, part.parent) else {
             continue;
@@ -112,13 +113,29 @@ pub(super) fn sdf(
         };
         let _ = writeln!(
             out,
-            "<joint name=\"{}\" type=\"{kind}\"><parent>{}</parent><child>{}</child><axis><xyz>0 0 1</xyz><limit><lower>{lower:e}</lower><upper>{upper:e}</upper>{}{}</limit>{dynamics}</axis></joint>",
+            "<joint name=\"{}\" type=\"{kind}\"><parent>{}</parent><child>{}</child><axis><xyz>0 0 1</xyz><limit><lower>{lower:e}</lower><upper>{upper:e}</upper>{}{}</limit>{dynamics}{}</axis></joint>",
             attribute(joint.name),
             attribute(&parts[parent].name),
             attribute(&part.name),
             said("effort", effort),
             said("velocity", rate),
+            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
+                "<mimic joint=\"{name}\"><multiplier>{}</multiplier><offset>{}</offset><reference>0</reference></mimic>",
+                num(by.factor),
+                num(by.offset)
+            ))
         );
+        if let Role::Body(JointRole::Driven(servo)) = joint.role {
+            let most = servo.effort.min(1e16);
+            let _ = write!(
+                plugins,
+                "<plugin filename=\"gz-sim-joint-position-controller-system\" name=\"gz::sim::systems::JointPositionController\"><joint_name>{}</joint_name>\
+                 <p_gain>{}</p_gain><i_gain>0</i_gain><d_gain>{}</d_gain><cmd_max>{most:e}</cmd_max><cmd_min>-{most:e}</cmd_min></plugin>\n",
+                attribute(joint.name),
+                num(servo.stiffness),
+                num(servo.damping)
+            );
+        }
     }
     for wheel in &robot.wheels {
         let _ = writeln!(
@@ -127,6 +144,7 @@ pub(super) fn sdf(
             attribute(&wheel.name)
         );
     }
+    out += &plugins;
     out += "</model>\n";
     out + if is_world {
         "</world>\n</sdf>\n"
@@ -176,6 +194,13 @@ fn boxed(at: &Isometry3<f64>, solid: &CollisionShape) -> (Isometry3<f64>, [f64; 
     let size = [0, 1, 2].map(|axis| reach(axis, 1.0) + reach(axis, -1.0));
     let [x, y, z] = middle;
     (at * Isometry3::translation(x, y, z), size)
+}
+
+/// The joint that another follows, by its name, and how.
+fn follows<'a>(robot: &'a Robot, joint: &PartJoint) -> Option<(String, &'a Coupling)> {
+    let is_it = |at: usize| robot.joints[at].name == joint.name;
+    let by = robot.couplings.iter().find(|by| is_it(by.joint))?;
+    Some((attribute(&robot.joints[by.follows].name), by))
 }
 
 /// Largest effort and rate of a joint's drive, of one that has them.
@@ -264,7 +289,7 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
         let _ = writeln!(
             out,
             "  <joint name=\"{}\" type=\"{kind}\">\n    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n    {}\n    <axis xyz=\"0 0 1\"/>\n    \
-             <limit effort=\"{}\" velocity=\"{}\"{limit}/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n  </joint>",
+             <limit effort=\"{}\" velocity=\"{}\"{limit}/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n{}  </joint>",
             attribute(joint.name),
             attribute(&parts[parent].name),
             attribute(&part.name),
@@ -272,7 +297,12 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
             num(effort),
             num(rate),
             num(joint.bearing.damping_n_m_s),
-            num(joint.bearing.friction_n_m)
+            num(joint.bearing.friction_n_m),
+            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
+                "    <mimic joint=\"{name}\" multiplier=\"{}\" offset=\"{}\"/>\n",
+                num(by.factor),
+                num(by.offset)
+            ))
         );
     }
     out + "</robot>\n"
