@@ -178,8 +178,15 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
         );
     }
     if let Some((drive, off)) = export.furthest() {
-        let verdict = if off <= AGREES { "agrees" } else { "does not agree" };
-        text += &format!("  it {verdict} with ilon: off by {:.2} % at most, {drive}\n", 1e2 * off);
+        let verdict = if off <= AGREES {
+            "agrees"
+        } else {
+            "does not agree"
+        };
+        text += &format!(
+            "  it {verdict} with ilon: off by {:.2} % at most, {drive}\n",
+            1e2 * off
+        );
     }
     for words in ["difference", "geometry", "softness", "step", "remainder"] {
         if let Some(of) = scenario[words].as_array() {

@@ -160,7 +160,11 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
             // MuJoCo finds a cylinder deep in a plane to which its axis is normal but for rounding.
             at.rotation *= nalgebra::UnitQuaternion::from_euler_angles(1e-4, 0.0, 0.0);
         }
-        let _ = writeln!(out, "      <geom class=\"{class}\" {shape} {}/>", place(&at));
+        let _ = writeln!(
+            out,
+            "      <geom class=\"{class}\" {shape} {}/>",
+            place(&at)
+        );
     }
     if let Some([radius_m, half_m]) = part.hub_m {
         let _ = writeln!(

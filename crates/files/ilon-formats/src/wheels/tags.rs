@@ -41,14 +41,16 @@ pub(super) fn sdf(
     if is_world {
         let _ = writeln!(
             out,
-            "<world name=\"level\">\n<physics name=\"step\" type=\"ignored\"><max_step_size>{}</max_step_size><real_time_factor>1</real_time_factor></physics>\n\
+            "<world name=\"level\">\n<physics name=\"step\" type=\"ignored\"><max_step_size>{}</max_step_size><real_time_factor>1</real_time_factor><real_time_update_rate>{}</real_time_update_rate></physics>\n\
              <plugin filename=\"gz-sim-physics-system\" name=\"gz::sim::systems::Physics\"/>\n\
              <plugin filename=\"gz-sim-user-commands-system\" name=\"gz::sim::systems::UserCommands\"/>\n\
              <plugin filename=\"gz-sim-scene-broadcaster-system\" name=\"gz::sim::systems::SceneBroadcaster\"/>\n\
-             <gravity>0 0 {}</gravity>\n<light name=\"sun\" type=\"directional\"><pose>0 0 10 0 0 0</pose><direction>-0.3 0.2 -0.9</direction></light>\n\
+             <gravity>0 0 {}</gravity><magnetic_field>5.5645e-6 22.8758e-6 -42.3884e-6</magnetic_field><atmosphere type=\"adiabatic\"/>\n\
+             <scene><ambient>0.4 0.4 0.4 1</ambient><background>0.7 0.7 0.7 1</background><shadows>true</shadows></scene>\n<light name=\"sun\" type=\"directional\"><pose>0 0 10 0 0 0</pose><direction>-0.3 0.2 -0.9</direction></light>\n\
              <model name=\"floor\"><static>true</static><link name=\"floor\"><collision name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>{friction}</collision>\
              <visual name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></visual></link></model>",
             num(SDF_STEP_S),
+            num(1.0 / SDF_STEP_S),
             num(-ground.gravity_m_s2)
         );
     }
@@ -93,18 +95,19 @@ pub(super) fn sdf(
         let turns = joint.kind == JointKind::Turns;
         let kind = if turns { "revolute" } else { "prismatic" };
         let (effort, rate) = limits(joint);
+        let [rest, stiffness] = match joint.role {
+            Role::Body(JointRole::Sprung(spring)) => [
+                spring.rest + spring.preload / spring.stiffness,
+                spring.stiffness,
+            ],
+            _ => [0.0; 2],
+        };
         let dynamics = format!(
-            "<dynamics><damping>{}</damping><friction>{}</friction>{}</dynamics>",
+            "<dynamics><damping>{}</damping><friction>{}</friction><spring_reference>{}</spring_reference><spring_stiffness>{}</spring_stiffness></dynamics>",
             num(joint.bearing.damping_n_m_s),
             num(joint.bearing.friction_n_m),
-            match joint.role {
-                Role::Body(JointRole::Sprung(spring)) => format!(
-                    "<spring_reference>{}</spring_reference><spring_stiffness>{}</spring_stiffness>",
-                    num(spring.rest + spring.preload / spring.stiffness),
-                    num(spring.stiffness)
-                ),
-                _ => String::new(),
-            }
+            num(rest),
+            num(stiffness)
         );
         // SDF's own words for no limit.
         let [lower, upper] = joint.limits.map(|x| x.clamp(-1e16, 1e16));
