@@ -1,8 +1,8 @@
 """Drives a robot that `ilon export` wrote, in MuJoCo, and prints as JSON what it does: python drive.py drive.json
 
 Wheels follow the drive's angles and rates, so that they stay in step as in ilon; speeds are given over those that ideal kinematics gives for the rates that the wheels really had.
-A drive with a `trace` is compared with ilon's path, also at half the step and on contacts twice as stiff: `softness` and `step` are what
-these change at the end. `geometry` is what the fitted shapes change, by contact kinematics.
+A drive with a `trace` is compared with ilon's path, also at an eighth of the step, and there on contacts that settle eight times as fast: `step` and
+`softness` are what these change at the end. `geometry` is what the fitted shapes change, by contact kinematics.
 """
 
 import json
@@ -14,6 +14,8 @@ import mujoco
 import numpy as np
 
 
+# How much finer a run shows what the step and soft contacts do.
+FINER = 8.0
 # Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
 FOLLOWS = 25.0
 
@@ -80,8 +82,8 @@ def main():
         play = [trace["times_s"], trace["rates_rad_s"], trace["angles_rad"]]
         rows = drive(file, about, *play)
         step_s = mujoco.MjModel.from_xml_path(str(file)).opt.timestep
-        half = drive(file, about, *play, step_s=0.5 * step_s)
-        stiff = drive(file, about, *play, step_s=0.5 * step_s, stiffer=2.0)
+        fine = drive(file, about, *play, step_s=step_s / FINER)
+        stiff = drive(file, about, *play, step_s=step_s / FINER, stiffer=FINER)
         start, end = np.array(trace["start"]), np.array(trace["end"])
 
         def at_end(of):
@@ -94,11 +96,9 @@ def main():
             "ilon": end.tolist(),
             "difference": (at_end(rows) - end).tolist(),
             "geometry": trace["geometry"],
-            "softness": (at_end(half) - at_end(stiff)).tolist(),
-            "step": (at_end(rows) - at_end(half)).tolist(),
-            "remainder": (
-                at_end(rows) - end - trace["geometry"] - (at_end(half) - at_end(stiff)) - (at_end(rows) - at_end(half))
-            ).tolist(),
+            "softness": (at_end(fine) - at_end(stiff)).tolist(),
+            "step": (at_end(rows) - at_end(fine)).tolist(),
+            "remainder": (at_end(stiff) - end - trace["geometry"]).tolist(),
         }
     print(json.dumps(answer))
 

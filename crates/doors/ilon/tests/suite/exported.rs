@@ -85,7 +85,7 @@ fn mujoco_drives_as_ilon_does(name: &str) {
     let said = exported(&folder, name, &["--mjcf", "--verify"]);
     for drive in said[0]["drives"].as_array().unwrap() {
         let of = |key: &str| drive[key].as_f64().unwrap();
-        // The turn of the crowned wheels of four is decided by which of them carry; at half the step it is still 0.07 % off.
+        // The turn of the crowned wheels of four is decided by which of them carry: half the step changes it by 0.07 %.
         let bound = if name == "crowned" && drive["name"] == "turn" {
             2e-3
         } else {
