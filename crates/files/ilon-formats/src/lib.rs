@@ -81,4 +81,7 @@ pub use spec::{
     SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
 };
 pub use urdf::{WheelOutline, link_tree, mesh_triangles};
-pub use wheels::{FittedRobot, Format, Ground, RollerShape, STEP_S, Shapes, fit, write_fitted};
+pub use wheels::{
+    FittedRobot, Format, Ground, RollerShape, STEP_S, Shapes, contact_stiffness_n_m, fit,
+    write_fitted,
+};

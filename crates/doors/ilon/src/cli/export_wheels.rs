@@ -34,6 +34,9 @@ Isaac Sim was not run with these notes. What the shapes themselves do is known b
 
 ";
 
+/// The simulator agrees with ilon where it is off by no more of the ideal speed.
+const AGREES: f64 = 0.01;
+
 /// Writes the files, and measures if requested.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
@@ -75,6 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .to_string_lossy()
         .replace(['.', ' '], "_");
     let mut told = Vec::new();
+    let mut outcome = Outcome::Done;
     for (is_asked, name, format) in [
         (arguments.mjcf, "mjcf", Format::Mjcf),
         (arguments.sdf, "sdf", Format::Sdf),
@@ -111,6 +115,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 scenario_table = measured["scenario"].clone();
             }
         }
+        let furthest = export.furthest();
+        if let Some((drive, off)) = furthest.filter(|(_, off)| !(*off <= AGREES)) {
+            outcome = Outcome::Unexpected;
+            console::note(&format!(
+                "warning: MuJoCo and ilon differ by {:.2} % on the drive `{drive}`: do not trust this robot there",
+                1e2 * off
+            ));
+        }
         let fitted = &export.fitted;
         let said = json!({
             "format": name,
@@ -120,6 +132,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "hub_travel_as_made_mm": 1e3 * fitted.travel_as_made_m,
             "drives": &export.drives,
             "left_out": export.left_out(),
+            "verdict": furthest.map(|(drive, off)| json!({ "agrees": off <= AGREES, "off": off, "drive": drive })),
             "scenario": scenario_table,
         });
         if name == "usd_notes" {
@@ -139,7 +152,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             path_in_line(&out)
         ))?;
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// One format as text for a terminal.
@@ -162,6 +175,17 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
             shown(drive.ilon),
             shown(drive.measured),
             shown(drive.travel_mm)
+        );
+    }
+    if let Some((drive, off)) = export.furthest() {
+        let verdict = if off <= AGREES {
+            "agrees"
+        } else {
+            "does not agree"
+        };
+        text += &format!(
+            "  it {verdict} with ilon: off by {:.2} % at most, {drive}\n",
+            1e2 * off
         );
     }
     for words in ["difference", "geometry", "softness", "step", "remainder"] {

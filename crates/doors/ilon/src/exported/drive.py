@@ -1,8 +1,8 @@
 """Drives a robot that `ilon export` wrote, in MuJoCo, and prints as JSON what it does: python drive.py drive.json
 
-Each wheel's rate follows the drive's; speeds are given over those that ideal kinematics gives for the rates that the wheels really had.
-A drive with a `trace` is compared with ilon's path, also at half the step and on contacts twice as stiff: `softness` and `step` are what
-these change at the end. `geometry` is what the fitted shapes change, by contact kinematics.
+Wheels follow the drive's angles and rates, so that they stay in step as in ilon; speeds are given over those that ideal kinematics gives for the rates that the wheels really had.
+A drive with a `trace` is compared with ilon's path, also at an eighth of the step, and there on contacts that settle eight times as fast: `step` and
+`softness` are what these change at the end. `geometry` is what the fitted shapes change, by contact kinematics.
 """
 
 import json
@@ -14,8 +14,14 @@ import mujoco
 import numpy as np
 
 
-def drive(file, about, times, rates, step_s=None, stiffer=1.0):
-    """Time, x, y, z, heading and the wheels' angles after each step."""
+# How much finer a run shows what the step and soft contacts do.
+FINER = 8.0
+# Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
+FOLLOWS = 25.0
+
+
+def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
+    """Time, x, y, z, heading and the wheels' angles after each step. Angles that are not given are the integrals of the rates."""
     model = mujoco.MjModel.from_xml_path(str(file))
     if step_s:
         model.opt.timestep = step_s
@@ -24,11 +30,20 @@ def drive(file, about, times, rates, step_s=None, stiffer=1.0):
     wheels = about["wheels"]
     angle_at = [model.joint(name).qposadr[0] for name in wheels]
     motor_of = [model.actuator(name).id for name in wheels]
+    model.actuator_gainprm[motor_of, 0] *= FOLLOWS
+    model.actuator_biasprm[motor_of, 1] = -model.actuator_gainprm[motor_of, 0]
+    model.actuator_ctrllimited[motor_of] = 0
     base = model.joint(0).qposadr[0]
+    steps_s = model.opt.timestep * np.arange(round(times[-1] / model.opt.timestep) + 1)
+    rates = np.array([np.interp(steps_s, times, of_wheel) for of_wheel in rates])
+    if angles is None:
+        means = 0.5 * model.opt.timestep * (rates[:, 1:] + rates[:, :-1])
+        angles = np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
+    else:
+        angles = np.array([np.interp(steps_s, times, of_wheel) - of_wheel[0] for of_wheel in angles])
     rows = []
-    for k in range(round(times[-1] / model.opt.timestep)):
-        for motor, of_wheel in zip(motor_of, rates):
-            data.ctrl[motor] = np.interp(k * model.opt.timestep, times, of_wheel)
+    for demanded in (angles + rates / FOLLOWS).T[:-1]:
+        data.ctrl[motor_of] = demanded
         mujoco.mj_step(model, data)
         x, y, z, qw, qx, qy, qz = data.qpos[base : base + 7]
         heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
@@ -64,11 +79,11 @@ def main():
     answer = {"simulator": "MuJoCo " + mujoco.__version__, "drives": drives}
     if "trace" in about:
         trace = about["trace"]
-        play = [trace["times_s"], trace["rates_rad_s"]]
+        play = [trace["times_s"], trace["rates_rad_s"], trace["angles_rad"]]
         rows = drive(file, about, *play)
         step_s = mujoco.MjModel.from_xml_path(str(file)).opt.timestep
-        half = drive(file, about, *play, step_s=0.5 * step_s)
-        stiff = drive(file, about, *play, step_s=0.5 * step_s, stiffer=2.0)
+        fine = drive(file, about, *play, step_s=step_s / FINER)
+        stiff = drive(file, about, *play, step_s=step_s / FINER, stiffer=FINER)
         start, end = np.array(trace["start"]), np.array(trace["end"])
 
         def at_end(of):
@@ -81,12 +96,9 @@ def main():
             "ilon": end.tolist(),
             "difference": (at_end(rows) - end).tolist(),
             "geometry": trace["geometry"],
-            "softness": (at_end(half) - at_end(stiff)).tolist(),
-            "step": (at_end(rows) - at_end(half)).tolist(),
-            # Above all wheels that lag here and did not in ilon.
-            "remainder": (
-                at_end(rows) - end - trace["geometry"] - (at_end(half) - at_end(stiff)) - (at_end(rows) - at_end(half))
-            ).tolist(),
+            "softness": (at_end(fine) - at_end(stiff)).tolist(),
+            "step": (at_end(rows) - at_end(fine)).tolist(),
+            "remainder": (at_end(stiff) - end - trace["geometry"]).tolist(),
         }
     print(json.dumps(answer))
 

@@ -5,9 +5,10 @@
 //! simulator, whose measured ratios are shown beside these and ilon's own.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_formats::{FittedRobot, Format, Ground, RollerShape, fit};
+use ilon_formats::{FittedRobot, Format, Ground, RollerShape, contact_stiffness_n_m, fit};
 use ilon_robot::{CollisionShape, JointRole, Pose, Robot, Twist};
 use ilon_sim::standard_motions::standard_motions;
+use ilon_trace::WheelSample;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -144,7 +145,8 @@ impl Export {
         })
     }
 
-    /// Simulates the drives in ilon; `robot` is the one before the scenario's keys are applied.
+    /// Simulates the drives in ilon, with contacts as stiff as those of the MJCF; `robot` is the one
+    /// before the scenario's keys are applied.
     ///
     /// # Errors
     /// If the simulation is invalid.
@@ -154,10 +156,18 @@ impl Export {
         settings: &[Setting],
         files: &ilon_files::FileAccess,
     ) -> Result<(), Error> {
+        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads have their own.
+        let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
+        let is_hard = robot.wheels.iter().all(|of| of.surface.tread.is_none());
+        let stiffness = is_hard.then(|| {
+            let stiffness_n_m = contact_stiffness_n_m(carried_kg);
+            format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
+        });
+        let stiffness = stiffness.unwrap_or_default();
         for drive in &mut self.drives {
             let [vx, vy, omega] = [0, 1, 2].map(|axis| along(drive.twist_in_body, axis));
             let text = format!(
-                "robot.file = \"\"\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = {REST_S:?}, ramp_s = {RAMP_S:?}, settle_s = {SETTLE_S:?} }}\nrun.duration_s = {:?}\n",
+                "robot.file = \"\"\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = {REST_S:?}, ramp_s = {RAMP_S:?}, settle_s = {SETTLE_S:?} }}\n{stiffness}run.duration_s = {:?}\n",
                 drive.end_s()
             );
             let scenario = Scenario::from_toml_with(&text, "a drive", "", settings, files)?;
@@ -196,20 +206,32 @@ impl Export {
         }
     }
 
-    /// A run of ilon for playback in a simulator: its real wheel rates, its start and end poses, and
-    /// how far the fitted shapes change the end.
+    /// The drive with the largest difference of a simulator, as a share of the ideal speed: from
+    /// ilon, or from contact kinematics where ilon did not simulate it. `None` if nothing was
+    /// measured.
+    pub fn furthest(&self) -> Option<(&'static str, f64)> {
+        let off = |drive: &Drive| {
+            let off = (drive.measured? - drive.ilon.unwrap_or(drive.expected)).abs();
+            Some((drive.name, off))
+        };
+        self.drives
+            .iter()
+            .filter_map(off)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// A run of ilon for playback in a simulator: the angles and rates of its wheels, its start and
+    /// end poses, and how far the fitted shapes change the end.
     ///
     /// # Errors
     /// Where the robot has no contact kinematics.
     pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
         let steps: Vec<_> = run.trace.steps().collect();
         let count = robot.wheels.len();
-        let of = |wheel: usize| {
-            steps
-                .iter()
-                .map(move |(_, wheels)| wheels[wheel].rate_rad_s)
+        let of = |value: fn(&WheelSample) -> f64| -> Vec<Vec<f64>> {
+            let of_wheel = |wheel| steps.iter().map(move |(_, of)| value(&of[wheel])).collect();
+            (0..count).map(of_wheel).collect()
         };
-        let rates: Vec<Vec<f64>> = (0..count).map(|wheel| of(wheel).collect()).collect();
         let led = |robot: &Robot| -> Result<[f64; 3], Error> {
             let mut contact = ContactKinematics::new(robot)?;
             let mut pose = steps
@@ -243,7 +265,8 @@ impl Export {
         });
         Ok(json!({
             "times_s": steps.iter().map(|(row, _)| row.t_s).collect::<Vec<_>>(),
-            "rates_rad_s": rates,
+            "rates_rad_s": of(|wheel| wheel.rate_rad_s),
+            "angles_rad": of(|wheel| wheel.angle_rad),
             "start": poses[0],
             "end": poses[1],
             "geometry": geometry,
@@ -299,7 +322,7 @@ impl Export {
         let robot = &self.fitted.robot;
         let any = |has: &dyn Fn(&ilon_robot::Wheel) -> bool| robot.wheels.iter().any(has);
         let in_joints = |has: fn(&JointRole) -> bool| robot.joints.iter().any(|of| has(&of.role));
-        let is_mjcf = self.format == Format::Mjcf;
+        let is_urdf = self.format == Format::Urdf;
         let mut out = Vec::new();
         for (words, is_there) in [
             ("treads of rollers", any(&|w| w.surface.tread.is_some())),
@@ -321,15 +344,11 @@ impl Export {
             ),
             (
                 "springs of joints",
-                self.format == Format::Urdf && in_joints(|of| matches!(of, JointRole::Sprung(_))),
+                is_urdf && in_joints(|of| matches!(of, JointRole::Sprung(_))),
             ),
             (
                 "servos of joints",
-                !is_mjcf && in_joints(|of| matches!(of, JointRole::Driven(_))),
-            ),
-            (
-                "joints that follow others",
-                !is_mjcf && !robot.couplings.is_empty(),
+                is_urdf && in_joints(|of| matches!(of, JointRole::Driven(_))),
             ),
             ("all of the floor but a level plane", self.has_relief),
         ] {

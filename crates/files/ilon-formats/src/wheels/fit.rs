@@ -62,6 +62,10 @@ pub struct FittedRobot {
 /// An error of this share of the wheel's radius is small enough for one native shape, and of spheres so much of that.
 const ENOUGH: f64 = 1e-3;
 const OF_SPHERES: f64 = 0.2;
+/// Beyond the hand-over a shape must stay below what carries the wheel there, by this share of the wheel's radius per radian and at most by so
+/// much of it. The end spheres of barrels that touch each other lie in one place: as long as both carry, they slip against each other.
+const CLEAR_PER_RAD: f64 = 0.03;
+const CLEAR: f64 = 2e-3;
 /// Angles at which supports are compared.
 const LOOKS: usize = 60;
 /// Corners of a mesh around its axis.
@@ -262,9 +266,12 @@ impl<'a> Target<'a> {
             let all = wheel.rollers.iter().zip(&reaches);
             let all = all
                 .map(|(r, reach)| r.center_in_hub_m.dot(&down) + reach(r.axis_in_hub.dot(&down)));
+            let beyond_rad = phi.abs() * (1.0 - 1.0 / share.abs());
+            let clear_m = wheel.radius_m * (CLEAR_PER_RAD * beyond_rad).min(CLEAR);
+            let most_m = all.fold(f64::NEG_INFINITY, f64::max) - clear_m;
             Support {
                 w,
-                reach_m: all.fold(f64::NEG_INFINITY, f64::max) - roller.center_in_hub_m.dot(&down),
+                reach_m: most_m - roller.center_in_hub_m.dot(&down),
                 is_served: false,
             }
         });
@@ -289,13 +296,19 @@ impl<'a> Target<'a> {
         self.served().map(|of| of.w.abs()).fold(0.0, f64::max)
     }
 
+    /// How far supports fall short and reach too far at most, in metres: the least and the largest error.
+    fn errors_m(&self, support_m: impl Fn(f64) -> f64) -> [f64; 2] {
+        self.supports.iter().fold([0.0_f64; 2], |[low, high], of| {
+            let off_m = support_m(of.w) - of.reach_m;
+            let low = if of.is_served { low.min(off_m) } else { low };
+            [low, high.max(off_m)]
+        })
+    }
+
     /// The largest error of a support, in metres.
     fn error_m(&self, support_m: impl Fn(f64) -> f64) -> f64 {
-        let off = |of: &Support| {
-            let off_m = support_m(of.w) - of.reach_m;
-            if of.is_served { off_m.abs() } else { off_m }
-        };
-        self.supports.iter().map(off).fold(0.0, f64::max)
+        let [low_m, high_m] = self.errors_m(support_m);
+        high_m.max(-low_m)
     }
 
     /// The simplest shape that is near enough, or the nearest.
@@ -366,15 +379,16 @@ impl<'a> Target<'a> {
         [first(second).0, second]
     }
 
-    /// Spheres along the axis, the outermost at the roller's ends: the fewest that are near enough. They reach from the barrel's own
-    /// surface as far beyond it as they fall short of it between them.
+    /// Spheres along the axis: the fewest that are near enough, or of which more are hardly nearer. The outermost stand at the roller's ends
+    /// or a little before, so that neighbours hand over; all are grown so that they reach too far by as much as they fall short.
     fn spheres(&self, enough_m: f64) -> RollerShape {
         const MOST: usize = 25;
+        const WORTH: f64 = 0.8;
         let barrel = self.wheel.barrel(self.roller);
-        let stack = |count: usize, grown_m: f64| {
+        let stack = |count: usize, share: f64, grown_m: f64| {
             let sphere = |i: usize| {
                 let along = 2.0 * i as f64 / (count - 1) as f64 - 1.0;
-                let t_m = along * barrel.half_length_m;
+                let t_m = share * along * barrel.half_length_m;
                 let radius_m = barrel.sphere_radius_m(t_m) + grown_m;
                 Collision {
                     body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
@@ -383,19 +397,26 @@ impl<'a> Target<'a> {
             };
             RollerShape::Solids((0..count).map(sphere).collect())
         };
-        let error_m = |shape: &RollerShape| {
-            let profile = shape.profile();
-            profile.map_or(0.0, |of| self.error_m(|w| of.support_m(w)))
-        };
-        let mut shape = stack(3, 0.0);
+        let mut best = (f64::INFINITY, stack(3, 1.0, 0.0));
         for count in (5..=MOST).step_by(2) {
-            let short_m = error_m(&stack(count, 0.0));
-            shape = stack(count, 0.5 * short_m);
-            if 0.5 * short_m < enough_m {
+            let fitted = [1.0, 0.98, 0.96, 0.94, 0.92].map(|share| {
+                let Some(profile) = stack(count, share, 0.0).profile() else {
+                    return (f64::INFINITY, share, 0.0);
+                };
+                let [low_m, high_m] = self.errors_m(|w| profile.support_m(w));
+                (0.5 * (high_m - low_m), share, -0.5 * (high_m + low_m))
+            });
+            let nearest = fitted.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((error_m, share, grown_m)) = nearest.filter(|(e, ..)| *e < WORTH * best.0)
+            else {
+                break;
+            };
+            best = (error_m, stack(count, share, grown_m));
+            if error_m < enough_m {
                 break;
             }
         }
-        shape
+        best.1
     }
 
     /// A mesh through places of the surface where it reaches furthest, more of them where it meets the ground.

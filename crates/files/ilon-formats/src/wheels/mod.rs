@@ -17,6 +17,7 @@ mod tags;
 
 pub use fit::{FittedRobot, RollerShape, Shapes, fit};
 pub use frame::{Ground, STEP_S};
+pub use mjcf::contact_stiffness_n_m;
 
 /// A format that robots are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

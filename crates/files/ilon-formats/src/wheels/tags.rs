@@ -10,7 +10,7 @@ use super::frame::{Ground, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, JointKind, JointRole, MassProperties, Robot};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
 
 /// The step of SDF's world, in seconds.
 const SDF_STEP_S: f64 = 0.001;
@@ -31,7 +31,7 @@ pub(super) fn sdf(
 ) -> String {
     let robot = &fitted.robot;
     let mut out = format!(
-        "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.9\">\n",
+        "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.11\">\n",
         about_comment(about)
     );
     let friction = format!(
@@ -41,14 +41,16 @@ pub(super) fn sdf(
     if is_world {
         let _ = writeln!(
             out,
-            "<world name=\"level\">\n<physics name=\"step\" type=\"ignored\"><max_step_size>{}</max_step_size><real_time_factor>1</real_time_factor></physics>\n\
+            "<world name=\"level\">\n<physics name=\"step\" type=\"ignored\"><max_step_size>{}</max_step_size><real_time_factor>1</real_time_factor><real_time_update_rate>{}</real_time_update_rate></physics>\n\
              <plugin filename=\"gz-sim-physics-system\" name=\"gz::sim::systems::Physics\"/>\n\
              <plugin filename=\"gz-sim-user-commands-system\" name=\"gz::sim::systems::UserCommands\"/>\n\
              <plugin filename=\"gz-sim-scene-broadcaster-system\" name=\"gz::sim::systems::SceneBroadcaster\"/>\n\
-             <gravity>0 0 {}</gravity>\n<light name=\"sun\" type=\"directional\"><pose>0 0 10 0 0 0</pose><direction>-0.3 0.2 -0.9</direction></light>\n\
+             <gravity>0 0 {}</gravity><magnetic_field>5.5645e-6 22.8758e-6 -42.3884e-6</magnetic_field><atmosphere type=\"adiabatic\"/>\n\
+             <scene><ambient>0.4 0.4 0.4 1</ambient><background>0.7 0.7 0.7 1</background><shadows>true</shadows></scene>\n<light name=\"sun\" type=\"directional\"><pose>0 0 10 0 0 0</pose><direction>-0.3 0.2 -0.9</direction></light>\n\
              <model name=\"floor\"><static>true</static><link name=\"floor\"><collision name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>{friction}</collision>\
              <visual name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></visual></link></model>",
             num(SDF_STEP_S),
+            num(1.0 / SDF_STEP_S),
             num(-ground.gravity_m_s2)
         );
     }
@@ -85,6 +87,7 @@ pub(super) fn sdf(
         }
         let _ = writeln!(out, "</link>");
     }
+    let mut plugins = String::new();
     for part in parts {
         let (Some(joint), Some(parent)) = (&part.joint, part.parent) else {
             continue;
@@ -92,18 +95,19 @@ pub(super) fn sdf(
         let turns = joint.kind == JointKind::Turns;
         let kind = if turns { "revolute" } else { "prismatic" };
         let (effort, rate) = limits(joint);
+        let [rest, stiffness] = match joint.role {
+            Role::Body(JointRole::Sprung(spring)) => [
+                spring.rest + spring.preload / spring.stiffness,
+                spring.stiffness,
+            ],
+            _ => [0.0; 2],
+        };
         let dynamics = format!(
-            "<dynamics><damping>{}</damping><friction>{}</friction>{}</dynamics>",
+            "<dynamics><damping>{}</damping><friction>{}</friction><spring_reference>{}</spring_reference><spring_stiffness>{}</spring_stiffness></dynamics>",
             num(joint.bearing.damping_n_m_s),
             num(joint.bearing.friction_n_m),
-            match joint.role {
-                Role::Body(JointRole::Sprung(spring)) => format!(
-                    "<spring_reference>{}</spring_reference><spring_stiffness>{}</spring_stiffness>",
-                    num(spring.rest + spring.preload / spring.stiffness),
-                    num(spring.stiffness)
-                ),
-                _ => String::new(),
-            }
+            num(rest),
+            num(stiffness)
         );
         // SDF's own words for no limit.
         let [lower, upper] = joint.limits.map(|x| x.clamp(-1e16, 1e16));
@@ -112,13 +116,29 @@ pub(super) fn sdf(
         };
         let _ = writeln!(
             out,
-            "<joint name=\"{}\" type=\"{kind}\"><parent>{}</parent><child>{}</child><axis><xyz>0 0 1</xyz><limit><lower>{lower:e}</lower><upper>{upper:e}</upper>{}{}</limit>{dynamics}</axis></joint>",
+            "<joint name=\"{}\" type=\"{kind}\"><parent>{}</parent><child>{}</child><axis><xyz>0 0 1</xyz><limit><lower>{lower:e}</lower><upper>{upper:e}</upper>{}{}</limit>{dynamics}{}</axis></joint>",
             attribute(joint.name),
             attribute(&parts[parent].name),
             attribute(&part.name),
             said("effort", effort),
             said("velocity", rate),
+            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
+                "<mimic joint=\"{name}\"><multiplier>{}</multiplier><offset>{}</offset><reference>0</reference></mimic>",
+                num(by.factor),
+                num(by.offset)
+            ))
         );
+        if let Role::Body(JointRole::Driven(servo)) = joint.role {
+            let most = servo.effort.min(1e16);
+            let _ = write!(
+                plugins,
+                "<plugin filename=\"gz-sim-joint-position-controller-system\" name=\"gz::sim::systems::JointPositionController\"><joint_name>{}</joint_name>\
+                 <p_gain>{}</p_gain><i_gain>0</i_gain><d_gain>{}</d_gain><cmd_max>{most:e}</cmd_max><cmd_min>-{most:e}</cmd_min></plugin>\n",
+                attribute(joint.name),
+                num(servo.stiffness),
+                num(servo.damping)
+            );
+        }
     }
     for wheel in &robot.wheels {
         let _ = writeln!(
@@ -127,6 +147,7 @@ pub(super) fn sdf(
             attribute(&wheel.name)
         );
     }
+    out += &plugins;
     out += "</model>\n";
     out + if is_world {
         "</world>\n</sdf>\n"
@@ -176,6 +197,13 @@ fn boxed(at: &Isometry3<f64>, solid: &CollisionShape) -> (Isometry3<f64>, [f64; 
     let size = [0, 1, 2].map(|axis| reach(axis, 1.0) + reach(axis, -1.0));
     let [x, y, z] = middle;
     (at * Isometry3::translation(x, y, z), size)
+}
+
+/// The joint that another follows, by its name, and how.
+fn follows<'a>(robot: &'a Robot, joint: &PartJoint) -> Option<(String, &'a Coupling)> {
+    let is_it = |at: usize| robot.joints[at].name == joint.name;
+    let by = robot.couplings.iter().find(|by| is_it(by.joint))?;
+    Some((attribute(&robot.joints[by.follows].name), by))
 }
 
 /// Largest effort and rate of a joint's drive, of one that has them.
@@ -264,7 +292,7 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
         let _ = writeln!(
             out,
             "  <joint name=\"{}\" type=\"{kind}\">\n    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n    {}\n    <axis xyz=\"0 0 1\"/>\n    \
-             <limit effort=\"{}\" velocity=\"{}\"{limit}/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n  </joint>",
+             <limit effort=\"{}\" velocity=\"{}\"{limit}/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n{}  </joint>",
             attribute(joint.name),
             attribute(&parts[parent].name),
             attribute(&part.name),
@@ -272,7 +300,12 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
             num(effort),
             num(rate),
             num(joint.bearing.damping_n_m_s),
-            num(joint.bearing.friction_n_m)
+            num(joint.bearing.friction_n_m),
+            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
+                "    <mimic joint=\"{name}\" multiplier=\"{}\" offset=\"{}\"/>\n",
+                num(by.factor),
+                num(by.offset)
+            ))
         );
     }
     out + "</robot>\n"
