@@ -365,6 +365,9 @@ impl Simulation {
             self.run.plant.robot(),
             self.run.plant.world(),
         ));
+        // Rows that cannot be read are found by whoever needs them.
+        self.warnings
+            .extend(remarks::of_what_was_missed(&trace).unwrap_or_default());
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(

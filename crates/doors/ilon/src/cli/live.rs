@@ -1,16 +1,14 @@
 //! `ilon live`: a robot that is driven while it is simulated, from a page in the browser, from ROS 2, from Foxglove.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
 
-use super::console;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::robot::{is_robot, robot_alone};
+use super::{console, interrupt};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 
@@ -114,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
         false => Scenario::load_within(path, settings, &files)?,
     };
-    let goes_on = until_the_end(arguments.seconds)?;
+    let goes_on = until_the_end(arguments.seconds);
     if let Some(port) = arguments.ardupilot {
         return ardupilot(port, &scenario, goes_on);
     }
@@ -144,22 +142,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Whether to go on: until so many seconds have gone by, or somebody interrupts or terminates the command. What it has opened is closed then; a second
-/// interruption ends it at once.
-fn until_the_end(seconds: Option<f64>) -> Result<impl Fn() -> bool, Failure> {
+/// Whether to go on: until so many seconds have gone by, or the command is interrupted. What it has opened is closed then.
+fn until_the_end(seconds: Option<f64>) -> impl Fn() -> bool {
     let end = seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || {
-        if handler.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|reason| {
-        let remedy = "start it where signals can be handled";
-        Failure::usage(format!("Ctrl-C cannot be heard: {reason}"), remedy)
-    })?;
-    Ok(move || !interrupted.load(Ordering::Relaxed) && end.is_none_or(|end| Instant::now() < end))
+    let is_interrupted = interrupt::awaited();
+    move || !is_interrupted() && end.is_none_or(|end| Instant::now() < end)
 }
 
 /// Answers ArduPilot until the end, or until it is interrupted.

@@ -7,6 +7,8 @@ pub(super) enum Outcome {
     Done,
     /// An expectation did not hold.
     Unexpected,
+    /// There was no expectation to hold.
+    NothingChecked,
     /// Part of the input was bad, which has been shown.
     BadInput,
 }

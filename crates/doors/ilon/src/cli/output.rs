@@ -160,6 +160,11 @@ impl OutputFolder {
         &self.path
     }
 
+    /// Where the trace stands while it grows.
+    pub fn growing(&self) -> PathBuf {
+        self.path.join(GROWING)
+    }
+
     /// Makes room for the results of a run that begins now: those of an earlier one go, so that they are not taken for
     /// its own. Gives what it is recorded into.
     pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Failure> {
@@ -167,7 +172,7 @@ impl OutputFolder {
         let recording = Recording::into_file(
             simulation.trace().header.clone(),
             self.path.join(TRACE),
-            self.path.join(GROWING),
+            self.growing(),
         )?;
         for name in RESULTS {
             remove(&self.path.join(name))?;
