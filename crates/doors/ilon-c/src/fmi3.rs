@@ -26,7 +26,7 @@ use ilon_fmi::{Instance, Value};
 use ilon_sim::Error;
 
 use crate::border::{array, fill, put, text};
-use crate::status::{Fault, IlonStatus, guarded, last_words};
+use crate::status::{Fault, IlonStatus, guarded, last_words, on_own_stack};
 use crate::table::Table;
 
 /// How a call ended, by FMI 3.0.
@@ -155,7 +155,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
                 text(resources, "resourcePath")?,
             )
         };
-        let instance = Instance::open(Path::new(resources), token)?;
+        let instance = on_own_stack(|| Instance::open(Path::new(resources), token))??;
         made = opaque(INSTANCES.insert(Slave {
             instance,
             log,

@@ -19,7 +19,7 @@ use ilon_sim::{Error, Plant, Scenario, Snapshot, WheelCommand};
 
 use crate::border::{array, fill, put, put_text, text, triple};
 use crate::state::{IlonAbout, IlonEnergies, IlonJoint, IlonPose, IlonState, IlonWheel};
-use crate::status::{Fault, IlonStatus, guarded};
+use crate::status::{Fault, IlonStatus, guarded, on_own_stack};
 use crate::table::Table;
 
 /// Grows whenever a program that was built with an older header would go wrong.
@@ -39,9 +39,12 @@ fn with(plant: IlonPlant, act: impl FnOnce(&mut Plant) -> Result<(), Fault>) -> 
     guarded(|| PLANTS.with(plant, act))
 }
 
-/// Puts a robot that was read into the world, and its handle where the caller wants it.
-unsafe fn take_in(scenario: Result<Scenario, Error>, plant: *mut IlonPlant) -> Result<(), Fault> {
-    let built = scenario.and_then(|scenario| Plant::of_scenario(&scenario));
+/// Reads a scenario, puts its robot into the world, and its handle where the caller wants it.
+unsafe fn take_in(
+    read: impl FnOnce() -> Result<Scenario, Error> + Send,
+    plant: *mut IlonPlant,
+) -> Result<(), Fault> {
+    let built = on_own_stack(|| Plant::of_scenario(&read()?))?;
     // Whatever is wrong here is wrong with a file.
     let built = built.map_err(|error| Fault {
         status: IlonStatus::Scenario,
@@ -79,7 +82,10 @@ pub extern "C" fn ilon_version() -> *const c_char {
 pub unsafe extern "C" fn ilon_plant_load(path: *const c_char, plant: *mut IlonPlant) -> IlonStatus {
     guarded(|| {
         // SAFETY: the caller vouches for text and handle.
-        unsafe { take_in(Scenario::load(text(path, "path")?), plant) }
+        unsafe {
+            let path = text(path, "path")?;
+            take_in(|| Scenario::load(path), plant)
+        }
     })
 }
 
@@ -94,7 +100,7 @@ pub unsafe extern "C" fn ilon_plant_parse(
         // SAFETY: the caller vouches for texts and handle.
         unsafe {
             let (toml, folder) = (text(toml, "toml")?, text(folder, "folder")?);
-            take_in(Scenario::from_toml(toml, "scenario", folder), plant)
+            take_in(|| Scenario::from_toml(toml, "scenario", folder), plant)
         }
     })
 }

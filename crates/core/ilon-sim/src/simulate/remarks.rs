@@ -67,7 +67,7 @@ pub fn of_what_was_missed<R: Rows>(rows: &R) -> Result<Vec<String>, R::Error> {
     let missed = missed.filter(|(_, (_, (off_m, ..)))| *off_m > 0.0);
     let missed = missed.map(|(index, (patch, (off_m, wheel, t_s)))| {
         let [x_m, y_m] = patch.center_m;
-        let place = format!("{index} at ({x_m}, {y_m}) m");
+        let place = format!("patch {index} of `world.floor.patches`, at ({x_m}, {y_m}) m");
         match off_m.is_finite() {
             true => format!(
                 "{place}: `{}` came nearest, {off_m:.3} m beside it at {t_s:.2} s",
@@ -80,7 +80,7 @@ pub fn of_what_was_missed<R: Rows>(rows: &R) -> Result<Vec<String>, R::Error> {
     let mut remarks = Vec::new();
     if !missed.is_empty() {
         remarks.push(format!(
-            "no wheel was ever on `world.floor.patches` {}",
+            "no wheel was ever on {}",
             missed.join("; ")
         ));
     }

@@ -93,10 +93,8 @@ pub fn limits(key: &str) -> Option<Limits> {
             || (key.starts_with("ledger.") && ends(&[".path_m", ".turned_rad"]))
             || (key.starts_with("odometry_") && ends(&[".final_m", ".worst_m", ".m_per_m"])));
     let is_share = SHARES.contains(&key);
-    let may_be_absent = by_key(key).is_some()
-        && NOT_OF_EVERY_RUN
-            .iter()
-            .any(|start| key.starts_with(start));
+    let may_be_absent =
+        by_key(key).is_some() && NOT_OF_EVERY_RUN.iter().any(|start| key.starts_with(start));
     let is_uncertain = UNCERTAIN.contains(&key) || may_be_absent;
     (is_share || is_uncertain || in_group || SIZES.contains(&key)).then_some(Limits {
         least: 0.0,

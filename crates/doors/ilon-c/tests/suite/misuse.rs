@@ -1,5 +1,6 @@
 //! Whatever a caller does wrong, as far as it can be known, is a code with words, and changes nothing.
 
+use std::ffi::CString;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -212,4 +213,22 @@ fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
     assert!(busy.into_inner());
     (0..advances).for_each(|_| must(alone.advance(&[2.0; 4], 0.02)));
     assert_eq!(shared.state(), alone.state());
+}
+
+/// Threads of some systems have small stacks: 128 kB by musl's default. Files, also nested ones, do not depend on that.
+#[test]
+fn a_thread_with_a_stack_of_64_kb_may_call() {
+    let nested = format!("x = {}{}", "[".repeat(1000), "]".repeat(1000));
+    let calls = move || {
+        let plant = owned();
+        let period_s = plant.about().control_dt_s;
+        must(plant.advance(&[1.0; 4], period_s));
+        let (toml, folder) = (CString::new(nested).unwrap(), c".");
+        let mut other = 0;
+        // SAFETY: texts and handle live here.
+        let status = unsafe { ilon_plant_parse(toml.as_ptr(), folder.as_ptr(), &raw mut other) };
+        assert_eq!(status, IlonStatus::Scenario, "{}", last_error());
+    };
+    let thread = std::thread::Builder::new().stack_size(64 << 10);
+    thread.spawn(calls).unwrap().join().unwrap();
 }

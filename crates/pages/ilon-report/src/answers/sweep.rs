@@ -198,13 +198,13 @@ fn at_the_ends(one: &RangeOf, study: &Study) -> String {
     match (ends(&one.least), ends(&one.largest)) {
         (least, largest) if least.is_empty() && largest.is_empty() => String::new(),
         (least, largest) if least == largest => {
-            format!(" Both lie at the end of {least}: beyond it there may be less, and more.")
+            format!(" Both lie at the end of {least}: further out there may be less, and more.")
         }
         (least, largest) => [("least", least, "less"), ("largest", largest, "more")]
             .iter()
             .filter(|(_, ends, _)| !ends.is_empty())
             .map(|(which, ends, beyond)| {
-                format!(" The {which} lies at the end of {ends}: beyond it there may be {beyond}.")
+                format!(" The {which} lies at the end of {ends}: further out there may be {beyond}.")
             })
             .collect(),
     }
