@@ -56,18 +56,19 @@ fn interrupted(child: Child, signal: &str, code: i32) -> String {
 #[cfg(unix)]
 fn an_interrupted_run_leaves_whole_files_and_no_lock() {
     let folder = Folder::new();
-    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
-        let run = ["run", "good.toml", "--out", "out"];
+    for (signal, code, out) in [("-INT", 130, "a"), ("-TERM", 143, "b")] {
+        let run = ["run", "good.toml", "--out", out];
         let every = ["--set", "run.duration_s=100000"];
-        let part = "out/trace.partial/0000002.parquet";
-        let child = begun_until(&folder, &[&run[..], &every[..]].concat(), part);
+        let growing = format!("{out}/trace.partial");
+        let part = format!("{growing}/0000002.parquet");
+        let child = begun_until(&folder, &[&run[..], &every[..]].concat(), &part);
         let told = interrupted(child, signal, code);
         assert!(
-            told.contains("the trace until then is in out/trace.partial"),
+            told.contains(&format!("the trace until then is in {growing}")),
             "{told}"
         );
-        assert_eq!(folder.names("out"), ["scenario.toml", "trace.partial"]);
-        let parts = folder.names("out/trace.partial");
+        assert_eq!(folder.names(out), ["scenario.toml", "trace.partial"]);
+        let parts = folder.names(&growing);
         assert!(
             parts
                 .iter()
@@ -75,13 +76,13 @@ fn an_interrupted_run_leaves_whole_files_and_no_lock() {
             "{parts:?}"
         );
         for part in parts {
-            let part = folder.path("out/trace.partial").join(part);
+            let part = folder.path(&growing).join(part);
             ilon::trace::Trace::read_parquet(&part).expect("a whole part");
         }
     }
     // The next run takes the folder, and is whole.
-    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "out"]));
-    assert_eq!(folder.names("out").len(), 4, "{:?}", folder.names("out"));
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "a"]));
+    assert_eq!(folder.names("a").len(), 4, "{:?}", folder.names("a"));
 }
 
 #[test]
@@ -114,6 +115,7 @@ fn an_interrupted_check_leaves_nothing_and_an_interrupted_sweep_its_rows() {
         names.retain(|name| !["saved", "kept", "swept"].contains(&name.as_str()));
         assert_eq!(names, before);
 
+        let _ = fs::remove_dir_all(folder.path("swept"));
         let sweep = ["sweep", "study.toml", "--out", "swept"];
         let child = begun_until(&folder, &sweep, "swept/rows.log");
         std::thread::sleep(Duration::from_millis(500));

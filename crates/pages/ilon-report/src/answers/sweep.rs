@@ -204,13 +204,15 @@ fn at_the_ends(one: &RangeOf, study: &Study) -> String {
             .iter()
             .filter(|(_, ends, _)| !ends.is_empty())
             .map(|(which, ends, beyond)| {
-                format!(" The {which} lies at the end of {ends}: further out there may be {beyond}.")
+                format!(
+                    " The {which} lies at the end of {ends}: further out there may be {beyond}."
+                )
             })
             .collect(),
     }
 }
 
-/// Whether a run has the lowest or the highest value of an axis of numbers. A seed has no order.
+/// Whether a run has the lowest or the highest value of an axis of numbers. Two values are all ends, and a seed has no order.
 fn is_at_an_end(extreme: &Extreme, axis: &MainEffect) -> bool {
     let values: Option<Vec<f64>> = axis.levels.iter().map(|of| number_of(&of.value)).collect();
     let at = extreme.values.get(&axis.key).and_then(number_of);
@@ -218,7 +220,7 @@ fn is_at_an_end(extreme: &Extreme, axis: &MainEffect) -> bool {
         return false;
     };
     let is_beyond = |beyond: fn(&f64, &f64) -> bool| values.iter().any(|value| beyond(value, &at));
-    values.len() > 1 && !(is_beyond(f64::lt) && is_beyond(f64::gt))
+    values.len() > 2 && !(is_beyond(f64::lt) && is_beyond(f64::gt))
 }
 
 fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
