@@ -108,7 +108,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
 /// The stack that reading a file and building its robot may take, in bytes: parsers call themselves for what is nested.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Does something deep on a stack of its own: that of the caller may be as small as 64 kB.
+/// Does something deep on a stack of its own: that of the caller may be as small as 256 kB.
 pub(crate) fn on_own_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Fault> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
