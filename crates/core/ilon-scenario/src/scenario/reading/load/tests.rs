@@ -354,7 +354,7 @@ fn a_list_of_tables_takes_two_brackets() {
 fn a_missing_key_is_named_with_what_it_is_for() {
     let (message, help, _) = told("[run]\nduration_s = 1\n[twist]\n", &[]);
     assert_eq!(message, "the key `robot` is missing");
-    assert_eq!(help, "add `robot`: Which robot, and how it starts.");
+    assert_eq!(help, "add `robot`: Which robot, and how it starts");
     // Of a section that may be left out, but is not.
     let rough = format!("{CIRCLE}\n[world.floor.rough]\nheight_m = 0.01\nside_m = 2\n");
     let (message, help, at) = told(&rough, &[]);
