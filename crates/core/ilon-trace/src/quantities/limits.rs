@@ -25,7 +25,7 @@ const SHARES: [&str; 5] = [
 ];
 
 /// Losses.
-const UNCERTAIN: [&str; 6] = [
+const LOSSES: [&str; 6] = [
     "slip_energy_j",
     "wheel_slip_energy_j",
     "energy.slip_j",
@@ -95,11 +95,11 @@ pub fn limits(key: &str) -> Option<Limits> {
     let is_share = SHARES.contains(&key);
     let may_be_absent =
         by_key(key).is_some() && NOT_OF_EVERY_RUN.iter().any(|start| key.starts_with(start));
-    let is_uncertain = UNCERTAIN.contains(&key) || may_be_absent;
-    (is_share || is_uncertain || in_group || SIZES.contains(&key)).then_some(Limits {
+    let is_loss = LOSSES.contains(&key);
+    (is_share || is_loss || in_group || SIZES.contains(&key)).then_some(Limits {
         least: 0.0,
         most: if is_share { 1.0 } else { f64::INFINITY },
-        is_certain: !is_uncertain,
+        is_certain: !(is_loss || may_be_absent),
     })
 }
 
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn every_figure_with_limits_exists_and_signed_ones_have_none() {
         const SIGNALS: [&str; 2] = ["position_error_m", "heading_error_rad"];
-        for key in SHARES.iter().chain(&UNCERTAIN).chain(&SIZES) {
+        for key in SHARES.iter().chain(&LOSSES).chain(&SIZES) {
             assert!(by_key(key).is_some() || SIGNALS.contains(key), "{key}");
         }
         for signed in [
