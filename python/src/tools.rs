@@ -215,5 +215,6 @@ pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 #[cfg(feature = "command")]
 #[pyfunction]
 pub fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+    ilon::cli::end_on_signals();
     py.detach(|| ilon::cli::run_arguments(arguments))
 }

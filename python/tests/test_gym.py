@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import ilon
+from ilon import _draw
 
 gymnasium = pytest.importorskip("gymnasium")
 
@@ -227,28 +228,64 @@ def test_bad_options_are_refused_in_words(options, error, words):
         ilon.gym.TrackEnv(**options)
 
 
-def test_a_picture_shows_the_robot_where_it_is():
-    # One wheel of 0.1 m, 0.1 m wide, that rolls along x; its path leaves 400 pixels for 2.2 m of
-    # height.
-    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    wheel = np.array([[0.0, 0.0, np.pi / 2, 0.1, 0.05]])
-    picture = ilon._draw.from_above(np.array([0.5, 0.0, 0.0]), np.array([-0.5, 0.0, 0.0]), square, wheel)
-    assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8
+def seen_at(picture):
+    """The mean column and row of the robot's pixels, and how many columns and rows they take."""
     rows, columns = np.nonzero((picture == (30, 60, 110)).all(axis=2))
-    per_m = 400 / 2.2
-    # Edges fall within pixels, which then have mixed colours.
-    np.testing.assert_allclose((columns.mean(), rows.mean()), (319.5 + 0.5 * per_m, 239.5), atol=1.0)
-    np.testing.assert_allclose((np.ptp(columns) + 1, np.ptp(rows) + 1), (0.2 * per_m, 0.1 * per_m), atol=2.0)
+    return (columns.mean(), rows.mean()), (np.ptp(columns) + 1, np.ptp(rows) + 1)
+
+
+# Of a picture of 640 x 480 pixels, the path of 2 m and a wheel of 0.1 m on each side take 400 pixels: x to the right, y up.
+PER_M = 400 / 2.2
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, np.pi / 2, -np.pi / 2])
+def test_a_picture_shows_the_robot_where_it_is(heading_rad):
+    # One wheel of radius 0.1 m, 0.1 m wide, that rolls along the robot's x; between robot and wheel nothing else is drawn but the nose.
+    wheel = np.array([[0.0, 0.0, np.pi / 2, 0.1, 0.05]])
+    pose = np.array([0.5, -0.3, heading_rad])
+    picture = _draw.from_above(pose, np.array([-0.5, 0.6, 0.0]), SQUARE, wheel)
+    assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8
+    middle, size = seen_at(picture)
+    # Edges fall within pixels, which then are of no pure colour.
+    np.testing.assert_allclose(middle, (319.5 + 0.5 * PER_M, 239.5 + 0.3 * PER_M), atol=1.0)
+    along, across = 0.2 * PER_M, 0.1 * PER_M
+    turned = (along, across) if heading_rad == 0.0 else (across, along)
+    np.testing.assert_allclose(size, turned, atol=2.0)
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, 0.7, 2.0, -2.5])
+def test_a_picture_turns_what_is_on_the_robot(heading_rad):
+    # A wheel 0.05 m to the left of the robot's middle; it reaches as far as that of the test above.
+    wheel = np.array([[0.0, 0.05, np.pi / 2, 0.05, 0.02]])
+    picture = _draw.from_above(np.array([0.4, 0.3, heading_rad]), np.array([-0.5, 0.0, 0.0]), SQUARE, wheel)
+    rows, columns = np.nonzero((picture == (30, 60, 110)).all(axis=2))
+    x_m, y_m = (columns - 319.5) / PER_M - 0.4, (239.5 - rows) / PER_M - 0.3
+    ahead = x_m * np.cos(heading_rad) + y_m * np.sin(heading_rad)
+    left = y_m * np.cos(heading_rad) - x_m * np.sin(heading_rad)
+    # The nose lies on the axis ahead; the wheel is all that lies further to the left. A pixel is 5.5 mm.
+    wheel_seen = left > 0.02
+    np.testing.assert_allclose((ahead[wheel_seen].mean(), left[wheel_seen].mean()), (0.0, 0.05), atol=0.004)
 
 
 def test_rendering_follows_the_robot():
     env = gymnasium.make("ilon/Track-v0", render_mode="rgb_array", any_phase=False, start_off_m=0.0, start_off_rad=0.0)
     env.reset(seed=1)
-    before = env.render()
-    for _ in range(50):
-        env.step(np.array([0.5, 0.0, 0.0], dtype=np.float32))
-    assert before.shape == (480, 640, 3)
-    assert (env.render() != before).any()
+    for _ in range(3):
+        for _ in range(12):
+            env.step(np.array([0.5, 0.3, 0.4], dtype=np.float32))
+        picture = env.render()
+        assert picture.shape == (480, 640, 3)
+        pose, desired, path, wheels = env.unwrapped._track.above(0)
+        assert abs(pose[1]) > 0.05 and abs(pose[2]) > 0.05
+        reach_m = np.max(np.hypot(wheels[:, 0], wheels[:, 1]) + wheels[:, 3])
+        seen_m = np.concatenate([path, [pose[:2], desired[:2]]])
+        size_m = np.ptp(seen_m, axis=0) + 2 * reach_m
+        per_m = min(560 / size_m[0], 400 / size_m[1])
+        x_m, y_m = pose[:2] - 0.5 * (seen_m.min(axis=0) + seen_m.max(axis=0))
+        # The wheels stand around the robot's middle; the nose draws the mean ahead, by less than a tenth of the reach.
+        middle, _ = seen_at(picture)
+        np.testing.assert_allclose(middle, (319.5 + x_m * per_m, 239.5 - y_m * per_m), atol=0.1 * reach_m * per_m)
     assert env.metadata["render_fps"] == 50
     assert ilon.gym.TrackEnv().render() is None
     many = gymnasium.make_vec("ilon/Track-v0", num_envs=2, render_mode="rgb_array")

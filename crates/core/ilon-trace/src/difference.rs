@@ -25,6 +25,13 @@ pub struct Difference {
     pub tolerance: f64,
 }
 
+impl Difference {
+    /// Whether the signal is the number of the roller that touches: it differs as soon as a hand-over shifts by a row.
+    pub fn is_roller_index(&self) -> bool {
+        self.signal.ends_with("_roller")
+    }
+}
+
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let value = |value: Option<f64>| value.map_or("nothing".to_owned(), number);

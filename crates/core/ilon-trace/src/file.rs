@@ -12,6 +12,7 @@ mod atomic;
 mod checksum;
 mod format;
 mod lock;
+mod passing;
 mod read;
 mod write;
 
@@ -21,11 +22,13 @@ use std::path::Path;
 pub use atomic::{clear_unfinished, is_stream, write_atomically, write_bytes, write_text};
 pub use format::{HEADER_KEY, MOST_ROWS, ROWS_A_GROUP};
 pub use lock::OutputLock;
+pub use passing::discard_unfinished;
 pub use read::TraceFile;
 pub use write::TraceWriter;
 
 pub(crate) use atomic::{io_error, is_unfinished};
 pub(crate) use lock::LOCK;
+pub(crate) use passing::{Listing, Passing};
 
 use crate::error::TraceError;
 use crate::rows::Rows;

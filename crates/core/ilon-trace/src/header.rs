@@ -242,6 +242,21 @@ pub struct GroundPatch {
     pub until_s: Option<f64>,
 }
 
+impl GroundPatch {
+    /// Whether it is there at a time in seconds.
+    pub fn is_there(&self, t_s: f64) -> bool {
+        t_s >= self.from_s && self.until_s.is_none_or(|until_s| t_s < until_s)
+    }
+
+    /// How far a point of the floor lies from it, in metres; 0 on it.
+    pub fn distance_m(&self, [x_m, y_m]: [f64; 2]) -> f64 {
+        let beside_m = |at_m: f64, axis: usize| {
+            ((at_m - self.center_m[axis]).abs() - 0.5 * self.sides_m[axis]).max(0.0)
+        };
+        beside_m(x_m, 0).hypot(beside_m(y_m, 1))
+    }
+}
+
 /// A box that stands on the floor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundBox {

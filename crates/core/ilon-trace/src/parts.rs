@@ -10,7 +10,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::TraceError;
-use crate::file::{LOCK, OutputLock, io_error, is_unfinished};
+use crate::file::{LOCK, Listing, OutputLock, Passing, io_error, is_unfinished};
 use crate::trace::Trace;
 
 /// The parts of a growing trace. Their folder is locked, so that no other trace grows in it.
@@ -19,6 +19,8 @@ pub struct Parts {
     folder: PathBuf,
     parts: usize,
     lock: OutputLock,
+    /// An interrupted process removes the folder, unless parts stand in it.
+    _passing: Passing,
 }
 
 impl Parts {
@@ -29,7 +31,9 @@ impl Parts {
     /// another trace grows in it, [`TraceError::Foreign`] if it contains something that no such
     /// writer leaves.
     pub fn begin(folder: PathBuf) -> Result<Self, TraceError> {
+        let listing = Listing::open();
         fs::create_dir_all(&folder).map_err(io_error("create", &folder))?;
+        let passing = listing.add(folder.clone());
         refuse_foreign(&folder)?;
         let lock = OutputLock::of_folder(&folder)?;
         remove_parts(&folder)?;
@@ -37,6 +41,7 @@ impl Parts {
             folder,
             parts: 0,
             lock,
+            _passing: passing,
         })
     }
 

@@ -372,6 +372,16 @@ impl Record {
 }
 
 impl WheelSample {
+    /// The place of the contact in the world, x and y in metres, of a robot in this pose.
+    pub fn contact_m(&self, pose: Pose) -> [f64; 2] {
+        let (sin, cos) = pose.heading_rad.sin_cos();
+        let (x_m, y_m) = (self.contact_x_m, self.contact_y_m);
+        [
+            pose.x_m + cos * x_m - sin * y_m,
+            pose.y_m + sin * x_m + cos * y_m,
+        ]
+    }
+
     /// The sample of a wheel that did over the whole period what the means say: the extremes are the means, and the grip used follows from
     /// force, load and friction.
     #[must_use]

@@ -2,7 +2,8 @@
  *
  * A handle is a number. One that was freed, made up, or is of another kind is refused with a code. Any thread may call with any handle; one
  * plant serves one thread at a time, and a second one is refused with ILON_STATUS_BUSY. No call unwinds. Of every call that fails
- * ilon_last_error() says why, a text for each thread. A pointer that is not null must point at as much memory as the call says.
+ * ilon_last_error() says why, a text for each thread. A pointer that is not null must point at as much memory as the call says. A calling
+ * thread needs 256 kB of stack, however deep a file is nested: files are read on a thread of the library.
  *
  * Made by cbindgen from crates/doors/ilon-c: do not edit. */
 

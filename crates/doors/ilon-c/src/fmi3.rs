@@ -27,7 +27,7 @@ use ilon_fmi::{Instance, Value};
 use ilon_sim::Error;
 
 use crate::border::{array, fill, put, text};
-use crate::status::{Fault, IlonStatus, guarded, last_words};
+use crate::status::{Fault, IlonStatus, guarded, last_words, on_own_stack};
 use crate::table::Table;
 
 /// The result of a call, as FMI 3.0 defines it.
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
                 text(resources, "resourcePath")?,
             )
         };
-        let instance = Instance::open(Path::new(resources), token)?;
+        let instance = on_own_stack(|| Instance::open(Path::new(resources), token))??;
         made = opaque(INSTANCES.insert(Slave {
             instance,
             log,

@@ -21,7 +21,7 @@ use ilon_sim::{Error, Plant, Scenario, Snapshot, WheelCommand};
 
 use crate::border::{array, fill, put, put_text, text, triple};
 use crate::state::{IlonAbout, IlonEnergies, IlonJoint, IlonPose, IlonState, IlonWheel};
-use crate::status::{Fault, IlonStatus, guarded};
+use crate::status::{Fault, IlonStatus, guarded, on_own_stack};
 use crate::table::Table;
 
 /// Increases whenever a program built with an older header would no longer work.
@@ -41,9 +41,12 @@ fn with(plant: IlonPlant, act: impl FnOnce(&mut Plant) -> Result<(), Fault>) -> 
     guarded(|| PLANTS.with(plant, act))
 }
 
-/// Builds the plant of a scenario, and writes its handle to the caller's memory.
-unsafe fn take_in(scenario: Result<Scenario, Error>, plant: *mut IlonPlant) -> Result<(), Fault> {
-    let built = scenario.and_then(|scenario| Plant::of_scenario(&scenario));
+/// Reads a scenario, builds its plant, and writes its handle to the caller's memory.
+unsafe fn take_in(
+    read: impl FnOnce() -> Result<Scenario, Error> + Send,
+    plant: *mut IlonPlant,
+) -> Result<(), Fault> {
+    let built = on_own_stack(|| Plant::of_scenario(&read()?))?;
     // An error here comes from the content of a file.
     let built = built.map_err(|error| Fault {
         status: IlonStatus::Scenario,
@@ -82,7 +85,10 @@ pub extern "C" fn ilon_version() -> *const c_char {
 pub unsafe extern "C" fn ilon_plant_load(path: *const c_char, plant: *mut IlonPlant) -> IlonStatus {
     guarded(|| {
         // SAFETY: the caller guarantees the text and the handle.
-        unsafe { take_in(Scenario::load(text(path, "path")?), plant) }
+        unsafe {
+            let path = text(path, "path")?;
+            take_in(|| Scenario::load(path), plant)
+        }
     })
 }
 
@@ -97,7 +103,7 @@ pub unsafe extern "C" fn ilon_plant_parse(
         // SAFETY: the caller guarantees the texts and the handle.
         unsafe {
             let (toml, folder) = (text(toml, "toml")?, text(folder, "folder")?);
-            take_in(Scenario::from_toml(toml, "scenario", folder), plant)
+            take_in(|| Scenario::from_toml(toml, "scenario", folder), plant)
         }
     })
 }

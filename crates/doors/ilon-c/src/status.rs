@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use ilon_sim::Error;
 use miette::Diagnostic;
@@ -104,6 +104,23 @@ pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
     let words = CString::new(fault.message.replace('\0', " ")).unwrap_or_default();
     let _ = LAST.try_with(|last| last.replace(words));
     fault.status
+}
+
+/// The stack that reading a file and building its robot may take, in bytes: parsers call themselves for what is nested.
+const STACK_BYTES: usize = 8 << 20;
+
+/// Does something deep on a stack of its own: that of the caller may be as small as 256 kB.
+pub(crate) fn on_own_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Fault> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
+        match thread.spawn_scoped(scope, work) {
+            Ok(thread) => thread.join().map_err(|panic| resume_unwind(panic)),
+            Err(error) => Err(Fault::new(
+                IlonStatus::Internal,
+                format!("no thread could be started to read files: {error}"),
+            )),
+        }
+    })
 }
 
 #[cfg(test)]

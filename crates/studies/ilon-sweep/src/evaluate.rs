@@ -37,6 +37,7 @@ pub(crate) fn evaluate(
         repetition: task.repetition,
         values: task.values.clone(),
         trace_hash: None,
+        notes: Vec::new(),
         figures: Vec::new(),
     };
     // A panic of ilon in one run must not end the others.
@@ -65,7 +66,10 @@ pub(crate) fn evaluate(
         Ok((figures, run)) => {
             row.status = Status::Done;
             row.figures = figures;
-            row.trace_hash = run.as_ref().map(|run| run.summary.trace_hash.clone());
+            if let Some(run) = &run {
+                row.trace_hash = Some(run.summary.trace_hash.clone());
+                row.notes.clone_from(&run.warnings);
+            }
             Ok((row, run))
         }
     }

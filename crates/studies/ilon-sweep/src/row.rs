@@ -63,6 +63,9 @@ pub struct Row {
     /// Hash of all recorded signals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trace_hash: Option<String>,
+    /// What a person should know about the run, although it could be made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// The numbers of its summary, in the order of [`figure_names`]; empty if it failed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Option<f64>>,

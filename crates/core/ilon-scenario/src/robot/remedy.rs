@@ -7,7 +7,9 @@
 use std::path::Path;
 
 use ilon_control::{Arrangement, Kinematics};
-use ilon_formats::{Handedness, LoadOptions, LoadRobot, Loaded, Question, Remedy, RobotError};
+use ilon_formats::{
+    Handedness, LoadOptions, LoadRobot, Loaded, Package, Question, Remedy, RobotError,
+};
 use ilon_robot::Robot;
 
 use crate::Error;
@@ -94,8 +96,24 @@ pub fn blanks(question: &Question) -> String {
 }
 
 /// The keys of a scenario's `[robot]` that ask for what options say beyond others.
-fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
+pub fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
     let mut keys = Vec::new();
+    if options.packages != beyond.packages {
+        let package = |package: &Package| {
+            let folder = package.folder.display().to_string();
+            format!("{} = {}", package.name, toml::Value::from(folder))
+        };
+        let packages: Vec<String> = options.packages.iter().map(package).collect();
+        keys.push(format!("packages = {{ {} }}", packages.join(", ")));
+    }
+    if let Some(density) = options.density_kg_m3
+        && options.density_kg_m3 != beyond.density_kg_m3
+    {
+        keys.push(format!("density_kg_m3 = {density}"));
+    }
+    if !options.infer_rollers && beyond.infer_rollers {
+        keys.push("infer_rollers = false".to_owned());
+    }
     if options.arguments != beyond.arguments {
         let quoted = |(name, value): (&String, &String)| {
             format!("{name} = {}", toml::Value::from(value.as_str()))

@@ -552,6 +552,7 @@ mod tests {
     #[test_case::test_case("hub_ripple_m = { min = 0 }", Some("holds whatever comes"))]
     #[test_case::test_case("hub_ripple_m = { equal = -1, within = 0.5 }", Some("can never hold"))]
     #[test_case::test_case("hub_ripple_m = { min = 0, max = 1 }", None)]
+    #[test_case::test_case("odometry_drift_m_per_m = { min = 0 }", None; "a figure that not every run has")]
     #[test_case::test_case("hub_ripple_m = { max = 0 }", None)]
     #[test_case::test_case("airborne_share = { max = 10 }", Some("always from 0 to 1"))]
     #[test_case::test_case("friction_used_max = { max = 1 }", Some("holds whatever comes"))]

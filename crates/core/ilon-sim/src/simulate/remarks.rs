@@ -3,7 +3,7 @@
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
 use ilon_trace::quantities::{self, Measure};
-use ilon_trace::{Convergence, Quantity, Summary, Twin};
+use ilon_trace::{Convergence, GroundPatch, Projection, Quantity, Rows, Summary, Twin};
 use ilon_world::{FreeBodyId, World};
 
 /// Above this residual of the contact law, in m/s, a contact is no longer rigid. Chosen.
@@ -34,6 +34,82 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
             places.join(", ")
         )
     })
+}
+
+/// Of patches of the floor that no wheel was on: they are not where the scenario's author meant them, or the robot is not.
+pub fn of_missed_patches<R: Rows>(rows: &R) -> Result<Option<String>, R::Error> {
+    let header = rows.header();
+    let patches = header.ground.as_ref().map_or(&[][..], |g| &g.patches);
+    let missed = patches.iter().zip(nearest_wheels(rows, patches)?);
+    let missed = missed.enumerate().filter(|(_, (_, near))| near.off_m > 0.0);
+    let missed = missed.map(|(index, (patch, near))| {
+        let [x_m, y_m] = patch.center_m;
+        let place = format!("patch {index} of `world.floor.patches`, at ({x_m}, {y_m}) m");
+        match near.off_m.is_finite() {
+            true => format!(
+                "{place}: `{}` came nearest, {:.3} m beside it at {:.2} s",
+                header.wheels[near.wheel].name, near.off_m, near.t_s
+            ),
+            false => format!("{place}: it is there from {} s on", patch.from_s),
+        }
+    });
+    let missed: Vec<String> = missed.collect();
+    Ok((!missed.is_empty()).then(|| format!("no wheel was ever on {}", missed.join("; "))))
+}
+
+/// The wheel that came nearest to a patch while the patch was there.
+#[derive(Clone, Copy)]
+struct Nearest {
+    /// Between wheel and patch, in metres: 0 of a wheel on it.
+    off_m: f64,
+    wheel: usize,
+    t_s: f64,
+}
+
+fn nearest_wheels<R: Rows>(rows: &R, patches: &[GroundPatch]) -> Result<Vec<Nearest>, R::Error> {
+    let none = Nearest {
+        off_m: f64::INFINITY,
+        wheel: 0,
+        t_s: 0.0,
+    };
+    let mut nearest = vec![none; patches.len()];
+    if patches.is_empty() {
+        return Ok(nearest);
+    }
+    let mut before: Vec<Option<[f64; 2]>> = vec![None; rows.header().wheels.len()];
+    rows.each_batch(Projection::All, &mut |some| {
+        for (record, wheels) in some.steps() {
+            let t_s = record.t_s;
+            for (wheel, sample) in wheels.iter().enumerate().filter(|(_, it)| it.touched()) {
+                let at = sample.contact_m(record.truth.pose);
+                let from = before[wheel].replace(at).unwrap_or(at);
+                // A small patch may lie between two rows.
+                let rolled_m = (at[0] - from[0]).hypot(at[1] - from[1]);
+                for (patch, nearest) in patches.iter().zip(&mut nearest) {
+                    let off_m = (patch.distance_m(at) - rolled_m).max(0.0);
+                    if patch.is_there(t_s) && off_m < nearest.off_m {
+                        *nearest = Nearest { off_m, wheel, t_s };
+                    }
+                }
+            }
+        }
+    })?;
+    Ok(nearest)
+}
+
+/// Of free bodies of which the robot touched none.
+pub fn of_untouched_bodies<R: Rows>(rows: &R) -> Result<Option<String>, R::Error> {
+    let bodies = &rows.header().bodies;
+    if bodies.is_empty() {
+        return Ok(None);
+    }
+    let mut is_touched = false;
+    rows.each_batch(Projection::Robot, &mut |some| {
+        let mut samples = some.steps().flat_map(|(record, _)| record.bodies);
+        is_touched |= samples.any(|body| body.push_n > 0.0);
+    })?;
+    let names: Vec<String> = bodies.iter().map(|it| format!("`{}`", it.name)).collect();
+    Ok((!is_touched).then(|| format!("the robot never touched {}", names.join(", "))))
 }
 
 /// Of free bodies that were too heavy for what they lay on.

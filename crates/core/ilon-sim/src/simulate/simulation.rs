@@ -372,6 +372,10 @@ impl Simulation {
             self.run.plant.robot(),
             self.run.plant.world(),
         ));
+        // Rows that cannot be read are reported where they are needed.
+        let missed = remarks::of_missed_patches(&trace).ok().flatten();
+        let untouched = remarks::of_untouched_bodies(&trace).ok().flatten();
+        self.warnings.extend(missed.into_iter().chain(untouched));
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(

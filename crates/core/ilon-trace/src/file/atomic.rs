@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::passing::{Listing, Passing};
 use crate::error::TraceError;
 
 /// The ending of unfinished files' names.
@@ -21,14 +22,19 @@ const ENDING: &str = ".ilon-partial";
 pub(super) struct Unfinished {
     path: PathBuf,
     growing: NamedTempFile,
+    _passing: Passing,
 }
 
 impl Unfinished {
     /// Begins the file `path` in `folder`, which is on the same file system.
     pub fn create(path: &Path, folder: &Path) -> Result<Self, TraceError> {
-        let growing = growing_file(path, folder).map_err(io_error("create", path))?;
-        let path = path.to_owned();
-        Ok(Self { path, growing })
+        let made = growing_file(path, folder).map_err(io_error("create", path))?;
+        let ((growing, passing), path) = (made, path.to_owned());
+        Ok(Self {
+            path,
+            growing,
+            _passing: passing,
+        })
     }
 
     /// The final path of the file.
@@ -44,14 +50,20 @@ impl Unfinished {
 
     /// Renames the file after it has reached the disk.
     pub fn finish(self) -> Result<(), TraceError> {
-        let Self { path, growing } = self;
+        let Self {
+            path,
+            growing,
+            _passing,
+        } = self;
         let finish = || {
             // The permissions of the older file are kept.
             if let Ok(older) = fs::metadata(&path) {
                 growing.as_file().set_permissions(older.permissions())?;
             }
             growing.as_file().sync_all()?;
+            let listing = Listing::open();
             growing.persist(&path).map_err(|error| error.error)?;
+            drop(listing);
             sync_folder(folder_of(&path));
             Ok(())
         };
@@ -60,7 +72,7 @@ impl Unfinished {
 }
 
 /// A hidden file of this writer alone, named after `path`.
-fn growing_file(path: &Path, folder: &Path) -> io::Result<NamedTempFile> {
+fn growing_file(path: &Path, folder: &Path) -> io::Result<(NamedTempFile, Passing)> {
     let prefix = prefix_of(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(ENDING);
@@ -71,12 +83,14 @@ fn growing_file(path: &Path, folder: &Path) -> io::Result<NamedTempFile> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     loop {
+        let listing = Listing::open();
         let growing = builder.tempfile_in(folder)?;
         // Before it is locked it may be taken for an abandoned one, and removed. On a file system
         // without locks nobody removes files.
         let is_taken = matches!(growing.as_file().try_lock(), Err(TryLockError::WouldBlock));
         if !is_taken && growing.path().exists() {
-            return Ok(growing);
+            let passing = listing.add(growing.path().to_owned());
+            return Ok((growing, passing));
         }
     }
 }

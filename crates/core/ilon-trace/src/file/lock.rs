@@ -5,6 +5,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::atomic::{clear_unfinished, clear_unfinished_of, folder_of, io_error};
+use super::passing::{Listing, Passing};
 use crate::error::TraceError;
 
 /// The name of a folder's lock, and the ending of a file's lock.
@@ -20,6 +21,7 @@ pub struct OutputLock {
     path: PathBuf,
     /// `None` on a file system without locks.
     file: Option<File>,
+    _passing: Option<Passing>,
 }
 
 impl OutputLock {
@@ -60,6 +62,7 @@ impl OutputLock {
             }
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
+            let listing = Listing::open();
             let mut file = options.open(&path).map_err(io_error("create", &path))?;
             match file.try_lock() {
                 Ok(()) => {}
@@ -69,7 +72,13 @@ impl OutputLock {
                         holder: holder(&mut file),
                     });
                 }
-                Err(TryLockError::Error(_)) => return Ok(Self { path, file: None }),
+                Err(TryLockError::Error(_)) => {
+                    return Ok(Self {
+                        path,
+                        file: None,
+                        _passing: None,
+                    });
+                }
             }
             // Another process may have removed it, with its lock, since it was opened.
             if !is_still_at(&file, &path) {
@@ -82,6 +91,7 @@ impl OutputLock {
             // The holder's name is optional, so an error is ignored.
             let _ = name_holder(&file);
             return Ok(Self {
+                _passing: Some(listing.add(path.clone())),
                 path,
                 file: Some(file),
             });

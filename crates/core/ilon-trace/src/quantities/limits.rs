@@ -24,20 +24,31 @@ const SHARES: [&str; 5] = [
     "friction_used_max",
 ];
 
-/// Losses, and times that may not exist.
-const UNCERTAIN: [&str; 8] = [
+/// Losses.
+const LOSSES: [&str; 6] = [
     "slip_energy_j",
     "wheel_slip_energy_j",
     "energy.slip_j",
     "energy.spin_up_j",
     "energy.bearing_j",
     "energy.impact_j",
-    "position_converged_s",
-    "heading_converged_s",
+];
+
+/// How figures begin that not every run has: those of a path, a pose sensor, dead reckoning over some distance, a mean motion, redundant
+/// wheels, tasks, and a chassis that stands on the ground.
+const NOT_OF_EVERY_RUN: [&str; 8] = [
+    "position_",
+    "heading_",
+    "seen_",
+    "odometry_",
+    "twist_ripple.",
+    "rate_conflict_share",
+    "saturated_share",
+    "chassis_load_share",
 ];
 
 /// Distances, sizes, times, sums of what only grows. `position_error_m` and `heading_error_rad` are signals.
-const SIZES: [&str; 32] = [
+const SIZES: [&str; 34] = [
     "duration_s",
     "steps",
     "physics_dt_s",
@@ -53,6 +64,8 @@ const SIZES: [&str; 32] = [
     "heading_error_max_rad",
     "heading_error_max_at_s",
     "heading_error_final_rad",
+    "position_converged_s",
+    "heading_converged_s",
     "seen_position_error_rms_m",
     "seen_heading_error_rms_rad",
     "wheel_rate_command_max_rad_s",
@@ -81,11 +94,13 @@ pub fn limits(key: &str) -> Option<Limits> {
             || (key.starts_with("ledger.") && ends(&[".path_m", ".turned_rad"]))
             || (key.starts_with("odometry_") && ends(&[".final_m", ".worst_m", ".m_per_m"])));
     let is_share = SHARES.contains(&key);
-    let is_uncertain = UNCERTAIN.contains(&key);
-    (is_share || is_uncertain || in_group || SIZES.contains(&key)).then_some(Limits {
+    let may_be_absent =
+        by_key(key).is_some() && NOT_OF_EVERY_RUN.iter().any(|start| key.starts_with(start));
+    let is_loss = LOSSES.contains(&key);
+    (is_share || is_loss || in_group || SIZES.contains(&key)).then_some(Limits {
         least: 0.0,
         most: if is_share { 1.0 } else { f64::INFINITY },
-        is_certain: !is_uncertain,
+        is_certain: !(is_loss || may_be_absent),
     })
 }
 
@@ -96,7 +111,7 @@ mod tests {
     #[test]
     fn every_figure_with_limits_exists_and_signed_ones_have_none() {
         const SIGNALS: [&str; 2] = ["position_error_m", "heading_error_rad"];
-        for key in SHARES.iter().chain(&UNCERTAIN).chain(&SIZES) {
+        for key in SHARES.iter().chain(&LOSSES).chain(&SIZES) {
             assert!(by_key(key).is_some() || SIGNALS.contains(key), "{key}");
         }
         for signed in [
@@ -117,5 +132,8 @@ mod tests {
         assert_eq!(most("friction_used_max"), Some((1.0, true)));
         assert_eq!(most("slip_energy_j"), Some((f64::INFINITY, false)));
         assert_eq!(most("ledger.slip.path_m"), Some((f64::INFINITY, true)));
+        assert_eq!(most("saturated_share"), Some((1.0, false)));
+        assert_eq!(most("heading_converged_s"), Some((f64::INFINITY, false)));
+        assert_eq!(most("position_error_m"), Some((f64::INFINITY, true)));
     }
 }

@@ -1,5 +1,6 @@
 //! Every detectable misuse returns a status code with a message, and changes nothing.
 
+use std::ffi::CString;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -213,4 +214,31 @@ fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
     assert!(busy.into_inner());
     (0..advances).for_each(|_| must(alone.advance(&[2.0; 4], 0.02)));
     assert_eq!(shared.state(), alone.state());
+}
+
+/// Threads of some systems have small stacks. The header asks for 256 kB; a third of that is left for who calls. Nested files do not
+/// depend on it.
+#[test]
+fn a_thread_with_a_small_stack_may_call() {
+    let nested = format!("x = {}{}", "[".repeat(1000), "]".repeat(1000));
+    let calls = move || {
+        for name in [
+            "mecanum4_lateral",
+            "mecanum4_arm_hits_box",
+            "mecanum4_rough_class",
+        ] {
+            let plant = Owned::load(&scenario(&format!("{name}.toml")));
+            let period_s = plant.about().control_dt_s;
+            for _ in 0..20 {
+                must(plant.advance(&[1.0; 4], period_s));
+            }
+        }
+        let (toml, folder) = (CString::new(nested).unwrap(), c".");
+        let mut other = 0;
+        // SAFETY: texts and handle live here.
+        let status = unsafe { ilon_plant_parse(toml.as_ptr(), folder.as_ptr(), &raw mut other) };
+        assert_eq!(status, IlonStatus::Scenario, "{}", last_error());
+    };
+    let thread = std::thread::Builder::new().stack_size(170 << 10);
+    thread.spawn(calls).unwrap().join().unwrap();
 }

@@ -65,6 +65,13 @@ pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
 /// What runs measured by tape determine, and what further runs would.
 pub(super) fn of_tape(found: &TapeFit) -> String {
     let mut text = format!("{}\n", found.study);
+    if let Some(over) = found.over_errors.filter(|over| *over > 2.0) {
+        let over = number(over);
+        text += &format!(
+            "\nThe runs miss the fit by {over} times their stated errors: either a run is wrong, or more of the robot differs from its nominal values; \
+             free `axis_deg.*`, `x_m.*` or `radius_m.*` too.\n"
+        );
+    }
     for line in identify::set(&found.controller, &Gains::default()) {
         text += &format!("\n{line}\n");
     }
@@ -74,13 +81,6 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
             held.name,
             number(held.value),
             held.why
-        );
-    }
-    if let Some(over) = found.over_errors.filter(|over| *over > 2.0) {
-        let over = number(over);
-        text += &format!(
-            "\nThe runs miss the fit by {over} times their stated errors: either a run is wrong, or more of the robot differs from its nominal values; \
-             free `axis_deg.*`, `x_m.*` or `radius_m.*` too.\n"
         );
     }
     let mut table = Table::new();

@@ -23,7 +23,6 @@ use self::update::Update;
 use super::answer::verdicts;
 use super::converge::Converge;
 use super::escape::one_line;
-use super::flags::shell;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::output::{OutputFolder, remove};
@@ -124,16 +123,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let found = scenarios::find(&arguments.paths, arguments.filter.as_deref(), &files)?;
     say_what_studies_leave_out(arguments, &found, &files);
     let _claims = claims(arguments, &found)?;
+    let names: BTreeSet<PathBuf> = found.iter().map(|one| one.name.clone()).collect();
     let stop = AtomicBool::new(false);
-    let settings = &arguments.settings.settings;
-    let settings: String = settings
-        .iter()
-        .map(|setting| format!(" --set {}", shell(&setting.to_string())))
-        .collect();
+    let settings = arguments.settings.words();
     let check_all = || {
         let each = found.into_par_iter();
         let each = each.map(|one| {
             let mut checked = check(one, arguments, &files, &stop);
+            // Before it is reported as written.
+            checked.write_update();
             if arguments.fail_fast && checked.has_failed() {
                 stop.store(true, Ordering::Relaxed);
             }
@@ -147,7 +145,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                     console::lines(&lines)
                 };
             }
-            checked.write_update();
             checked
         });
         each.collect::<Vec<Checked>>()
@@ -173,13 +170,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         console::lines(&format!("\n{}", outcome::totals(&checked)))?;
     }
-    if checked
-        .iter()
-        .all(|one| one.count() == Count::NothingExpected)
-    {
-        console::note(
-            "note: NOTHING WAS CHECKED: no scenario has an `[expect]`, so that none of them can fail",
-        );
+    let is_whole = arguments.filter.is_none() && arguments.paths.iter().all(|path| path.is_dir());
+    if let (Some(folder), true) = (&arguments.against, is_whole) {
+        say_what_is_gone(folder, &names)?;
+    }
+    let expects_nothing = |one: &Checked| one.count() == Count::NothingExpected;
+    if arguments.save.is_none() && checked.iter().all(expects_nothing) {
+        fault::show(Failure::usage(
+            "NOTHING WAS CHECKED: no scenario has an `[expect]`, so that none of them can fail",
+            "write bounds, or let `ilon check --init` write the first ones",
+        ));
+        return Ok(Outcome::NothingChecked);
     }
     let mut outcome = Outcome::Done;
     for one in checked {
@@ -461,6 +462,20 @@ fn baseline_in(folder: &Path, name: &Path) -> Result<Recorded, Failure> {
         ));
     }
     Ok(Recorded::open(&file)?)
+}
+
+/// Names the baselines of scenarios that a whole folder no longer holds.
+fn say_what_is_gone(folder: &Path, names: &BTreeSet<PathBuf>) -> Result<(), Failure> {
+    for baseline in scenarios::baselines(folder)? {
+        if !names.contains(&baseline) {
+            console::note(&format!(
+                "note: `{}` has a baseline and no scenario: if it was removed on purpose, remove `{}` too",
+                baseline.display(),
+                baseline_file(folder, &baseline).display()
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn baseline_file(folder: &Path, name: &Path) -> PathBuf {

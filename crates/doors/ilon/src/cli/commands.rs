@@ -12,7 +12,7 @@ use super::live;
 use super::outcome::Outcome;
 use super::{
     bench, check, compare, console, demo, explain, export, export_arguments, fault, flags,
-    generate, identify, inspect, manual, report, run, schema, sweep,
+    generate, identify, inspect, interrupt, manual, report, run, schema, sweep,
 };
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
@@ -28,7 +28,7 @@ struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 bad input.";
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 bad input; 3 nothing to check; 130, 143 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -76,6 +76,7 @@ enum Command {
 
 /// Runs the command in this process's arguments.
 pub fn main() -> ExitCode {
+    interrupt::end_on_signals();
     ExitCode::from(run_arguments(std::env::args_os()))
 }
 
@@ -150,6 +151,7 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Unexpected) => 1,
         Ok(Outcome::BadInput) => 2,
+        Ok(Outcome::NothingChecked) => 3,
         Err(error) => {
             fault::show(error);
             2

@@ -21,6 +21,7 @@ use crate::inspect::{
     WheelInspection,
 };
 use crate::pages;
+use crate::sim::remedy;
 
 /// Arguments of `ilon inspect`.
 #[derive(Debug, clap::Args)]
@@ -104,7 +105,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => console::lines(&text(&inspection))?,
         }
         let robot = flags::shell(&path.display().to_string());
-        console::lines(&format!("\nnext: drive it, `ilon run {robot}`\n"))?;
+        let keys = remedy::keys(&options, &LoadOptions::default());
+        let settings: String = keys
+            .iter()
+            .map(|key| {
+                let setting = format!("robot.{}", key.replacen(" = ", "=", 1));
+                format!(" --set {}", flags::shell(&setting))
+            })
+            .collect();
+        console::lines(&format!(
+            "\nnext: drive it, `ilon run {robot}{settings}{}`\n",
+            arguments.sandbox.words()
+        ))?;
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             console::lines(&format!("\ndrawn in {}\n", path_in_line(path)))?;
         }

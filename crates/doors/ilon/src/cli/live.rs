@@ -2,16 +2,14 @@
 //! Foxglove or from ArduPilot.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
 
-use super::console;
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::robot::{is_robot, robot_alone};
+use super::{console, interrupt};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 
@@ -115,7 +113,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
         false => Scenario::load_within(path, settings, &files)?,
     };
-    let goes_on = until_the_end(arguments.seconds)?;
+    let goes_on = until_the_end(arguments.seconds);
     if let Some(port) = arguments.ardupilot {
         return ardupilot(port, &scenario, goes_on);
     }
@@ -147,20 +145,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Whether to continue: until the given seconds have passed, or the command is interrupted or
 /// terminated. Connections are then closed; a second interruption ends the command at once.
-fn until_the_end(seconds: Option<f64>) -> Result<impl Fn() -> bool, Failure> {
+fn until_the_end(seconds: Option<f64>) -> impl Fn() -> bool {
     let end = seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let handler = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || {
-        if handler.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|reason| {
-        let remedy = "start it where signals can be handled";
-        Failure::usage(format!("Ctrl-C cannot be heard: {reason}"), remedy)
-    })?;
-    Ok(move || !interrupted.load(Ordering::Relaxed) && end.is_none_or(|end| Instant::now() < end))
+    let is_interrupted = interrupt::awaited();
+    move || !is_interrupted() && end.is_none_or(|end| Instant::now() < end)
 }
 
 /// Serves ArduPilot until the end, or until it is interrupted.

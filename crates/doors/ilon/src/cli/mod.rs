@@ -39,6 +39,8 @@ mod generate;
 mod identify;
 #[cfg(feature = "command")]
 mod inspect;
+#[cfg(feature = "command")]
+mod interrupt;
 mod json;
 #[cfg(feature = "command")]
 mod limits;
@@ -79,3 +81,5 @@ pub use embed::{
     Explained, explain, may_hold_identified, may_hold_study, report_html, study_page, study_words,
     write_identified, write_results, write_study,
 };
+#[cfg(feature = "command")]
+pub use interrupt::end_on_signals;

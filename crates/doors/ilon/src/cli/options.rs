@@ -81,6 +81,14 @@ pub(super) struct Settings {
     pub settings: Vec<Setting>,
 }
 
+impl Settings {
+    /// The options as a shell takes them, each behind a space.
+    pub fn words(&self) -> String {
+        let word = |setting: &Setting| format!(" --set {}", flags::shell(&setting.to_string()));
+        self.settings.iter().map(word).collect()
+    }
+}
+
 /// Whether a run is repeated without what its scenario names.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct Twins {

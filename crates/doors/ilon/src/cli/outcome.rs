@@ -7,6 +7,8 @@ pub(super) enum Outcome {
     Done,
     /// An expectation failed.
     Unexpected,
+    /// Nothing was expected.
+    NothingChecked,
     /// Part of the input was bad, which has been reported.
     BadInput,
 }

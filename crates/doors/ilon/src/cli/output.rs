@@ -163,6 +163,11 @@ impl OutputFolder {
         &self.path
     }
 
+    /// Where the trace is while it grows.
+    pub fn growing(&self) -> PathBuf {
+        self.path.join(GROWING)
+    }
+
     /// Removes the results of an earlier run, so that they are not taken for those of the run that
     /// begins, and starts the recording.
     pub fn begin(&self, simulation: &Simulation) -> Result<Recording, Failure> {
@@ -171,7 +176,7 @@ impl OutputFolder {
         let recording = Recording::into_file(
             simulation.trace().header.clone(),
             self.path.join(TRACE),
-            self.path.join(GROWING),
+            self.growing(),
         )?;
         for name in RESULTS {
             remove(&self.path.join(name))?;

@@ -9,7 +9,7 @@ use super::json::pretty;
 use super::options::{Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
-use super::{answer, console, flags, results};
+use super::{answer, console, flags, interrupt, results};
 use crate::cli::failure::Failure;
 
 /// Arguments of `ilon sweep`.
@@ -52,6 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             store.damaged()
         ));
     }
+    interrupt::leaves(|| ": the same command continues, and repeats no finished run".to_owned());
     let bar = Bar::new(study.name());
     let watch = |progress: Progress| {
         bar.show(progress.done as f64, progress.likely as f64, || {

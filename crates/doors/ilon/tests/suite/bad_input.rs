@@ -1,6 +1,8 @@
 //! Error messages: each says what is wrong, where, and how to repair it, ends with exit code 2, and
 //! leaves no files. A list of cases, as long as there are kinds of errors.
 
+use crate::support::{Folder, ended_with};
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -580,4 +582,38 @@ fn a_reference_point_that_is_none() {
         "`guidance.reference_point` cannot be \"decoupled\""
     );
     assert_eq!(told.mend, "did you mean \"decoupling\"?");
+}
+
+/// The robot drives 0.1 m from the origin; its wheels stand within 0.5 m of it. One patch lies under all of them, one beside, and one comes
+/// too late.
+#[test]
+fn a_patch_that_no_wheel_meets_and_a_body_out_of_reach_are_remarked() {
+    let folder = Folder::new();
+    let patch = |x_m: f64, y_m: f64, side_m: f64, from_s: f64| {
+        format!(
+            "[[world.floor.patches]]\nx_m = {x_m}\ny_m = {y_m}\nlength_x_m = {side_m}\nlength_y_m = {side_m}\nfriction = 0.3\n\
+             from_s = {from_s}\n"
+        )
+    };
+    let body =
+        "[[world.bodies]]\nname = \"far\"\nmass_kg = 1\nx_m = 3\ny_m = 3\nsphere.radius_m = 0.1\n";
+    let text = [
+        patch(0.0, 0.0, 2.0, 0.0),
+        patch(5.0, 0.0, 0.2, 0.0),
+        patch(0.0, 0.0, 2.0, 0.9),
+    ];
+    folder.scenario("missed.toml", &format!("{}{body}", text.concat()));
+    let run = ["run", "missed.toml", "--no-report", "--out", "out"];
+    let told = ended_with(0, &folder.ilon(&run));
+    assert!(!told.contains("patch 0 of"), "{told}");
+    assert!(
+        told.contains("no wheel was ever on patch 1 of `world.floor.patches`, at (5, 0) m: ")
+            && told.contains(" m beside it at "),
+        "{told}"
+    );
+    assert!(
+        told.contains("patch 2 of `world.floor.patches`, at (0, 0) m: it is there from 0.9 s on"),
+        "{told}"
+    );
+    assert!(told.contains("the robot never touched `far`"), "{told}");
 }

@@ -337,7 +337,7 @@ fn markdown_shows_names_as_they_are_written() {
     let folder = Folder::new();
     folder.scenario("a|b<i>_c.toml", "");
     ended_with(
-        0,
+        3,
         &folder.ilon(&["check", "a|b<i>_c.toml", "--markdown", "s.md"]),
     );
     let row = folder.read("s.md").lines().nth(2).map(str::to_owned);
@@ -437,4 +437,49 @@ fn first_bounds_hold_the_rates_of_the_wheels_on_both_sides() {
         "{said}"
     );
     assert!(said.contains("widened to the least useful room"), "{said}");
+}
+
+/// A test suite that tests nothing has not passed; one that shall only write its baselines has.
+#[test]
+fn a_check_of_nothing_fails() {
+    let folder = Folder::new();
+    folder.scenario("some/empty.toml", "");
+    for quiet in [&[][..], &["--quiet"]] {
+        let told = ended_with(3, &folder.ilon(&[&["check", "some"], quiet].concat()));
+        assert!(told.contains("NOTHING WAS CHECKED"), "{told}");
+        assert!(told.contains("--init"), "{told}");
+    }
+    ended_with(0, &folder.ilon(&["check", "some", "--save", "base"]));
+    ended_with(0, &folder.ilon(&["check", "some", "--against", "base"]));
+    ended_with(0, &folder.ilon(&["check", "some", "--init"]));
+}
+
+/// A name of 240 characters leaves no room for that of the file under way, whoever writes it.
+#[test]
+fn an_update_that_cannot_be_written_is_not_reported_as_done() {
+    let folder = Folder::new();
+    let name = format!("{}.toml", "n".repeat(240));
+    folder.scenario(&name, FAILS);
+    let output = folder.ilon(&["check", &name, "--update"]);
+    let printed = ended_with(2, &output);
+    assert!(!printed.contains("UPDATED"), "{printed}");
+    assert!(printed.contains("ERROR"), "{printed}");
+}
+
+#[test]
+fn a_scenario_that_is_gone_since_the_baseline_is_named() {
+    let folder = Folder::new();
+    folder.scenario("some/one.toml", HOLDS);
+    folder.scenario("some/deep/two.toml", HOLDS);
+    ended_with(0, &folder.ilon(&["check", "some", "--save", "base"]));
+    let against = ["check", "some", "--against", "base"];
+    assert!(!ended_with(0, &folder.ilon(&against)).contains("no scenario"));
+    std::fs::remove_file(folder.path("some/deep/two.toml")).expect("it is there");
+    let told = ended_with(0, &folder.ilon(&against));
+    assert!(
+        told.contains("`deep/two` has a baseline and no scenario"),
+        "{told}"
+    );
+    let one = [&against[..], &["--filter", "one"]].concat();
+    assert!(!ended_with(0, &folder.ilon(&one)).contains("no scenario"));
 }

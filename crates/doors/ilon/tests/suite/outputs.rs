@@ -20,19 +20,110 @@ const ENDLESS: [&str; 4] = [
 /// Begins an endless run into a folder, and waits until it has reserved the folder.
 fn begun(folder: &Folder, out: &str) -> Child {
     let run = ["run", "good.toml", "--out", out];
+    let command = [&run[..], &ENDLESS[..]].concat();
+    begun_until(folder, &command, &format!("{out}/trace.partial"))
+}
+
+/// Begins a command, and waits until a file is there.
+fn begun_until(folder: &Folder, command: &[&str], file: &str) -> Child {
     let child = folder
-        .command(&[&run[..], &ENDLESS[..]].concat())
+        .command(command)
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("the command runs");
-    let parts = folder.path(out).join("trace.partial");
     let start = Instant::now();
-    while !parts.exists() {
+    while !folder.path(file).exists() {
         assert!(start.elapsed() < Duration::from_secs(60), "it never began");
         std::thread::sleep(Duration::from_millis(10));
     }
     child
+}
+
+/// Ends a command by a signal; gives what it said, once it ended with this code.
+#[cfg(unix)]
+fn interrupted(child: Child, signal: &str, code: i32) -> String {
+    let kill = std::process::Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
+    assert!(kill.expect("kill is there").success());
+    let output = child.wait_with_output().expect("it ends");
+    let told = support::stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{told}");
+    told
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_leaves_whole_files_and_no_lock() {
+    let folder = Folder::new();
+    for (signal, code, out) in [("-INT", 130, "a"), ("-TERM", 143, "b")] {
+        let run = ["run", "good.toml", "--out", out];
+        let every = ["--set", "run.duration_s=100000"];
+        let growing = format!("{out}/trace.partial");
+        let part = format!("{growing}/0000002.parquet");
+        let child = begun_until(&folder, &[&run[..], &every[..]].concat(), &part);
+        let told = interrupted(child, signal, code);
+        assert!(
+            told.contains(&format!("the trace until then is in {growing}")),
+            "{told}"
+        );
+        assert_eq!(folder.names(out), ["scenario.toml", "trace.partial"]);
+        let parts = folder.names(&growing);
+        assert!(
+            parts
+                .iter()
+                .all(|name| name.ends_with(".parquet") && !name.starts_with('.')),
+            "{parts:?}"
+        );
+        for part in parts {
+            let part = folder.path(&growing).join(part);
+            ilon::trace::Trace::read_parquet(&part).expect("a whole part");
+        }
+    }
+    // The next run takes the folder, and is whole.
+    ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "a"]));
+    assert_eq!(folder.names("a").len(), 4, "{:?}", folder.names("a"));
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_check_leaves_nothing_and_an_interrupted_sweep_its_rows() {
+    let folder = Folder::new();
+    folder.write(
+        "study.toml",
+        "scenario = \"good.toml\"\n[axes]\nworld.floor.friction = { from = 0.02, to = 0.8, steps = 4000 }\n",
+    );
+    let before = folder.names(".");
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let check = [
+            "check",
+            "good.toml",
+            "--save",
+            "saved",
+            "--keep",
+            "kept",
+            "--junit",
+            "j.xml",
+        ];
+        let check = [&check[..], &ENDLESS[..]].concat();
+        let child = begun_until(&folder, &check, "kept/.ilon-lock");
+        interrupted(child, signal, code);
+        for place in ["saved", "kept"] {
+            assert!(folder.names(place).is_empty(), "{:?}", folder.names(place));
+        }
+        let mut names = folder.names(".");
+        names.retain(|name| !["saved", "kept", "swept"].contains(&name.as_str()));
+        assert_eq!(names, before);
+
+        let _ = fs::remove_dir_all(folder.path("swept"));
+        let sweep = ["sweep", "study.toml", "--out", "swept"];
+        let child = begun_until(&folder, &sweep, "swept/rows.log");
+        std::thread::sleep(Duration::from_millis(500));
+        let told = interrupted(child, signal, code);
+        assert!(told.contains("the same command continues"), "{told}");
+        assert_eq!(folder.names("swept"), ["rows.log", "study.json"]);
+    }
 }
 
 #[test]

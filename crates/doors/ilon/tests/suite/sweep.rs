@@ -464,3 +464,48 @@ fn running_a_study_as_a_scenario_says_how_it_is_run() {
         stderr(&ended)
     );
 }
+
+/// A robot that loses less the slower it drives: the least lies at the slow end of the grid, and the run's remark on its patch is not lost.
+#[test]
+fn a_grid_says_where_its_ends_are_best_and_what_its_runs_remark() {
+    let folder = Folder::new();
+    study(
+        &folder,
+        "quantities = [\"travelled_m\"]\n[set]\nworld.floor.patches = [{ x_m = 9, y_m = 9, length_x_m = 1, length_y_m = 1, friction = 0.1 }]\n\
+         [axes]\ntwist.vx_m_s = [0.1, 0.2, 0.3]\n",
+    );
+    let told = ended_with(0, &folder.ilon(&["sweep", "study.toml", "--out", "out"]));
+    assert!(
+        told.contains("Both lie at the end of vx: further out there may be less, and more."),
+        "{told}"
+    );
+    assert!(
+        told.contains("Note in all 3 runs: no wheel was ever on patch 0"),
+        "{told}"
+    );
+    let page = folder.read("out/report.html");
+    assert!(page.contains("Note in all 3 runs"));
+    let findings: serde_json::Value =
+        serde_json::from_str(&folder.read("out/findings.json")).expect("JSON");
+    assert_eq!(findings["notes"][0]["count"], 3);
+}
+
+/// A gain has its unit behind a stroke, and the page has the units of the sentences.
+#[test]
+fn units_of_a_study_are_those_of_a_person() {
+    let folder = Folder::new();
+    let scenario = "[robot]\nfile = \"robot.urdf\"\n[reference.circle]\nradius_m = 1\nspeed_m_s = 0.2\n[run]\nduration_s = 0.5\n";
+    folder.write("circle.toml", scenario);
+    folder.write(
+        "study.toml",
+        "scenario = \"circle.toml\"\nquantities = [\"position_error_final_m\"]\n[axes]\nguidance.position_gain_per_s = [1, 5]\n",
+    );
+    let told = ended_with(0, &folder.ilon(&["sweep", "study.toml", "--out", "out"]));
+    assert!(
+        told.contains("position gain 1/s") && !told.contains("1 1/s"),
+        "{told}"
+    );
+    assert!(told.contains(" mm"), "{told}");
+    let page = folder.read("out/report.html");
+    assert!(page.contains("in mm over") && !page.contains("in m over"));
+}

@@ -10,9 +10,9 @@ use crate::page::Answer;
 use crate::sweep::figure as number;
 use crate::text::capital;
 use ilon_sweep::findings::gaps::Gap;
-use ilon_sweep::findings::grid::{Extreme, RangeOf};
-use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt};
-use ilon_sweep::{Find, Findings, Minimise, Question, Study};
+use ilon_sweep::findings::grid::{Extreme, MainEffect, RangeOf};
+use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt, Notes};
+use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
 
 use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
 
@@ -58,8 +58,30 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
             .iter()
             .filter_map(|one| effects(one, study)),
     );
+    plain.extend(notes(findings));
     answers.extend(plain.into_iter().map(Answer::plain));
     answers
+}
+
+/// Largest number of notes of the runs that are reported.
+const MOST_NOTES: usize = 5;
+
+/// Reports the notes of the runs, the most frequent first.
+fn notes(findings: &Findings) -> impl Iterator<Item = String> {
+    let note = |one: &Notes| {
+        let runs = match one.count == findings.runs {
+            true => format!("all {} runs", one.count),
+            false => format!(
+                "{} of {} runs, first in run {}",
+                one.count, findings.runs, one.first_run
+            ),
+        };
+        format!("Note in {runs}: {}.", one.note.trim_end_matches('.'))
+    };
+    let more = findings.notes.len().saturating_sub(MOST_NOTES);
+    let more = (more > 0).then(|| format!("{more} more notes are in findings.json."));
+    let shown: Vec<String> = findings.notes.iter().take(MOST_NOTES).map(note).collect();
+    shown.into_iter().chain(more)
 }
 
 fn expected(one: &Expectation) -> Answer {
@@ -126,6 +148,7 @@ fn range(one: &RangeOf, study: &Study) -> String {
         end(&one.least),
         end(&one.largest)
     );
+    text += &at_the_ends(one, study);
     if one.axes.len() < 2 {
         return text;
     }
@@ -160,6 +183,44 @@ fn range(one: &RangeOf, study: &Study) -> String {
         }
     }
     text + "."
+}
+
+/// Reports that the least or the largest value of a grid lies at the end of axes that matter, so that the grid may have missed
+/// what lies beyond.
+fn at_the_ends(one: &RangeOf, study: &Study) -> String {
+    let ends = |extreme: &Extreme| -> String {
+        let axes = one.axes.iter();
+        let axes = axes.filter(|axis| axis.share.is_none_or(|share| share >= LEAST_SHARE));
+        let axes = axes.filter(|axis| is_at_an_end(extreme, axis));
+        let names: Vec<String> = axes.map(|axis| key_words(&axis.key, study).0).collect();
+        names.join(" and ")
+    };
+    match (ends(&one.least), ends(&one.largest)) {
+        (least, largest) if least.is_empty() && largest.is_empty() => String::new(),
+        (least, largest) if least == largest => {
+            format!(" Both lie at the end of {least}: further out there may be less, and more.")
+        }
+        (least, largest) => [("least", least, "less"), ("largest", largest, "more")]
+            .iter()
+            .filter(|(_, ends, _)| !ends.is_empty())
+            .map(|(which, ends, beyond)| {
+                format!(
+                    " The {which} lies at the end of {ends}: further out there may be {beyond}."
+                )
+            })
+            .collect(),
+    }
+}
+
+/// Whether a run has the lowest or the highest value of an axis of numbers. Two values are all ends, and a seed has no order.
+fn is_at_an_end(extreme: &Extreme, axis: &MainEffect) -> bool {
+    let values: Option<Vec<f64>> = axis.levels.iter().map(|of| number_of(&of.value)).collect();
+    let at = extreme.values.get(&axis.key).and_then(number_of);
+    let (Some(values), Some(at), false) = (values, at, axis.key.ends_with("seed")) else {
+        return false;
+    };
+    let is_beyond = |beyond: fn(&f64, &f64) -> bool| values.iter().any(|value| beyond(value, &at));
+    values.len() > 2 && !(is_beyond(f64::lt) && is_beyond(f64::gt))
 }
 
 fn shares(one: &IndicesOf, study: &Study) -> Option<String> {

@@ -113,7 +113,9 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
         let (name, first) = (escape(&run.name), escape(&first.name));
         match what.is_empty() {
             true => {
-                format!("<b>{name}</b> equals {first}: no main figure differs by more than 1 %.")
+                format!(
+                    "The runs <b>{name}</b> and <b>{first}</b> agree: no main figure differs by more than 1 %."
+                )
             }
             false => format!("<b>{name}</b>, compared with {first}: {}.", what.join("; ")),
         }
@@ -208,6 +210,6 @@ mod tests {
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});
         assert!(most_different(&compared, 5).is_empty());
-        assert!(sentences(&compared)[0].contains("</b> equals "));
+        assert!(sentences(&compared)[0].contains("agree: "));
     }
 }

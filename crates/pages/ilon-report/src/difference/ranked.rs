@@ -50,7 +50,10 @@ pub(super) fn ranked<'a, R: Rows>(
             share: share(&one.signal, one.worst, (high - low).max(0.0)),
         });
     }
-    all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    all.sort_by(|a, b| {
+        let is_index = a.one.is_roller_index().cmp(&b.one.is_roller_index());
+        is_index.then(b.share.total_cmp(&a.share))
+    });
     Ok(all)
 }
 

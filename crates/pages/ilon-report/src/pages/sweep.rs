@@ -23,11 +23,8 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
         .map(|(index, column)| varied(study, rows, index, column))
         .collect();
     let quantities = study.quantities().iter().map(|name| Quantity {
-        name: match ilon_trace::quantities::si_unit(name) {
-            "" => words(name),
-            unit => format!("{}, in {unit}", words(name)),
-        },
-        bound: bound(study, name),
+        name: with_unit(name),
+        bound: bound(study, name).map(|bound| bound * unit_of(name).1),
     });
     let file = study.file();
     StudyInput {
@@ -40,6 +37,20 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
         sensitivity: sensitivity(findings),
         tables: tables(study, findings),
         is_sample: file.method != ilon_sweep::Method::Grid || file.minimise.is_some(),
+    }
+}
+
+/// Returns the unit in which a quantity is shown, and how many of it are one SI unit.
+fn unit_of(quantity: &str) -> (&'static str, f64) {
+    let known = ilon_trace::quantities::by_key(quantity);
+    known.map_or(("", 1.0), |known| (known.unit.symbol, known.unit.per_si))
+}
+
+/// Returns the words of a quantity with the unit in which it is shown.
+fn with_unit(quantity: &str) -> String {
+    match unit_of(quantity).0 {
+        "" => words(quantity),
+        unit => format!("{}, in {unit}", words(quantity)),
     }
 }
 
@@ -89,7 +100,10 @@ fn run(study: &Study, row: &Row, varied: &[Varied]) -> Run {
         let number = number_of(value).filter(|_| varied.words.is_empty());
         number.unwrap_or_else(|| among().unwrap_or(0) as f64)
     };
-    let figure = |name: &String| row.figure(ilon_sweep::figure_index(name)?);
+    let figure = |name: &String| {
+        let figure = row.figure(ilon_sweep::figure_index(name)?)?;
+        Some(figure * unit_of(name).1)
+    };
     Run {
         run: row.run,
         scenario: study.task_of(row).scenario,
@@ -140,7 +154,7 @@ fn facts(study: &Study, findings: &Findings) -> Vec<String> {
 
 fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
     let indices = findings.indices.iter().map(|one| Sensitivity {
-        title: format!("{}, {}", one.quantity, one.scenario),
+        title: format!("{}, {}", words(&one.quantity), one.scenario),
         caption: format!(
             "Sobol indices of {} base points: the share of the variance that an axis causes. Lines are where they lie with 95 %.",
             one.base_points
@@ -156,15 +170,16 @@ fn sensitivity(findings: &Findings) -> Vec<Sensitivity> {
             .collect(),
     });
     let effects = findings.effects.iter().map(|one| Sensitivity {
-        title: format!("{}, {}", one.quantity, one.scenario),
+        title: format!("{}; {}", with_unit(&one.quantity), one.scenario),
         caption: "Elementary effects after Morris: by how much the quantity changes over the whole axis. Where the second bar is as \
                   long as the first, the effect bends or depends on other axes."
             .to_owned(),
         names: ["mean magnitude".to_owned(), "deviation".to_owned()],
         bars: (one.axes.iter())
             .filter_map(|axis| {
-                let bars = [(axis.mean_magnitude?, None), (axis.deviation.unwrap_or(0.0), None)];
-                Some((axis.key.clone(), bars))
+                let bars = [axis.mean_magnitude?, axis.deviation.unwrap_or(0.0)];
+                let per_si = unit_of(&one.quantity).1;
+                Some((axis.key.clone(), bars.map(|bar| (bar * per_si, None))))
             })
             .collect(),
     });

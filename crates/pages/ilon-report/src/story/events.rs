@@ -128,14 +128,9 @@ impl Watch {
     fn on_ground(&mut self, header: &Header, record: &Record, sample: &WheelSample) {
         let Some(ground) = &header.ground else { return };
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
-        let pose = record.truth.pose;
-        let (s, c) = pose.heading_rad.sin_cos();
-        let x_m = pose.x_m + c * sample.contact_x_m - s * sample.contact_y_m;
-        let y_m = pose.y_m + s * sample.contact_x_m + c * sample.contact_y_m;
+        let [x_m, y_m] = sample.contact_m(record.truth.pose);
         for (patch, spells) in ground.patches.iter().zip(&mut self.patches) {
-            let there = t_s >= patch.from_s && patch.until_s.is_none_or(|until_s| t_s < until_s);
-            let [dx, dy] = [x_m - patch.center_m[0], y_m - patch.center_m[1]];
-            if there && 2.0 * dx.abs() <= patch.sides_m[0] && 2.0 * dy.abs() <= patch.sides_m[1] {
+            if patch.is_there(t_s) && patch.distance_m([x_m, y_m]) == 0.0 {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
             }
         }

@@ -37,6 +37,9 @@ pub struct Findings {
     pub failed: u64,
     /// Reasons of failure, the most frequent first.
     pub failures: Vec<Failures>,
+    /// What a person should know about the runs, the most frequent first.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub notes: Vec<Notes>,
     /// Quantities with incomplete findings.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub gaps: Vec<Gap>,
@@ -69,6 +72,18 @@ pub struct Findings {
 pub struct Failures {
     /// The reason.
     pub error: String,
+    /// Number of runs.
+    pub count: u64,
+    /// Number of the first of them.
+    pub first_run: u64,
+}
+
+/// Runs with the same note, whatever the numbers in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Notes {
+    /// The note of the first of them.
+    pub note: String,
     /// Number of runs.
     pub count: u64,
     /// Number of the first of them.
@@ -194,6 +209,7 @@ impl Findings {
                 .filter(|row| row.status == Status::Failed)
                 .count() as u64,
             failures: failures(rows),
+            notes: notes(rows),
             expectations: expectations(study, rows),
             ..Self::default()
         };
@@ -309,6 +325,29 @@ fn failures(rows: &[Row]) -> Vec<Failures> {
     }
     failures.sort_by(|a, b| b.count.cmp(&a.count).then(a.first_run.cmp(&b.first_run)));
     failures
+}
+
+fn notes(rows: &[Row]) -> Vec<Notes> {
+    let without_numbers = |note: &str| -> String {
+        note.chars()
+            .filter(|c| !c.is_ascii_digit() && *c != '.')
+            .collect()
+    };
+    let mut notes: BTreeMap<String, Notes> = BTreeMap::new();
+    for row in rows {
+        let kinds = row.notes.iter().map(|note| (without_numbers(note), note));
+        for (kind, note) in kinds.collect::<BTreeMap<_, _>>() {
+            let known = notes.entry(kind).or_insert_with(|| Notes {
+                note: note.clone(),
+                count: 0,
+                first_run: row.run,
+            });
+            known.count += 1;
+        }
+    }
+    let mut notes: Vec<Notes> = notes.into_values().collect();
+    notes.sort_by(|a, b| b.count.cmp(&a.count).then(a.first_run.cmp(&b.first_run)));
+    notes
 }
 
 /// Returns the number of points of rows.

@@ -181,6 +181,7 @@ mod tests {
                 Value::from("near"),
             ],
             trace_hash: Some("h".to_owned()),
+            notes: vec!["a note".to_owned()],
             figures: vec![Some(1.0 / 3.0), None, Some(5e-324), Some(-0.0)],
         }
     }

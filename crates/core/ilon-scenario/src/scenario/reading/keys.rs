@@ -284,7 +284,7 @@ impl<'s> Checker<'s> {
                 .map(|(_, schema)| *schema);
             match (schema, any_other) {
                 (Some(schema), _) | (None, Some(schema)) => self.value(value, schema)?,
-                (None, None) => return Err(self.unknown_key(key, &known)),
+                (None, None) => return Err(self.unknown_key(key, table, &known)),
             }
             self.path.pop();
         }
@@ -311,7 +311,7 @@ impl<'s> Checker<'s> {
             let doc = schema
                 .and_then(|(_, schema)| self.description(schema))
                 .unwrap_or_default();
-            help.push(format!("add `{}`: {doc}", self.key()));
+            help.push(format!("`{}`: {}", self.key(), doc.trim_end_matches('.')));
             keys.push(self.key());
             self.path.pop();
         }
@@ -320,12 +320,14 @@ impl<'s> Checker<'s> {
             [key] => format!("the key `{key}` is missing"),
             keys => format!("the keys {} are missing", quoted(keys)),
         };
-        Err(self.fault(FaultKind::Key, span, message, help.join("\n")))
+        let help = format!("add {}", help.join("; "));
+        Err(self.fault(FaultKind::Key, span, message, help))
     }
 
     fn unknown_key(
         &mut self,
         key: &Spanned<std::borrow::Cow<'_, str>>,
+        table: &DeTable<'_>,
         known: &[(&'s str, &'s Json)],
     ) -> KeyFault {
         let name = key.get_ref();
@@ -352,21 +354,43 @@ impl<'s> Checker<'s> {
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),
-            None => format!("the keys here are {}", quoted(&names)),
+            None => match self.within_another(name, table, known) {
+                Some(inner) => format!("did you mean `{inner}`?"),
+                None => format!("the keys here are {}", quoted(&names)),
+            },
         };
         self.fault(FaultKind::Key, key.span(), message, help)
     }
 
     /// An example of the keys of a table, in words.
     fn first_of(&self, table: &str, known: &[(&'s str, &'s Json)]) -> String {
+        let first = self.keys_in(table, known).next();
+        first.map_or_else(String::new, |key| format!(", such as `{table}.{key}`"))
+    }
+
+    /// The keys that a table of some known ones takes.
+    fn keys_in(&self, table: &str, known: &[(&'s str, &'s Json)]) -> impl Iterator<Item = &'s str> {
         let schemas = known.iter().filter(|(name, _)| *name == table);
-        let mut inner = schemas
+        let inner: Vec<&'s Json> = schemas
             .flat_map(|(_, schema)| self.alternatives(schema))
-            .filter_map(|schema| schema.get("properties").and_then(Json::as_object))
-            .flat_map(|keys| keys.keys());
+            .collect();
         inner
-            .next()
-            .map_or_else(String::new, |key| format!(", such as `{table}.{key}`"))
+            .into_iter()
+            .filter_map(|schema| schema.get("properties").and_then(Json::as_object))
+            .flat_map(|keys| keys.keys().map(String::as_str))
+    }
+
+    /// The key that may be meant by one that stands beside the table it belongs into: `payload.from_s` by `from`.
+    fn within_another(
+        &self,
+        unknown: &str,
+        table: &DeTable<'_>,
+        known: &[(&'s str, &'s Json)],
+    ) -> Option<String> {
+        table.keys().find_map(|beside| {
+            let near = nearest(unknown, self.keys_in(beside.get_ref(), known))?;
+            Some(format!("{}.{near}", beside.get_ref()))
+        })
     }
 
     fn word(

@@ -47,7 +47,7 @@ pub(super) struct Judged {
     pub moved: Vec<String>,
     /// The page of the differences, if there are any.
     pub drawn: Option<PathBuf>,
-    /// The changes that `--update` makes in the file, after they are shown.
+    /// The changes that `--update` makes in the file.
     pub update: Option<Update>,
     /// Whether it is a study of many runs.
     pub is_study: bool,
@@ -96,7 +96,7 @@ impl Judged {
     }
 
     /// The failures, one line each. Of many differences from a baseline the largest are listed, as
-    /// shares of their signals' sizes, without those at rounding level.
+    /// shares of their signals' sizes, without those at rounding level; numbers of rollers come last.
     pub fn failures(&self) -> Vec<String> {
         const DIFFERENCES_SHOWN: usize = 3;
         /// Relative to the largest difference.
@@ -105,7 +105,10 @@ impl Judged {
         let mut lines: Vec<String> = failed.map(|verdict| shown(&verdict.to_string())).collect();
         let differences = self.differences.as_deref().unwrap_or_default();
         let mut by_size: Vec<&Difference> = differences.iter().collect();
-        by_size.sort_by(|a, b| b.share.total_cmp(&a.share));
+        by_size.sort_by(|a, b| {
+            let is_index = a.is_roller_index().cmp(&b.is_roller_index());
+            is_index.then(b.share.total_cmp(&a.share))
+        });
         let most = by_size.first().map_or(0.0, |one| one.share);
         by_size.retain(|one| one.share > ROUNDING * most.min(1.0));
         by_size.truncate(DIFFERENCES_SHOWN);
@@ -171,7 +174,7 @@ impl Checked {
         })
     }
 
-    /// Writes the changes of `--update`, after they were shown.
+    /// Writes the changes of `--update`; if that fails, the scenario fails.
     pub fn write_update(&mut self) {
         if let Ended::Judged(Judged {
             update: Some(update),

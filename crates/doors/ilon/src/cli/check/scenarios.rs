@@ -92,6 +92,29 @@ pub(super) fn refuse_equal_names(found: &[CheckedFile], option: &str) -> Result<
     Ok(())
 }
 
+/// The names of all baselines in a folder and below it.
+///
+/// # Errors
+/// Where a folder cannot be read.
+pub(super) fn baselines(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let (mut names, mut folders) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(below) = folders.pop() {
+        let at = folder.join(&below);
+        let read = |source| Failure::read(&at, source);
+        for entry in fs::read_dir(&at).map_err(read)? {
+            let entry = entry.map_err(read)?;
+            let name = below.join(entry.file_name());
+            if entry.file_type().map_err(read)?.is_dir() {
+                folders.push(name);
+            } else if name.extension().is_some_and(|ending| ending == "parquet") {
+                names.push(name.with_extension(""));
+            }
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
 fn label(found: &mut [CheckedFile]) {
     let labels: Vec<String> = found
         .iter()

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_trace::quantities::{self, GROUPS};
-use ilon_trace::{Quantity, Sink, Summary};
+use ilon_trace::{Quantity, Sink, Summary, to_microseconds};
 
 use crate::Scenario;
 use crate::cli::bag::Bag;
@@ -16,7 +16,7 @@ use crate::cli::options::{Detail, Sandbox, Settings, Twins};
 use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
 use crate::cli::progress::Bar;
 use crate::cli::table::Table;
-use crate::cli::{console, open};
+use crate::cli::{console, interrupt, open};
 use crate::judge::judge_rows;
 use crate::simulate;
 
@@ -105,6 +105,11 @@ pub fn one(
         bar.note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
+    let growing = folder.growing();
+    interrupt::leaves(move || match growing.exists() {
+        true => format!(": the trace until then is in {}", path_in_line(&growing)),
+        false => String::new(),
+    });
     let mut kept = KeepingUp::new();
     let mut bag = bag.begin(&simulation)?;
     let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
@@ -175,7 +180,9 @@ fn headlines(summary: &Summary) -> Table {
     let mut table = Table::new();
     let run = format!(
         "{} with {}, {} s",
-        summary.scenario, summary.robot, summary.duration_s
+        summary.scenario,
+        summary.robot,
+        to_microseconds(summary.duration_s)
     );
     let speed = summary.sim_seconds_per_cpu_second;
     let speed = speed.map(|times| format!(" at {times:.0} times real time on one core"));

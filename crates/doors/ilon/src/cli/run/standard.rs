@@ -71,9 +71,10 @@ pub(super) fn run(
     if !arguments.json {
         let robot = flags::shell(&robot.display().to_string());
         console::lines(&format!(
-            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario, or see what would look like a drift: `ilon explain {robot}`\n",
+            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario, or see what would look like a drift: `ilon explain {robot}{}`\n",
             table(&name, &told),
-            path_in_line(&folder)
+            path_in_line(&folder),
+            arguments.settings.words()
         ))?;
     }
     print_json(arguments, &summaries)?;

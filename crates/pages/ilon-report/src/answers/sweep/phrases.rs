@@ -60,10 +60,13 @@ pub(super) fn key_words(key: &str, study: &Study) -> (String, &'static str) {
     (format!("{}{index}", bare.replace('_', " ")), unit)
 }
 
-/// A value of a key with its unit.
+/// A value of a key with its unit: `12 s`, and `20/s` of a gain.
 pub(super) fn level((key, unit): (&str, &str), value: &Value, study: &Study) -> String {
-    let text = format!("{} {unit}", shown(key, value, study));
-    text.trim_end().to_owned()
+    let value = shown(key, value, study);
+    match unit.strip_prefix("1/") {
+        Some(per) => format!("{value}/{per}"),
+        None => format!("{value} {unit}").trim_end().to_owned(),
+    }
 }
 
 /// A key with its value, such as `period 12 s` for `reference.figure_eight.period_s = 12`.

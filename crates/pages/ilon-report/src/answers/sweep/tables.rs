@@ -13,8 +13,10 @@ use crate::text::capital;
 /// Returns the details that the sentences omit.
 pub fn tables(study: &Study, findings: &Findings) -> Vec<Table> {
     let mut tables = Vec::new();
-    if findings.found.len() > MOST_POINTS {
-        tables.push(crossings(&findings.found));
+    if let Some(find) = &study.file().find
+        && findings.found.len() > MOST_POINTS
+    {
+        tables.push(crossings(&find.quantity, &findings.found));
     }
     for scenario in study.scenario_names() {
         let ranges = findings.ranges.iter();
@@ -45,8 +47,8 @@ fn strings(words: &[&str]) -> Vec<String> {
 }
 
 /// Returns the table of crossings at each point.
-fn crossings(found: &[FoundAt]) -> Table {
-    let end = |value: Option<f64>| value.map_or("-".to_owned(), number);
+fn crossings(quantity: &str, found: &[FoundAt]) -> Table {
+    let end = |value: Option<f64>| value.map_or("-".to_owned(), |value| value_of(quantity, value));
     let row = |one: &FoundAt| {
         let crossings = one.found.crossings.iter();
         let crossings: Vec<String> = crossings.map(|crossing| number(crossing.at)).collect();

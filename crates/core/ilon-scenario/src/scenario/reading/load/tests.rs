@@ -354,7 +354,7 @@ fn a_list_of_tables_takes_two_brackets() {
 fn a_missing_key_is_named_with_what_it_is_for() {
     let (message, help, _) = told("[run]\nduration_s = 1\n[twist]\n", &[]);
     assert_eq!(message, "the key `robot` is missing");
-    assert_eq!(help, "add `robot`: Which robot, and how it starts.");
+    assert_eq!(help, "add `robot`: Which robot, and how it starts");
     // In an optional section that is present.
     let rough = format!("{CIRCLE}\n[world.floor.rough]\nheight_m = 0.01\nside_m = 2\n");
     let (message, help, at) = told(&rough, &[]);
@@ -467,6 +467,15 @@ fn keys_of_several_kinds_are_listed_once() {
     }
 }
 
+/// When a fault begins is a key of what it is.
+#[test]
+fn a_key_beside_the_table_that_it_belongs_into_is_found_there() {
+    let fault = "[[faults]]\npayload.mass_kg = 1\nfrom = 2\n";
+    let (message, help, _) = told(&format!("{CIRCLE}\n{fault}"), &[]);
+    assert_eq!(message, "unknown key `faults.0.from`");
+    assert_eq!(help, "did you mean `payload.from_s`?");
+}
+
 #[test]
 fn what_a_scenario_is_about_is_the_comment_at_its_head() {
     let keys = "robot.file = \"x.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
@@ -502,7 +511,10 @@ fn all_keys_that_are_missing_are_named_at_once() {
         message,
         "the keys `reference.hold_pose.y_m`, `reference.hold_pose.heading_deg` are missing"
     );
-    assert_eq!(help.lines().count(), 2, "{help}");
+    assert_eq!(
+        help,
+        "add `reference.hold_pose.y_m`: y in the world, in metres; `reference.hold_pose.heading_deg`: Heading in degrees"
+    );
     let (message, _, _) = told("robot.file = \"r.urdf\"\n", &[]);
     assert!(message.contains("no motion") && message.contains("`run.duration_s` is missing"));
 }

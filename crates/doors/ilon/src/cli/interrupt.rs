@@ -1,0 +1,66 @@
+//! Ctrl-C and SIGTERM: nothing half-written is left, and the exit code names the signal.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::console;
+
+/// The longest time until a signal is obeyed.
+const EVERY: Duration = Duration::from_millis(20);
+
+/// Whether a command ends by itself after the first signal.
+static IS_AWAITED: AtomicBool = AtomicBool::new(false);
+/// Whether such a signal came.
+static CAME: AtomicBool = AtomicBool::new(false);
+/// What is left on purpose, for the note at the end.
+static LEFT: Mutex<Option<Words>> = Mutex::new(None);
+
+type Words = Box<dyn FnOnce() -> String + Send>;
+
+/// From now on, SIGINT and SIGTERM end the process with the exit code 130 or 143, as a shell reports them, once its
+/// unfinished files and locks are removed. Where this cannot be arranged, they end it as they end any process.
+pub fn end_on_signals() {
+    let signal = Arc::new(AtomicUsize::new(0));
+    let heard = Arc::clone(&signal);
+    let obey = move || {
+        loop {
+            std::thread::sleep(EVERY);
+            match heard.swap(0, Ordering::Relaxed) {
+                0 => {}
+                _ if IS_AWAITED.swap(false, Ordering::Relaxed) => {
+                    CAME.store(true, Ordering::Relaxed);
+                }
+                signal => end(signal),
+            }
+        }
+    };
+    let thread = std::thread::Builder::new().name("signals".to_owned());
+    if thread.spawn(obey).is_ok() {
+        for kind in [SIGINT, SIGTERM] {
+            let _ = signal_hook::flag::register_usize(kind, Arc::clone(&signal), kind as usize);
+        }
+    }
+}
+
+fn end(signal: usize) -> ! {
+    ilon_trace::file::discard_unfinished();
+    let left = LEFT.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let left = left.map_or_else(String::new, |words| words());
+    console::note(&format!("note: interrupted{left}"));
+    std::process::exit(128 + signal as i32)
+}
+
+/// What an interruption leaves on purpose, to follow "interrupted".
+pub(super) fn leaves(words: impl FnOnce() -> String + Send + 'static) {
+    *LEFT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(words));
+}
+
+/// Leaves the end after the first signal to the caller, who asks whether it came; a second one ends the process at once.
+#[cfg(feature = "live")]
+pub(super) fn awaited() -> impl Fn() -> bool {
+    IS_AWAITED.store(true, Ordering::Relaxed);
+    || CAME.load(Ordering::Relaxed)
+}
