@@ -37,9 +37,12 @@ impl Summary {
         let duration_s = last_s.map_or(0.0, |last_s| header.row_end_s(last_s));
         let (twist_ideal_mean, twist_contact_mean) =
             (run.twist_ideal.get(), run.twist_contact.get());
-        let driven = run.driven(twist_ideal_mean, settings.driven_share);
+        let turned = run.driven(twist_ideal_mean, settings.driven_share);
         let twist_asked_mean = run.twist_asked.get();
         let asked = run.driven(twist_asked_mean, settings.driven_share);
+        // A share of a component that was not asked for says nothing beside one that was.
+        let any_asked = asked.contains(&true);
+        let driven = std::array::from_fn(|axis| turned[axis] && (asked[axis] || !any_asked));
         let chassis_load_share = run.chassis_load_share();
         let reckoning = run.reckoning.finish();
         let slips = header.wheels.iter().zip(run.wheels);
@@ -244,7 +247,7 @@ impl Accumulator {
         self.seen_rad
             .add(wrap_angle(seen.heading_rad - truth.heading_rad));
 
-        if !header.task_names.is_empty() {
+        if header.open_loop || !header.task_names.is_empty() {
             self.saturated
                 .add_weighted(record.saturated_share, header.periods_up_to(record.t_s));
         }

@@ -57,7 +57,7 @@ struct Lost {
 #[derive(Clone, Debug, Default)]
 struct Decisions {
     instants: u32,
-    saturated: u32,
+    limited: u32,
     position_error_max_m: f64,
     heading_error_max_rad: f64,
     target_peaks_rad_s: Vec<f64>,
@@ -75,9 +75,7 @@ impl Decisions {
     /// Adds a control instant at which the robot was at a pose.
     fn add(&mut self, header: &Header, pose: Pose, decided: &Decided<'_>) {
         self.instants += 1;
-        let mut tasks = decided.tasks.iter();
-        let saturates = tasks.any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
-        self.saturated += u32::from(saturates);
+        self.limited += u32::from(decided.is_limited);
         for (peak, target) in self
             .target_peaks_rad_s
             .iter_mut()
@@ -179,14 +177,15 @@ impl Recorder {
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.end_span(plant.world(), kinematics);
         let has_targets = plant.has_rate_targets() && decided.commanded == Commanded::Rates;
-        self.budget.decide(has_targets.then(|| {
+        let twists = has_targets.then(|| {
             [
                 decided.command_twist_in_body,
                 decided.granted_twist_in_body,
                 self.reckoning.twist(decided.wheel_rates_rad_s),
                 self.kinematics.twist(decided.wheel_rates_rad_s),
             ]
-        }));
+        });
+        self.budget.decide(twists, plant.encoder_scales());
     }
 
     /// Adds a row: the state now, what was decided on it, and what happened since the last row.
@@ -226,8 +225,7 @@ impl Recorder {
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
-            saturated_share: f64::from(self.decisions.saturated)
-                / f64::from(self.decisions.instants),
+            saturated_share: f64::from(self.decisions.limited) / f64::from(self.decisions.instants),
             tasks,
             joints: self.period.joints(world),
             bodies: self.period.bodies(world),
