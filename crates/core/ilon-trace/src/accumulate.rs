@@ -58,9 +58,12 @@ impl Figures {
         let duration_s = last_s.map_or(0.0, |last_s| header.row_end_s(last_s));
         let (twist_ideal_mean, twist_contact_mean) =
             (self.twist_ideal.get(), self.twist_contact.get());
-        let driven = self.driven(twist_ideal_mean);
+        let turned = self.driven(twist_ideal_mean);
         let twist_asked_mean = self.twist_asked.get();
         let asked = self.driven(twist_asked_mean);
+        // A share of a component that was not asked for says nothing beside one that was.
+        let any_asked = asked.contains(&true);
+        let driven = std::array::from_fn(|axis| turned[axis] && (asked[axis] || !any_asked));
         let chassis_load_share = self.chassis_load_share();
         let reckoning = self.reckoning.finish();
         let slips = header.wheels.iter().zip(self.wheels);
@@ -234,7 +237,7 @@ impl Figures {
         self.seen_rad
             .add(wrap_angle(seen.heading_rad - truth.heading_rad));
 
-        if !header.task_names.is_empty() {
+        if header.open_loop || !header.task_names.is_empty() {
             // The first row is a control instant too.
             let instants = (since_s / header.control_dt_s).round().max(1.0);
             self.saturated

@@ -14,6 +14,7 @@ impl Chain {
             granted: record.granted_twist_in_body.scaled(time_s),
             believed_of_targets: record.twist_target_ideal.scaled(time_s),
             ideal_of_targets: record.twist_target_ideal.scaled(time_s),
+            counted: record.twist_ideal.scaled(time_s),
             ideal: record.twist_ideal.scaled(time_s),
             contact: record.twist_contact.scaled(time_s),
             carried: record.twist_contact.scaled(time_s),

@@ -62,6 +62,18 @@ impl Ablation<'_> {
         self.effects.iter().any(|it| of_way(&it.key) && it.differs)
     }
 
+    /// Whether the robot would have been further from its reference without it, or in open loop from what was asked of it, by a part that is worth a word.
+    pub fn helped(&self) -> bool {
+        /// A smaller part of the error is not.
+        const WORTH: f64 = 0.05;
+        let of = |key: &str| self.get(key).filter(|effect| effect.with.is_some());
+        of("position_error_max_m")
+            .or_else(|| of("ledger.total.path_m"))
+            .is_some_and(|effect| {
+                effect.differs && -effect.difference > WORTH * effect.with.unwrap_or(0.0)
+            })
+    }
+
     /// The effect on a figure, by its key.
     pub fn get(&self, key: &str) -> Option<&Effect> {
         self.effects.iter().find(|effect| effect.key == key)
@@ -86,6 +98,16 @@ pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a
         _ => None,
     });
     tried.collect()
+}
+
+/// How far a figure of a run is known, by its key: what it moves by at half the step, and with another seed; `None` of a run without twins.
+pub fn floor(key: &str, summary: &Summary, header: &Header) -> Option<f64> {
+    let (quantity, with) = (by_key(key)?, by_key(key)?.value(summary)?);
+    let noise = header.twins.iter().filter(|twin| twin.change.is_noise());
+    let moved = noise.filter_map(|twin| twin.figures.get(key));
+    let moved = moved.map(|other| convergence::difference(key, with, *other).abs());
+    let most = moved.reduce(f64::max)?;
+    Some(most.max(Scales::of(summary, header).floor(quantity)))
 }
 
 /// A run beside a twin that could be run.

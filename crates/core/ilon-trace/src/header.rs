@@ -8,7 +8,7 @@ use ilon_robot::{
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::fault::Fault;
+use crate::fault::{Fault, FaultKind};
 use crate::metrics::Summary;
 use crate::record::Record;
 use crate::twin::Twin;
@@ -345,6 +345,12 @@ pub struct WheelHeader {
 }
 
 impl Header {
+    /// Whether the controller knows its robot: believes in no other, and in no encoder that counts wrong.
+    pub fn knows_its_robot(&self) -> bool {
+        let is_scaled = |fault: &Fault| matches!(fault.kind, FaultKind::EncoderScaled { .. });
+        self.belief.is_none() && !self.faults.iter().flatten().any(is_scaled)
+    }
+
     /// The farthest wheel's distance from the body's origin, in metres; 0 without wheels.
     pub(crate) fn arm_m(&self) -> f64 {
         let positions = self.wheels.iter().map(|wheel| wheel.position_m);

@@ -8,14 +8,14 @@
 //! |---|---|---|
 //! | guidance | asked - granted | saturation made a task give way |
 //! | compensation | granted - believed(targets) | the command allows for the rollers' geometry; zero under eq. (7) |
-//! | belief | believed(targets) - ideal(targets) | the controller takes the robot for another than it is; zero where it knows it |
-//! | servo | ideal(targets) - ideal(rates) | the wheels are behind their targets, or ahead of them |
+//! | belief | believed(targets) - ideal(targets) + ideal(counted) - ideal(rates) | the controller takes the robot for another than it is, or its encoders count wrong; zero where it knows it |
+//! | servo | ideal(targets) - ideal(counted) | by their encoders the wheels are behind their targets, or ahead of them |
 //! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
 //! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
 //! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
 //! | slip | settled - real | the contacts slide besides |
 //!
-//! where ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
+//! where counted are the rates by encoders without noise, ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
 //! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
 //! less than half of its weight. Rates q' that eq. (9) maps from no twist
 //! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
@@ -40,7 +40,7 @@ pub struct Parts<T> {
     pub guidance: T,
     /// Added by the command in advance against the rollers' geometry.
     pub compensation: T,
-    /// What the controller takes by believing in another robot; not written where it knows its own.
+    /// What the controller takes by believing in another robot, or in encoders that count wrong; not written where there is none of it.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
     /// Deviation of the wheels from their targets.
@@ -96,6 +96,8 @@ pub struct Chain {
     pub believed_of_targets: Twist,
     /// The same for the real robot.
     pub ideal_of_targets: Twist,
+    /// What it makes of the angles that the encoders counted, without their noise.
+    pub counted: Twist,
     /// What it makes of the angles that the wheels turned.
     pub ideal: Twist,
     /// Contact kinematics for these angles.
@@ -115,8 +117,8 @@ impl Chain {
             total: self.asked - self.real,
             guidance: self.asked - self.granted,
             compensation: self.granted - self.believed_of_targets,
-            belief: self.believed_of_targets - self.ideal_of_targets,
-            servo: self.ideal_of_targets - self.ideal,
+            belief: self.believed_of_targets - self.ideal_of_targets + (self.counted - self.ideal),
+            servo: self.ideal_of_targets - self.counted,
             geometry: self.ideal - self.contact,
             lift_off: self.contact - self.carried,
             conflict: self.carried - self.settled,
@@ -246,7 +248,7 @@ mod tests {
     use super::*;
 
     /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
-    /// for larger ones mean 0.75, the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
+    /// for larger ones mean 0.75, the encoders count 0.72 of it while the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
     /// each other 0.56, and slip 0.53.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
@@ -255,6 +257,7 @@ mod tests {
             granted: left(0.8),
             believed_of_targets: left(0.8),
             ideal_of_targets: left(0.75),
+            counted: left(0.72),
             ideal: left(0.7),
             contact: left(0.69),
             carried: left(0.64),
@@ -274,8 +277,8 @@ mod tests {
         for (got, want) in [
             (ledger.guidance, 0.4),
             (ledger.compensation, 0.0),
-            (ledger.belief, 0.1),
-            (ledger.servo, 0.1),
+            (ledger.belief, 0.14),
+            (ledger.servo, 0.06),
             (ledger.geometry, 0.02),
             (ledger.lift_off, 0.1),
             (ledger.conflict, 0.16),
@@ -302,6 +305,7 @@ mod tests {
                 granted: some(k + 0.1),
                 believed_of_targets: some(k + 0.15),
                 ideal_of_targets: some(k + 0.2),
+                counted: some(k + 0.25),
                 ideal: some(k + 0.3),
                 contact: some(k + 0.4),
                 carried: some(k + 0.5),

@@ -89,7 +89,7 @@ pub struct Summary {
     /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`crate::Record::rate_conflict_share`] weighted by the
     /// rates' squares, in [0, 1]; `None` where no wheel turned.
     pub rate_conflict_share: Option<f64>,
-    /// The part of the run in which some task gave way, in [0, 1]; `None` without guidance.
+    /// The part of the run in which a limit on wheel rates took anything of the command, in [0, 1]; `None` where a controller of the caller's commands the wheels.
     pub saturated_share: Option<f64>,
 
     /// Mean of the commanded twist in the body frame, before saturation, within the window of the

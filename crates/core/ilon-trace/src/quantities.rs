@@ -39,7 +39,15 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
 /// that apply. For a robot that tracks a path, those of [`Group::open_loop_only`] are left out.
 pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     const MOST: usize = 10;
-    let known = HEADLINES.iter().filter_map(|key| by_key(key));
+    // In open loop a limit that takes nothing is no news.
+    let is_news = |key: &&&str| {
+        let tracks = summary.position_error_final_m.is_some();
+        **key != "saturated_share" || tracks || summary.saturated_share > Some(0.0)
+    };
+    let known = HEADLINES
+        .iter()
+        .filter(is_news)
+        .filter_map(|key| by_key(key));
     let applies = |quantity: &&Quantity| {
         says_something(quantity.key, summary) && quantity.value(summary).is_some()
     };

@@ -44,6 +44,15 @@ pub enum Mode {
     Reference,
 }
 
+/// Returns the name of a priority; "none" if none is set.
+pub(crate) fn priority_in_words(priority: Option<Priority>) -> &'static str {
+    match priority {
+        None => "none",
+        Some(Priority::Position) => "position",
+        Some(Priority::Heading) => "heading",
+    }
+}
+
 /// A manual command.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {

@@ -62,6 +62,7 @@
     write();
     tell({ friction: Number(find('friction').value) });
   });
+  find('priority').value = settings.priority;
   find('top').addEventListener('input', write);
   find('mode').addEventListener('change', () => tell({ mode: find('mode').value }));
   find('priority').addEventListener('change', () => tell({ priority: find('priority').value }));

@@ -2,6 +2,7 @@
 
 use ilon_scene::{Frames, Scene, embed};
 
+use crate::control::priority_in_words;
 use crate::session::Session;
 
 /// Returns the whole page; only the data of its socket is separate.
@@ -12,6 +13,7 @@ pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
     let title = session.name().replace('&', "&amp;").replace('<', "&lt;");
     let settings = serde_json::json!({
         "friction": session.friction(),
+        "priority": priority_in_words(session.priority()),
         "reference": session.has_reference(),
     });
     Ok(include_str!("page.html")

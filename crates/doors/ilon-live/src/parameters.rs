@@ -6,7 +6,7 @@
 //! | `payload_kg` | the mass carried in addition to the scenario's, kg |
 //! | `position_gain_per_s`, `heading_gain_per_s` | the guidance's gains, 1/s |
 //! | `mode` | `hand` or `reference` |
-//! | `priority` | `position` or `heading` |
+//! | `priority` | `position`, `heading`, or `none` where the scenario sets none: to a reference the position comes first, by hand both are scaled alike |
 //! | `speed` | simulated seconds per second |
 //! | `paused` | whether time stands |
 //! | `resets` | number of returns to the start; setting any other number causes one |
@@ -14,7 +14,9 @@
 use std::ops::RangeInclusive;
 
 use crate::clock::Pace;
-use crate::control::{Change, Controls, FRICTIONS, GAINS_PER_S, Mode, PAYLOADS_KG, Priority};
+use crate::control::{
+    Change, Controls, FRICTIONS, GAINS_PER_S, Mode, PAYLOADS_KG, Priority, priority_in_words,
+};
 use crate::mailbox::Mailbox;
 use crate::session::Session;
 
@@ -36,7 +38,7 @@ pub(crate) struct Parameters {
     /// The default.
     friction: f64,
     gains_per_s: [f64; 2],
-    priority: Priority,
+    priority: Option<Priority>,
 }
 
 impl Parameters {
@@ -62,10 +64,6 @@ impl Parameters {
             Mode::Hand => "hand",
             Mode::Reference => "reference",
         };
-        let priority = match controls.priority.unwrap_or(self.priority) {
-            Priority::Position => "position",
-            Priority::Heading => "heading",
-        };
         let number = |said: Option<f64>, default| Value::Number(said.unwrap_or(default));
         vec![
             ("friction", number(controls.friction, self.friction)),
@@ -79,7 +77,10 @@ impl Parameters {
                 number(controls.heading_gain_per_s, heading),
             ),
             ("mode", word(mode)),
-            ("priority", word(priority)),
+            (
+                "priority",
+                word(priority_in_words(controls.priority.or(self.priority))),
+            ),
             ("speed", Value::Number(controls.speed)),
             ("paused", Value::Flag(controls.paused)),
             (
@@ -163,7 +164,7 @@ mod tests {
             desk: desk.clone(),
             friction: 0.6,
             gains_per_s: [1.0, 1.0],
-            priority: Priority::Position,
+            priority: None,
         }
     }
 
@@ -172,6 +173,7 @@ mod tests {
         let desk = Mailbox::default();
         let parameters = parameters(&desk);
         let before = parameters.now();
+        assert!(before.contains(&("priority", Value::Word("none".to_owned()))));
         for (name, value, range) in [
             ("friction", -1.0, "from 0 to 2"),
             ("friction", 2.5, "from 0 to 2"),

@@ -43,6 +43,8 @@ pub struct Session {
     t_s: f64,
     rates_rad_s: Vec<f64>,
     asked: Twist,
+    /// Whether a limit on wheel rates took anything of what was asked last.
+    is_limited: bool,
     /// Number of commands, and the simulated time of the last one.
     heard: (u64, f64),
     /// Number of joint commands.
@@ -127,6 +129,7 @@ impl Session {
             t_s: 0.0,
             rates_rad_s: vec![0.0; robot.wheels.len()],
             asked: Twist::default(),
+            is_limited: false,
             heard: (0, 0.0),
             joints_heard: 0,
             watchdog_acts: false,
@@ -154,9 +157,10 @@ impl Session {
         self.friction
     }
 
-    /// The current priority of the guidance's tasks.
-    pub fn priority(&self) -> Priority {
-        self.section.priority.unwrap_or_default()
+    /// The current priority of the guidance's tasks; `None` where the scenario sets none: a reference is then followed position first, and a twist
+    /// by hand is scaled down as a whole.
+    pub fn priority(&self) -> Option<Priority> {
+        self.section.priority
     }
 
     /// The current gains of the guidance's feedback: of position and of heading, in 1/s.
@@ -253,6 +257,7 @@ impl Session {
             Some(desired) => {
                 let command = self.guidance.update(&pose, desired);
                 self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
+                self.is_limited = command.is_limited;
                 let [asked, granted] = [command.twist_in_body, command.saturated_twist_in_body];
                 let point_m = self.guidance.kinematics().reference_point_m();
                 self.asked = of_origin(asked, point_m.into());
@@ -264,6 +269,7 @@ impl Session {
             desired,
             command_twist_in_body: self.asked,
             granted_twist_in_body: granted,
+            is_limited: self.is_limited,
             wheel_rates_rad_s: &self.rates_rad_s,
             ..Decided::default()
         };
@@ -316,6 +322,7 @@ impl Session {
             .command(&Task::of_twist(twist_in_body, priority));
         self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
         self.asked = command.twist_in_body;
+        self.is_limited = command.is_limited;
         command.saturated_twist_in_body
     }
 
@@ -340,6 +347,7 @@ impl Session {
             }
             self.rates_rad_s[wheel] = taken;
         }
+        self.is_limited = self.rates_rad_s != rates_rad_s;
         self.asked = self.plant.kinematics().twist(rates_rad_s);
         self.plant.kinematics().twist(&self.rates_rad_s)
     }

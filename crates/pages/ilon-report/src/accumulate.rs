@@ -9,7 +9,7 @@ use ilon_trace::slip::constraint_residual_m_s;
 use ilon_trace::{Header, MAX_TASKS, Record, Rows, Trace, WheelHeader, WheelSample};
 
 use super::decimate::{Envelope, Evenly, MAX_POINTS};
-use super::story::{Event, Integrator, Measured, Standing, Watch, apart};
+use super::story::{Event, Integrator, Measured, OffCourse, Standing, Watch, apart};
 
 /// Quantities of the robot that are drawn over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,6 +219,8 @@ pub(super) struct Accumulated {
     /// Events for the story.
     pub watch: Watch,
     integrator: Integrator,
+    /// What leads from the ledger to the error at the end.
+    pub off_course: OffCourse,
     standings: Evenly<Option<Standing>>,
     /// The parts of the error, at evenly spaced instants.
     pub stood: Vec<Standing>,
@@ -281,6 +283,7 @@ impl Accumulated {
             grown: Evenly::new(row_count, GROWTH_POINTS),
             watch: Watch::new(header),
             integrator: Integrator::default(),
+            off_course: OffCourse::default(),
             standings: Evenly::new(row_count, BUDGET_POINTS),
             stood: Vec::new(),
             first: None,
@@ -316,6 +319,7 @@ impl Accumulated {
         self.ends_at_m_s = record.truth.twist_in_body.linear_m_s().norm();
         self.sees_otherwise |= record.seen_pose != record.truth.pose;
         self.measured.add(record);
+        self.off_course.add(header, record);
         for (what, outline) in &mut self.robot {
             if let Some(value) = what.of(header, &first, record) {
                 outline.add((record.t_s, value));

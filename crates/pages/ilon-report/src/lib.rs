@@ -293,7 +293,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
 /// The origin of the error: at the worst instant of a closed loop, over the run of an open one.
 fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section {
     let ledger: String = balance::ledger(shown, summary).iter().map(card).collect();
-    let integral = side_by_side(&(ledger + &tables::ledger_table(summary)));
+    let integral = side_by_side(&(ledger + &tables::ledger_table(shown, summary)));
     let body = if shown.trace.header.open_loop {
         let twist = tables::twist_table(&shown.trace, summary);
         side_by_side(&twist) + &integral

@@ -4,12 +4,14 @@ use std::fmt::Write;
 
 use ilon_robot::Twist;
 use ilon_trace::effects::{Ablation, FLOORS};
+use ilon_trace::ledger::Integral;
 use ilon_trace::quantities;
 use ilon_trace::{Convergence, Quantity, Summary, Trace};
 use serde_json::Value;
 
 use super::figures::balance::TERM_COLORS;
 use super::html_table::{cell, number, row, table, wide};
+use super::input::RunInput;
 use super::page::escape;
 use super::provenance::Expectation;
 use super::text::{angle, angle_known, energy, length, length_known, percent, speed, time};
@@ -97,27 +99,29 @@ fn percent_fine(x: f64) -> String {
 }
 
 /// Returns the ledger in numbers, as HTML.
-pub(super) fn ledger_table(summary: &Summary) -> String {
+pub(super) fn ledger_table(shown: &RunInput, summary: &Summary) -> String {
     let causes = [
         "a task was saturated",
         "the command compensated roller geometry in advance",
-        "the controller took the robot for another than it is",
+        "the controller took the robot for another than it is, or its encoders counted wrong",
         "the wheels were behind their targets, or ahead of them",
         "the touching roller is tilted and off the wheel's middle",
         "wheels were in the air, or carried less than others",
         "the wheels' rates belong to no one motion, so that they slid against each other",
         "the contacts slid besides",
     ];
-    let cells = |i: &ilon_trace::ledger::Integral| {
-        [
+    let cells = |i: &Integral, first: usize| {
+        let all = [
             (1e3 * i.x_m, 2),
             (1e3 * i.y_m, 2),
             (i.heading_rad.to_degrees(), 3),
             (1e3 * i.path_m, 2),
             (i.turned_rad.to_degrees(), 3),
-        ]
-        .map(|(value, places)| number(Some(value), places))
-        .concat()
+        ];
+        let cells = all.iter().take(first);
+        cells
+            .map(|(value, places)| number(Some(*value), *places))
+            .collect::<String>()
     };
     let mut rows: String = summary
         .ledger
@@ -128,16 +132,34 @@ pub(super) fn ledger_table(summary: &Summary) -> String {
                 &format!(
                     "<span class=\"swatch\" style=\"background:var(--{color})\"></span>{name}"
                 ),
-                &format!("{}<td style=\"text-align:left\">{cause}</td>", cells(&term)),
+                &format!(
+                    "{}<td style=\"text-align:left\">{cause}</td>",
+                    cells(&term, 5)
+                ),
             )
         })
         .collect();
     rows += &format!(
         "<tr class=\"total\"><th scope=\"row\">total</th>{}<td></td></tr>",
-        cells(&summary.ledger.total)
+        cells(&summary.ledger.total, 5)
     );
+    let closing = shown.all.off_course.closing(&summary.ledger);
+    for (place, (name, [x_m, y_m, heading_rad])) in closing.iter().enumerate() {
+        let of_end = Integral {
+            x_m: *x_m,
+            y_m: *y_m,
+            heading_rad: *heading_rad,
+            ..Integral::default()
+        };
+        let is_sum = place + 1 == closing.len();
+        let class = if is_sum { " class=\"total\"" } else { "" };
+        let net = cells(&of_end, 3);
+        rows += &format!(
+            "<tr{class}><th scope=\"row\">{name}</th>{net}<td></td><td></td><td></td></tr>"
+        );
+    }
     wide(&table(
-        "Commanded minus real motion over the run: net along the world's axes, and as the length of the path of each term",
+        "Commanded minus real motion over the run: net along the world's axes at the heading that the robot had, and as the length of the path of each term",
         "<th>term</th><th>x, mm</th><th>y, mm</th><th>heading, deg</th><th>path, mm</th><th>turn, deg</th>\
          <th style=\"text-align:left\">because</th>",
         &rows,

@@ -50,6 +50,14 @@ pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
     }
 }
 
+/// Returns a length with as many digits as its uncertainty justifies, in metres, if that is known.
+pub(super) fn length_to(x_m: f64, floor_m: Option<f64>) -> String {
+    match floor_m {
+        Some(floor_m) if x_m.abs() > floor_m => length_known(x_m, floor_m),
+        _ => length(x_m),
+    }
+}
+
 /// Returns an angle in degrees with as many digits as its uncertainty, in radians, justifies.
 pub(super) fn angle_known(x_rad: f64, floor_rad: f64) -> String {
     let floor_rad = floor_rad.max(KNOWN_AT_BEST * x_rad.abs());

@@ -89,7 +89,7 @@ pub(crate) fn fits_delays(study: &Study) -> bool {
 fn doubts_of_rows(study: &Study, run: usize, log: &Log) -> Result<Vec<RunDoubt>, Error> {
     let mut doubts = Vec::new();
     for doubt in anomalies::of_rows(log, &study.robot) {
-        refuse(study, run, &doubt)?;
+        refuse(study, &[run], &doubt)?;
         doubts.push(RunDoubt {
             file: study.file.runs[run].file.display().to_string(),
             doubt,
@@ -120,10 +120,7 @@ fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, E
 fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), Error> {
     for series in evidence.series_of(&evidence.all()) {
         let of_series = evidence.of_series(&series);
-        let (Some(first), Some(doubt)) = (
-            of_series.first(),
-            wiring::of_motion(&of_series, &study.robot),
-        ) else {
+        let Some(doubt) = wiring::of_motion(&of_series, &study.robot) else {
             continue;
         };
         let doubt = match doubt.kind {
@@ -141,7 +138,9 @@ fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), 
             }
             _ => doubt,
         };
-        refuse(study, first.run, &doubt)?;
+        let of_series = |run: &usize| evidence.series[*run] == series;
+        let runs: Vec<usize> = (0..logs.len()).filter(of_series).collect();
+        refuse(study, &runs, &doubt)?;
     }
     Ok(())
 }

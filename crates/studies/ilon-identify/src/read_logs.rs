@@ -85,11 +85,19 @@ pub(crate) fn read_run(study: &Study, run: usize) -> Result<Log, Error> {
 }
 
 /// Ends an identification because of a log to which nothing can be fitted.
-pub(crate) fn refuse(study: &Study, run: usize, doubt: &Anomaly) -> Result<(), Error> {
+/// `runs` are those that show it.
+pub(crate) fn refuse(study: &Study, runs: &[usize], doubt: &Anomaly) -> Result<(), Error> {
+    let (file, of) = match runs {
+        [run] => (study.resolve(&study.file.runs[*run].file), String::new()),
+        _ => (
+            study.path.clone(),
+            format!("over its {} runs together, ", runs.len()),
+        ),
+    };
     match doubt.is_fatal {
         true => Err(Error::contents(
-            &study.resolve(&study.file.runs[run].file),
-            doubt.message.clone(),
+            &file,
+            format!("{of}{}", doubt.message),
             doubt.help.clone(),
         )),
         false => Ok(()),

@@ -111,6 +111,8 @@ pub struct Command {
     /// Each task in the order of its priority: its request, capacity and weight. With wheels
     /// clipped separately, or without a limit, the weights are 1.
     pub tasks: Vec<TaskShare>,
+    /// Whether a limit on wheel rates took anything of the request.
+    pub is_limited: bool,
 }
 
 /// The feasibility conditions (36) and (37).
@@ -209,6 +211,7 @@ impl Guidance {
                 twist_in_body: Twist::default(),
                 saturated_twist_in_body: Twist::default(),
                 tasks: Vec::with_capacity(4),
+                is_limited: false,
             },
             task_rates: Vec::with_capacity(4 * count),
         })
@@ -514,6 +517,8 @@ impl Guidance {
             Saturation::Clip | Saturation::None => {}
         }
 
+        command.is_limited = command.tasks.iter().any(TaskShare::is_saturated);
+
         // Eq. (33). A task that is not finite (from a pose with NaN) is left out.
         command.wheel_rates_rad_s.fill(0.0);
         command.saturated_twist_in_body = Twist::default();
@@ -538,6 +543,7 @@ impl Guidance {
                 *rate = rate.clamp(-limit_rad_s, limit_rad_s);
             }
             if self.saturation == Saturation::Clip && before > q_max {
+                command.is_limited = true;
                 command.saturated_twist_in_body = map.twist(&command.wheel_rates_rad_s);
             }
         }

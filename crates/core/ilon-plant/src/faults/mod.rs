@@ -169,13 +169,22 @@ impl Faults {
         pose
     }
 
-    /// By how much a wheel's encoder counts wrong: what it counts over what it should.
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should; 0 of one that is lost.
     pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
+        let is_lost = |(fault, of): (&Fault, usize)| {
+            matches!(fault, Fault::EncoderLost { .. }) && of == wheel
+        };
+        match self.on(t_s).any(is_lost) {
+            true => 0.0,
+            false => self.encoder_scale(t_s, wheel),
+        }
+    }
+
+    /// The same of an encoder that is not lost.
+    pub fn encoder_scale(&self, t_s: f64, wheel: usize) -> f64 {
         self.on(t_s)
-            .filter(|(_, of)| *of == wheel)
-            .map(|(fault, _)| match fault {
-                Fault::EncoderLost { .. } => 0.0,
-                Fault::EncoderScaled { factor, .. } => *factor,
+            .map(|(fault, of)| match fault {
+                Fault::EncoderScaled { factor, .. } if of == wheel => *factor,
                 _ => 1.0,
             })
             .product()

@@ -109,6 +109,8 @@ struct Decision {
     pub granted_twist_in_body: Twist,
     /// The twists that the tasks commanded, highest priority first; empty in open loop.
     pub tasks: Vec<TaskShare>,
+    /// Whether a limit on wheel rates took anything of what was asked.
+    pub is_limited: bool,
 }
 
 impl Pilot {
@@ -321,6 +323,7 @@ impl Pilot {
         self.decision.desired = None;
         self.decision.command_twist_in_body = twist_in_body;
         self.decision.granted_twist_in_body = twist_in_body;
+        self.decision.is_limited = false;
         self.decision.tasks.clear();
         self.decision.move_to_origin(point_m);
     }
@@ -372,6 +375,7 @@ impl Pilot {
             command_twist_in_body: self.decision.command_twist_in_body,
             granted_twist_in_body: self.decision.granted_twist_in_body,
             tasks: &self.decision.tasks,
+            is_limited: self.decision.is_limited,
             wheel_rates_rad_s: &self.wheel_rates_rad_s,
             commanded: self.commanded,
         }
@@ -408,6 +412,7 @@ impl Decision {
         self.desired = desired;
         self.command_twist_in_body = command.twist_in_body;
         self.granted_twist_in_body = command.saturated_twist_in_body;
+        self.is_limited = command.is_limited;
         self.tasks.clear();
         if desired.is_some() {
             self.tasks.extend_from_slice(&command.tasks);

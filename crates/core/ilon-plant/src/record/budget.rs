@@ -40,6 +40,8 @@ pub(crate) struct Budget {
     pose: Pose,
     angles_rad: Vec<f64>,
     turned_rad: Vec<f64>,
+    /// What each wheel's encoder counts over what it should.
+    encoder_scales: Vec<f64>,
     middle_rad: Vec<f64>,
     rates_rad_s: Vec<f64>,
 }
@@ -60,6 +62,7 @@ impl Budget {
             pose: start,
             angles_rad: vec![0.0; wheels],
             turned_rad: vec![0.0; wheels],
+            encoder_scales: vec![1.0; wheels],
             middle_rad: vec![0.0; wheels],
             rates_rad_s: vec![0.0; wheels],
         }
@@ -83,8 +86,11 @@ impl Budget {
 
     /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of the wheels' targets by eq. (7), of the robot that the
     /// controller believes in and of the real one; `None` where the wheels have no rate targets.
-    pub fn decide(&mut self, decided: Option<[Twist; 4]>) {
+    /// `scales` is by how much each wheel's encoder counts wrong: what it counts over what it should.
+    pub fn decide(&mut self, decided: Option<[Twist; 4]>, scales: impl Iterator<Item = f64>) {
         self.decided = decided;
+        self.encoder_scales.clear();
+        self.encoder_scales.extend(scales);
     }
 
     /// Counts a physics step that was taken.
@@ -140,12 +146,18 @@ impl Budget {
         let decided = self
             .decided
             .map(|twists| twists.map(|twist| twist.scaled(span_s)));
+        let counted =
+            match decided.is_some() && self.encoder_scales.iter().any(|scale| *scale != 1.0) {
+                true => kinematics.twist(&self.counted_rad()),
+                false => ideal,
+            };
         let [asked, granted, believed_of_targets, ideal_of_targets] = decided.unwrap_or([ideal; 4]);
         let chain = Chain {
             asked,
             granted,
             believed_of_targets,
             ideal_of_targets,
+            counted,
             ideal,
             contact: of_contacts,
             carried,
@@ -154,6 +166,12 @@ impl Budget {
         };
         self.ledger
             .count(&chain, [before.heading_rad, pose.heading_rad]);
+    }
+
+    /// The angles that the wheels turned in a span, as their encoders count them, in rad.
+    fn counted_rad(&self) -> Vec<f64> {
+        let turned = self.turned_rad.iter().zip(&self.encoder_scales);
+        turned.map(|(turned, scale)| turned * scale).collect()
     }
 
     /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the

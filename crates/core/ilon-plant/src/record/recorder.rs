@@ -172,14 +172,15 @@ impl Recorder {
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.end_span(plant.world(), kinematics);
         let has_targets = plant.has_rate_targets() && decided.commanded == Commanded::Rates;
-        self.budget.decide(has_targets.then(|| {
+        let twists = has_targets.then(|| {
             [
                 decided.command_twist_in_body,
                 decided.granted_twist_in_body,
                 self.reckoning.twist(decided.wheel_rates_rad_s),
                 self.kinematics.twist(decided.wheel_rates_rad_s),
             ]
-        }));
+        });
+        self.budget.decide(twists, plant.encoder_scales());
     }
 
     /// The row of a control instant: the state now, what was decided on it, and what happened since the instant before. The samples of its wheels are in
@@ -200,10 +201,6 @@ impl Recorder {
                 asked_twist_in_body: task.twist_in_body,
             };
         }
-        let saturates = decided
-            .tasks
-            .iter()
-            .any(|task| task.asked_rad_s > 0.0 && task.weight < 1.0);
         let energy = world.energy();
         let mut record = Record {
             t_s,
@@ -223,7 +220,7 @@ impl Recorder {
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
             twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
-            saturated_share: f64::from(u8::from(saturates)),
+            saturated_share: f64::from(u8::from(decided.is_limited)),
             tasks,
             joints: self.period.joints(world),
             bodies: self.period.bodies(world),

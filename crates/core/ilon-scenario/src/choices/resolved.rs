@@ -146,7 +146,8 @@ impl Resolved {
     /// The same in words; `None` if the controller knows the real robot.
     pub fn belief_in_words(&self, robot: &Robot) -> Option<String> {
         let believed = self.choices.believed.as_deref()?;
-        Some(belief::in_words(robot, believed))
+        let section = self.scenario.controller.robot.as_ref()?;
+        Some(belief::in_words(section, robot, believed))
     }
 
     /// The kinematics of a robot with its servos at their start.

@@ -17,6 +17,12 @@
 //!
 //! v' = w (u - v) + s i + c (u - x),   i' = u - v,   x' = c (u - x).
 //!
+//! Where their torques come a time tau late, v'(t) is the right side at t - tau, of which a Pade approximant stands for the delay: with y the right side,
+//!
+//! v' = y - (12 / tau) q,   p' = q,   q' = y - (6 / tau) q - (12 / tau^2) p,
+//!
+//! is exp(-s tau) to (s tau)^5 / 720. Wheels that follow at once, but late, are those of a pose that is as much older.
+//!
 //! Over a period this is a matrix, and the error decays where and only where its powers vanish. For wheels that follow at once and l = d T it is
 //! e_(k+1) = e_k - K T e_(k-d), which decays for
 //!
@@ -47,6 +53,8 @@ struct Answer {
     integral_per_s2: f64,
     /// c, in 1/s; 0 without feedforward.
     feedforward_per_s: f64,
+    /// tau, in s.
+    delay_s: f64,
 }
 
 /// A period, and the age of the pose used in it.
@@ -237,10 +245,28 @@ impl ErrorLoop {
                     -1.0, 0.0, 0.0, 0.0, 0.0,
                     0.0, 0.0, 0.0, 0.0, 0.0,
                 ];
-                DMatrix::from_row_slice(5, 5, &rates)
+                let at_once = DMatrix::from_row_slice(5, 5, &rates);
+                match answer.delay_s > 0.0 {
+                    true => late(at_once, answer.delay_s),
+                    false => at_once,
+                }
             }
         }
     }
+}
+
+/// Rates of v and more whose first row comes a time in seconds late, with p and q behind x.
+fn late(at_once: DMatrix<f64>, delay_s: f64) -> DMatrix<f64> {
+    const P: usize = 3;
+    const Q: usize = 4;
+    let mut rates = at_once.insert_rows(P, 2, 0.0).insert_columns(P, 2, 0.0);
+    let y = rates.row(0).into_owned();
+    rates.set_row(Q, &y);
+    rates[(0, Q)] = -12.0 / delay_s;
+    rates[(P, Q)] = 1.0;
+    rates[(Q, Q)] = -6.0 / delay_s;
+    rates[(Q, P)] = -12.0 / (delay_s * delay_s);
+    rates
 }
 
 /// When a scenario's guidance sees new poses, and whether it is always so: poses that come at a period that does not go with the control's are
@@ -250,12 +276,7 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
     const SLACK: f64 = 1e-9;
     let control_s = scenario.run.control_dt_s;
     let sensor = &scenario.sensors.pose;
-    // Torques that come late are, to the guidance, as poses that are as much older.
-    let latency_s = scenario.wheel_loop.latency_s();
-    let of = |period_s, age_s| Timing {
-        period_s,
-        age_s: age_s + latency_s,
-    };
+    let of = |period_s, age_s| Timing { period_s, age_s };
     // A filter brings each pose up to the present.
     if scenario.sensors.fusion.is_some() {
         return (of(control_s, 0.0), true);
@@ -276,6 +297,17 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
 /// led back.
 fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec<Answer>; 2] {
     let section = &scenario.wheel_loop;
+    let delay_s = match section.latency_s() {
+        0.0 => 0.0,
+        // What a loop decides is held, for half a period in the mean; of a physics step that is what its end moves the robot ahead by.
+        latency_s => {
+            latency_s
+                + 0.5
+                    * section
+                        .period_s
+                        .map_or(0.0, |period_s| period_s - physics_dt_s)
+        }
+    };
     if section.law != WheelLaw::Pid {
         // Laws that know the robot have the requested bandwidth in each direction.
         let w = model.bandwidth_rad_s(section.bandwidth_rad_s, physics_dt_s);
@@ -283,6 +315,7 @@ fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec
             proportional_per_s: w,
             integral_per_s2: 0.25 * w * w,
             feedforward_per_s: 1.0 / scenario.run.control_dt_s,
+            delay_s,
         };
         return [vec![answer], vec![answer]];
     }
@@ -299,6 +332,7 @@ fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec
             proportional_per_s: k_p * pushed,
             integral_per_s2: k_i * pushed,
             feedforward_per_s: 0.0,
+            delay_s,
         }
     };
     let along = |matrix: &Matrix3<f64>| matrix.fixed_view::<2, 2>(0, 0).into_owned();
@@ -394,7 +428,16 @@ impl Stability {
             return None;
         }
         let (timing, is_certain) = timing(scenario);
-        let limit = |answer| ErrorLoop { timing, answer }.limit();
+        // Torques that come late are, of wheels that follow at once, as poses that are as much older.
+        let old = Timing {
+            age_s: timing.age_s + scenario.wheel_loop.latency_s(),
+            ..timing
+        };
+        let late = |answer: Option<Answer>| ErrorLoop {
+            timing: if answer.is_some() { timing } else { old },
+            answer,
+        };
+        let limit = |answer| late(answer).limit();
         let at_once = limit(None);
         let most = |of_heading| most_per_s(scenario, of_heading);
         let known = answers(scenario, model, physics_dt_s);
@@ -402,7 +445,7 @@ impl Stability {
             [(false, &known[0]), (true, &known[1])].map(|(of_heading, answers)| {
                 let product = most(of_heading) * timing.period_s;
                 let all = answers.iter().copied().map(Some).chain([None]);
-                let loops = all.map(|answer| ErrorLoop { timing, answer });
+                let loops = all.map(late);
                 let overshoots_from = loops
                     .filter(|of| of.overshoots_under(product))
                     .map(|of| of.overshoots_from())
@@ -418,7 +461,7 @@ impl Stability {
                 }
             });
         Some(Self {
-            timing,
+            timing: old,
             position,
             heading,
         })
@@ -528,6 +571,7 @@ mod tests {
             proportional_per_s,
             integral_per_s2,
             feedforward_per_s: 0.0,
+            delay_s: 0.0,
         });
         ErrorLoop { timing, answer }.limit()
     }
@@ -547,6 +591,7 @@ mod tests {
                 proportional_per_s,
                 integral_per_s2: 0.0,
                 feedforward_per_s: 0.0,
+                delay_s: 0.0,
             });
             ErrorLoop { timing, answer }.overshoots_from()
         };

@@ -44,6 +44,8 @@ pub struct Decided<'a> {
     pub granted_twist_in_body: Twist,
     /// The guidance's tasks, highest priority first; empty without guidance.
     pub tasks: &'a [ilon_control::TaskShare],
+    /// Whether a limit on wheel rates took anything of what was asked.
+    pub is_limited: bool,
     /// The rate commanded of each wheel, in rad/s; zero where torques are.
     pub wheel_rates_rad_s: &'a [f64],
     /// Whether rates are commanded, or torques.

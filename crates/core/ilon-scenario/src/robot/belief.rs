@@ -49,16 +49,7 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
         }
         single(wheel, of_wheel);
     }
-    let origin_from_body = Isometry3::new(
-        Vector3::new(section.origin_x_m, section.origin_y_m, 0.0),
-        section.origin_heading_deg.to_radians() * Vector3::z(),
-    )
-    .inverse();
-    if origin_from_body != Isometry3::identity() {
-        for wheel in &mut wheels {
-            wheel.body_from_hub = origin_from_body * wheel.body_from_hub;
-        }
-    }
+    seen_from_origin(&mut wheels, section);
     if wheels == robot.wheels {
         return Ok(None);
     }
@@ -75,8 +66,9 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
     }
 }
 
-/// How a believed robot differs from the real one: what of all wheels is alike in one phrase, and else wheel by wheel.
-pub fn in_words(robot: &Robot, believed: &Robot) -> String {
+/// How a believed robot differs from the real one: by the keys that are of the whole robot, what of all wheels is alike in one phrase, and else wheel by
+/// wheel.
+pub fn in_words(section: &Believed, robot: &Robot, believed: &Robot) -> String {
     type Figure = (&'static str, fn(&Wheel) -> f64, &'static str);
     const FIGURES: [Figure; 5] = [
         ("radius", |wheel| 1e3 * wheel.radius_m, " mm"),
@@ -90,11 +82,31 @@ pub fn in_words(robot: &Robot, believed: &Robot) -> String {
     /// The most wheels that are described one by one. Chosen.
     const MOST: usize = 3;
     let mut phrases = Vec::new();
+    // What the keys of the whole robot say is said so, and not of each wheel again.
+    let mut wheels = robot.wheels.clone();
+    if let (Some(lever_m), Some(first)) = (section.lever_m, wheels.first()) {
+        let [said, own] = [lever_m, lever_of(first)].map(|lever_m| 1e3 * lever_m);
+        phrases.push(format!("`lever_m` of {said:.2} mm in place of {own:.2} mm"));
+        let lever = Believed {
+            lever_m: Some(lever_m),
+            ..Believed::default()
+        };
+        // Without a lever of its own there is no believed robot.
+        let _ = wheels.iter_mut().try_for_each(|wheel| alike(wheel, &lever));
+    }
+    if seen_from_origin(&mut wheels, section) {
+        let at = [section.origin_x_m, section.origin_y_m].map(|m| format!("{:.2}", 1e3 * m));
+        let turned = match section.origin_heading_deg {
+            0.0 => String::new(),
+            deg => format!(", turned by {deg:.2}°"),
+        };
+        phrases.push(format!("the origin at ({}, {}) mm{turned}", at[0], at[1]));
+    }
     let mut pairs: Vec<[Wheel; 2]> = Vec::new();
-    for (real, believed) in robot.wheels.iter().zip(&believed.wheels) {
+    for (real, believed) in wheels.iter().zip(&believed.wheels) {
         let (mut taken_for, mut believed) = (real.clone(), believed.clone());
         let apart_m = |wheel: &Wheel| (wheel.position_m() - believed.position_m()).xy().norm();
-        let other = robot.wheels.iter().find(|wheel| apart_m(wheel) < SAME);
+        let other = wheels.iter().find(|wheel| apart_m(wheel) < SAME);
         if let Some(other) = other.filter(|other| other.name != real.name) {
             phrases.push(format!("`{}` taken for `{}`", real.name, other.name));
             taken_for = as_in(real, other);
@@ -131,6 +143,22 @@ pub fn in_words(robot: &Robot, believed: &Robot) -> String {
         true => "other rollers".to_owned(),
         false => phrases.join(", "),
     }
+}
+
+/// Moves wheels to where the origin that is believed in has them; gives whether that is elsewhere.
+fn seen_from_origin(wheels: &mut [Wheel], section: &Believed) -> bool {
+    let origin_from_body = Isometry3::new(
+        Vector3::new(section.origin_x_m, section.origin_y_m, 0.0),
+        section.origin_heading_deg.to_radians() * Vector3::z(),
+    )
+    .inverse();
+    let is_elsewhere = origin_from_body != Isometry3::identity();
+    if is_elsewhere {
+        for wheel in wheels {
+            wheel.body_from_hub = origin_from_body * wheel.body_from_hub;
+        }
+    }
+    is_elsewhere
 }
 
 /// The direction of a wheel's hub axis in the body frame, in radians.

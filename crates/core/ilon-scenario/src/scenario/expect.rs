@@ -186,11 +186,8 @@ impl Expect {
 
     /// Refuses bounds on the tracking of a reference in an open-loop run, which has none.
     pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
-        let of_tracking = |name: &&String| {
-            name.starts_with("position_")
-                || name.starts_with("heading_")
-                || *name == "saturated_share"
-        };
+        let of_tracking =
+            |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
         match self.bounds.keys().find(of_tracking) {
             None => Ok(()),
             Some(name) => Err(Objection::to(
@@ -579,8 +576,7 @@ mod tests {
             |bound: &str| Scenario::from_toml(&format!("{text}expect.{bound}"), "t", ".").err();
         let refused = told("position_error_max_m = { max = 0.1 }").map(|error| error.to_string());
         assert!(refused.is_some_and(|text| text.contains("follows no reference")));
-        let refused = told("saturated_share = { max = 0.1 }").map(|error| error.to_string());
-        assert!(refused.is_some_and(|text| text.contains("follows no reference")));
+        assert!(told("saturated_share = { max = 0.1 }").is_none());
         let refused = told("design.rank = { min = 3 }").map(|error| error.to_string());
         assert!(refused.is_some_and(|text| text.contains("known of studies alone")));
         assert!(told("end_x_m = { max = 0.1 }").is_none());

@@ -3,7 +3,7 @@
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
 use ilon_trace::quantities::{self, Measure};
-use ilon_trace::{Convergence, GroundPatch, Projection, Quantity, Rows, Summary, Twin};
+use ilon_trace::{Convergence, GroundPatch, Quantity, Rows, Summary, Twin};
 use ilon_world::{FreeBodyId, World};
 
 /// Above this residual of the contact law, in m/s, a contact is no longer rigid. Chosen.
@@ -77,7 +77,7 @@ fn nearest_wheels<R: Rows>(rows: &R, patches: &[GroundPatch]) -> Result<Vec<Near
         return Ok(nearest);
     }
     let mut before: Vec<Option<[f64; 2]>> = vec![None; rows.header().wheels.len()];
-    rows.each_batch(Projection::All, &mut |some| {
+    rows.each_batch(&mut |some| {
         for (record, wheels) in some.steps() {
             let t_s = record.t_s;
             for (wheel, sample) in wheels.iter().enumerate().filter(|(_, it)| it.touched()) {
@@ -104,7 +104,7 @@ pub fn of_untouched_bodies<R: Rows>(rows: &R) -> Result<Option<String>, R::Error
         return Ok(None);
     }
     let mut is_touched = false;
-    rows.each_batch(Projection::Robot, &mut |some| {
+    rows.each_batch(&mut |some| {
         let mut samples = some.steps().flat_map(|(record, _)| record.bodies);
         is_touched |= samples.any(|body| body.push_n > 0.0);
     })?;

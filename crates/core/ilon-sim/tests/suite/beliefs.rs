@@ -390,7 +390,11 @@ fn a_belief_is_said_in_words() {
         ),
         (
             "lever_m = 0.341".to_owned(),
-            "4 wheels with another x, 4 wheels with another y",
+            "`lever_m` of 341.00 mm in place of 310.00 mm",
+        ),
+        (
+            "origin_x_m = 0.05".to_owned(),
+            "the origin at (50.00, 0.00) mm",
         ),
     ] {
         let scenario = scenario(

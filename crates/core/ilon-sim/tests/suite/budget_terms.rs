@@ -66,3 +66,24 @@ fn a_law_without_rate_targets_has_no_servo_term() {
     // It has a deflection.
     assert!(found.summary.position_error_final_m.unwrap_or(0.0) > 1e-3);
 }
+
+/// Encoders that count 3 % too little let the wheels turn 1 / 0.97 - 1 = 3.1 % too far: the controller believes what they say, and no wheel loop errs.
+#[test]
+fn what_scaled_encoders_take_is_belief() {
+    let names = ["front_left", "front_right", "rear_left", "rear_right"];
+    let faults = names.map(|wheel| {
+        format!("[[faults]]\nencoder_scaled = {{ wheel = \"{wheel}\", factor = 0.97 }}\n")
+    });
+    let found = driven(&format!(
+        "twist = {{ vx_m_s = 0.3, rest_s = 0.0, ramp_s = 0.5 }}\nrun.duration_s = 4.0\n{}",
+        faults.concat()
+    ));
+    let ledger = found.summary.ledger;
+    let share = ledger.belief.x_m / found.summary.travelled_m;
+    // Of the real way 3 % is not counted.
+    assert!((share + 0.03).abs() < 1e-4, "{share}");
+    // The ramp ends where the loops still owe a little.
+    let [servo_m, belief_m] = [ledger.servo.x_m, ledger.belief.x_m];
+    assert!(servo_m.abs() < 0.02 * belief_m.abs(), "{ledger:?}");
+    assert!(!found.trace.header.knows_its_robot());
+}

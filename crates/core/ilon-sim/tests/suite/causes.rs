@@ -109,6 +109,211 @@ fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
     }
 }
 
+/// A second and a half with a step and wheel loops that are given, so that a run without some of the keys has the same.
+fn given(motion: &str, keys: &str) -> Scenario {
+    let mut scenario = scenario(
+        &format!(
+            "{motion}\n{keys}\nrun.physics_dt_s = 2e-3\nwheel_loop.proportional_n_m_s = 0.3\nwheel_loop.integral_n_m = 1.0"
+        ),
+        &[],
+    );
+    scenario.name = "given".to_owned();
+    scenario
+}
+
+const BODY: &str = "name = \"box\", mass_kg = 2.0, box.size_m = [0.1, 0.6, 0.1]";
+
+/// Of each kind of cause that is no fault: something that does nothing, and its key.
+#[test]
+fn what_is_there_and_does_nothing_made_no_difference() {
+    let far = format!("world.bodies = [{{ {BODY}, x_m = 5.0, y_m = 0.0 }}]");
+    for (motion, keys, cause) in [
+        (
+            OPEN,
+            "world.floor.patches = [{ x_m = 0, y_m = 0, length_x_m = 9, length_y_m = 9, friction = 0.6 }]",
+            "world.floor.patches.0",
+        ),
+        (
+            OPEN,
+            "world.floor.boxes = [{ x_m = 5, y_m = 5, length_x_m = 1, length_y_m = 1, height_m = 0.01 }]",
+            "world.floor.boxes.0",
+        ),
+        (
+            OPEN,
+            "world.floor.slope_deg = 1e-6",
+            "world.floor.slope_deg",
+        ),
+        (OPEN, far.as_str(), "world.bodies.0"),
+        (
+            OPEN,
+            "sensors.pose.position_noise_m = 0.1",
+            "sensors.pose.noise",
+        ),
+        (
+            OPEN,
+            "sensors.pose.latency_s = 0.1",
+            "sensors.pose.latency_s",
+        ),
+        (OPEN, "sensors.pose.rate_hz = 20", "sensors.pose.rate_hz"),
+        (
+            CLOSED,
+            "sensors.encoders.rate_noise_rad_s = 1e-7",
+            "sensors.encoders",
+        ),
+        (
+            OPEN,
+            "motors.wheels.front_left = { forwards = 1.0, backwards = 1.0 }",
+            "motors.wheels",
+        ),
+        (
+            CLOSED,
+            "guidance.wheel_rate_limit_rad_s = 29.0",
+            "guidance.saturation",
+        ),
+        (
+            OPEN,
+            "controller.robot.wheel_radius_m = 0.05000001",
+            "controller.robot",
+        ),
+    ] {
+        let found = explained(&given(motion, keys), Causes::All);
+        let ablations = effects::of_causes(&found.summary, &found.trace.header);
+        let is_it = |one: &&effects::Ablation| one.cause.is_some_and(|of| of.key == cause);
+        let one = ablations
+            .iter()
+            .find(is_it)
+            .unwrap_or_else(|| panic!("{cause}"));
+        // In open loop a pose that is seen badly is seen badly all the same.
+        let changed = match cause.starts_with("sensors.pose") {
+            true => one.moves(),
+            false => one.differs(),
+        };
+        assert!(!changed, "{cause}: {one:?}");
+    }
+}
+
+/// What each kind of cause that is no fault does is what the run without its keys lacks; of each law and limit by the keys in its place.
+#[test]
+fn what_is_there_makes_the_difference_to_the_run_without_it() {
+    let near = format!("world.bodies = [{{ {BODY}, x_m = 0.4, y_m = 0.0 }}]");
+    for (motion, keys, cause, instead) in [
+        (
+            OPEN,
+            "world.floor.patches = [{ x_m = 0, y_m = 0, length_x_m = 9, length_y_m = 9, friction = 0.01 }]",
+            "world.floor.patches.0",
+            "",
+        ),
+        (
+            OPEN,
+            "world.floor.boxes = [{ x_m = 0.2, y_m = 0.2, length_x_m = 0.05, length_y_m = 0.5, height_m = 0.002 }]",
+            "world.floor.boxes.0",
+            "",
+        ),
+        (
+            OPEN,
+            "world.floor.slope_deg = 8",
+            "world.floor.slope_deg",
+            "",
+        ),
+        (OPEN, near.as_str(), "world.bodies.0", ""),
+        (
+            CLOSED,
+            "sensors.pose.latency_s = 0.2",
+            "sensors.pose.latency_s",
+            "",
+        ),
+        (
+            CLOSED,
+            "sensors.pose.rate_hz = 5",
+            "sensors.pose.rate_hz",
+            "",
+        ),
+        (
+            CLOSED,
+            "sensors.encoders.counts_per_turn = 20",
+            "sensors.encoders",
+            "",
+        ),
+        (
+            OPEN,
+            "motors.dc = { stall_torque_n_m = 0.3, no_load_rate_rad_s = 8 }\nmotors.wheels.front_left = { forwards = 0.3, backwards = 0.3 }",
+            "motors.wheels",
+            "motors.dc = { stall_torque_n_m = 0.3, no_load_rate_rad_s = 8 }",
+        ),
+        (
+            OPEN,
+            "guidance = { wheel_rate_limit_rad_s = 4, saturation = \"clip\" }",
+            "guidance.saturation",
+            "guidance = { wheel_rate_limit_rad_s = 4, saturation = \"none\" }",
+        ),
+        (
+            OPEN,
+            "controller.robot.lever_m = 0.4",
+            "controller.robot",
+            "",
+        ),
+        (
+            OPEN,
+            "wheel_loop.latency_s = 0.03",
+            "wheel_loop.latency_s",
+            "wheel_loop.timing = \"sampled\"",
+        ),
+        (
+            OPEN,
+            "world.floor.rolling_resistance = 0.05",
+            "rolling_resistance",
+            "",
+        ),
+        (OPEN, "", "geometry", "guidance.kinematics = \"contact\""),
+        (
+            OPEN,
+            "world.floor.friction = 0.01",
+            "sliding",
+            "world.floor.friction = 100",
+        ),
+    ] {
+        let found = explained(&given(motion, keys), Causes::All);
+        let without = run(&given(motion, instead)).expect("it runs").summary;
+        let by_hand = end(&without);
+        for (twin, by_hand) in end_without(&found, cause).into_iter().zip(by_hand) {
+            // Defaults that were resolved for the one are not chosen again: rounding.
+            let off = twin.zip(by_hand).map(|(a, b)| (a - b).abs());
+            assert!(
+                off.is_some_and(|off| off < 1e-9),
+                "{cause}: {twin:?} {by_hand:?}"
+            );
+        }
+        let moved = found.summary.effects.get(cause, effects::APART_M);
+        assert!(
+            moved.is_some_and(|moved| moved.differs),
+            "{cause}: {moved:?}"
+        );
+    }
+}
+
+/// A push that makes the error larger is a culprit; one without which it would have been larger helped.
+#[test]
+fn what_keeps_the_error_smaller_helped() {
+    let push = ["{ push = { impulse_y_n_s = 8.0, from_s = 0.6 } }".to_owned()];
+    let found = explained(&scenario(CLOSED, &push), Causes::Named);
+    let mut header = found.trace.header.clone();
+    let is_helped = |header: &_| effects::of_causes(&found.summary, header)[0].helped();
+    assert!(!is_helped(&header));
+    let most_m = found.summary.position_error_max_m.expect("an error");
+    let is_push = |twin: &&mut ilon_sim::trace::Twin| matches!(twin.change, Change::Without(_));
+    let twin = header.twins.iter_mut().find(is_push).expect("its twin");
+    for (times, helped) in [(1.02, false), (1.5, true)] {
+        let error_m = times * most_m;
+        twin.figures
+            .insert("position_error_max_m".to_owned(), error_m);
+        let mut changed = found.trace.header.clone();
+        changed
+            .twins
+            .clone_from(&vec![found.trace.header.twins[0].clone(), twin.clone()]);
+        assert_eq!(is_helped(&changed), helped, "{times}");
+    }
+}
+
 /// The pose sensor matters only under guidance.
 #[test]
 fn a_pose_that_nobody_looks_at_makes_no_difference() {

@@ -242,3 +242,35 @@ fn a_twist_gives_way_by_its_priority() {
         assert!(off.iter().all(|off| off.abs() < 1e-12), "{keys}: {last:?}");
     }
 }
+
+/// Torques that were on the way, or held, before the wheels were commanded by torques do not arrive after it: until the loops
+/// decide, and that arrives, rates that are commanded again do what no torque does.
+#[test]
+fn no_torque_outlives_a_pause_of_the_wheel_loops() {
+    // The loop of the second decides at 0.18 and 0.19 s.
+    for (keys, for_s) in [
+        ("wheel_loop.latency_s = 0.0205", 0.02),
+        (
+            "wheel_loop = { timing = \"sampled\", period_s = 0.01 }",
+            0.002,
+        ),
+    ] {
+        let text = format!("twist = {{}}\nrun.physics_dt_s = 1e-3\n{keys}");
+        let after = |resumes: bool| {
+            let mut plant = Plant::of_scenario(&scenario(&text)).expect("it stands");
+            for (command, time_s) in [
+                (WheelCommand::Rates(&[6.0; 4]), 0.055),
+                (WheelCommand::Torques(&[0.0; 4]), 0.133),
+            ] {
+                plant.advance(command, time_s).expect("it goes");
+            }
+            let command = match resumes {
+                true => WheelCommand::Rates(&[9.0; 4]),
+                false => WheelCommand::Torques(&[0.0; 4]),
+            };
+            plant.advance(command, for_s).expect("it goes");
+            plant.world().robot().wheel_rates_rad_s().to_vec()
+        };
+        assert_eq!(after(true), after(false), "{keys}");
+    }
+}

@@ -165,6 +165,44 @@ fn fewer_rows_say_the_same(text: &str) {
     }
 }
 
+/// A limit takes of the command wherever the ideal kinematics asks more of a wheel than it is given, in whatever way; of a reference and of a twist.
+#[test]
+fn the_saturated_share_is_of_the_time_in_which_a_limit_takes_anything() {
+    for saturation in ["clip", "scale", "prioritised", "none"] {
+        for motion in [
+            "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.5\n",
+            "[twist]\nvx_m_s = 0.7\nvy_m_s = 0.2\nrest_s = 0.2\nramp_s = 1.0\n",
+        ] {
+            // Tasks by priority are limited one by one, whatever their sum is.
+            if saturation == "prioritised" && motion.starts_with("[reference") {
+                continue;
+            }
+            let (trace, of_run) = run(&format!(
+                "{motion}[guidance]\nwheel_rate_limit_rad_s = 12\nsaturation = \"{saturation}\"\n[run]\nduration_s = 2\n"
+            ));
+            let rows = trace.records();
+            // Of four wheels in the X one turns with every pair of signs: |vx| + |vy| + 0.31 m |w| over 50 mm.
+            let is_limited = |row: &&Record| {
+                let asked = row.command_twist_in_body;
+                let rim_m_s =
+                    asked.vx_m_s.abs() + asked.vy_m_s.abs() + 0.31 * asked.omega_rad_s.abs();
+                rim_m_s / 0.05 > 12.0 * (1.0 + 1e-9)
+            };
+            let expected = match saturation {
+                "none" => 0.0,
+                _ => rows.iter().filter(is_limited).count() as f64 / rows.len() as f64,
+            };
+            let share = of_run.saturated_share.expect("a share");
+            assert!(saturation == "none" || expected > 0.2, "{motion}");
+            // One row at the start is of no period.
+            assert!(
+                (share - expected).abs() < 0.02,
+                "{saturation} {motion}: {share} {expected}"
+            );
+        }
+    }
+}
+
 /// Targets rise and wheels slide until the last physics step. Whatever the period and however few
 /// rows are written, rows add up to the totals of the run: the momentum of the forces, all energies
 /// and the error budget.

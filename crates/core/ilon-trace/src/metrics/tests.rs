@@ -168,6 +168,23 @@ fn a_component_is_driven_from_a_hundredth_of_the_speed_at_the_outermost_wheel() 
     assert_eq!(vy, None);
 }
 
+/// Of a robot that is asked ahead and whose wheels carry it to the left as well.
+#[test]
+fn a_component_that_was_not_asked_for_beside_one_that_was_has_no_share() {
+    let s = summary(|_| {
+        let mut record = Record {
+            command_twist_in_body: Twist::new(0.3, 0.0, 0.0),
+            twist_ideal: Twist::new(0.3, 0.01, 0.0),
+            ..Record::default()
+        };
+        record.truth.twist_in_body = Twist::new(0.3, 0.0082, 0.0);
+        (record, WheelSample::default())
+    });
+    let TwistRatio { vx, vy, omega } = s.twist_ratio_ideal;
+    assert!(vx.is_some());
+    assert_eq!((vy, omega), (None, None));
+}
+
 #[test]
 fn an_open_loop_run_shakes_by_its_deviation_from_the_mean() {
     let shaking = |t: f64| {

@@ -82,7 +82,7 @@ pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
 }
 
 /// Figures that a run is compared with its twins by, of which no accuracy is stated.
-const COMPARED_TOO: [&str; 11] = [
+const COMPARED_TOO: [&str; 12] = [
     "position_converged_s",
     "heading_converged_s",
     "twist_mean.vx_m_s",
@@ -94,6 +94,7 @@ const COMPARED_TOO: [&str; 11] = [
     "energy.motor_positive_j",
     "seen_position_error_rms_m",
     "hub_ripple_m",
+    "ledger.total.path_m",
 ];
 
 /// The quantities that are compared between a run and its twins, in the order of [`all`].

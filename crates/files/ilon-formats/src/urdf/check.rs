@@ -321,17 +321,6 @@ fn check_standing(
             ),
         ));
     }
-    for (gap_m, wheel) in gaps {
-        if gap_m > 1e-3 * wheel.radius_m {
-            remarks.push(Remark::new(
-                format!("wheel `{}`", wheel.name),
-                format!(
-                    "hangs {:.2} mm above the floor that the others stand on",
-                    1e3 * gap_m
-                ),
-            ));
-        }
-    }
     Ok(())
 }
 

@@ -32,20 +32,21 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
     let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
+    let closing = shown.all.off_course.closing(&summary.ledger);
     vec![
         Figure::new(
             "ledger-position",
             "Commanded minus real: position",
-            "Commanded minus real motion over the run along the world's axes. The bars of one row add up to its \
-             total exactly; bars that point left are gains.",
-            bars_of(&summary.ledger, &position, mm, "mm"),
+            "Commanded minus real motion over the run along the world's axes, and what leads from there to the error at the end. The bars of one row \
+             add up to its dot exactly; bars that point left are gains.",
+            bars_of((&summary.ledger, &closing), &position, mm, "mm"),
         )
         .height_px(260),
         Figure::new(
             "ledger-heading",
             "Commanded minus real: heading",
             "The same for the heading.",
-            bars_of(&summary.ledger, &heading, |i, f| f(i).to_degrees(), "deg"),
+            bars_of((&summary.ledger, &closing), &heading, |i, f| f(i).to_degrees(), "deg"),
         )
         .height_px(260),
         growth(
@@ -185,7 +186,7 @@ pub(crate) fn energy(shown: &RunInput) -> Figure {
 
 /// Horizontal bars, stacked by sign: one row per quantity, one colour per term.
 fn bars_of(
-    ledger: &Ledger,
+    (ledger, closing): (&Ledger, &[(&'static str, [f64; 3])]),
     rows: &[(&str, Quantity)],
     value: fn(&Integral, Quantity) -> f64,
     unit: &str,
@@ -198,9 +199,28 @@ fn bars_of(
             bars(name, &values, TERM_COLORS[place])
         })
         .collect();
-    let totals = rows.iter().enumerate();
-    let totals = totals.map(|(row, (_, f))| (value(&ledger.total, *f), row as f64));
-    curves.push(dots("total", totals, "@fg", 12).opacity(1.0));
+    let mut closing = closing.iter().map(|(name, [x_m, y_m, heading_rad])| {
+        let net = Integral {
+            x_m: *x_m,
+            y_m: *y_m,
+            heading_rad: *heading_rad,
+            ..Integral::default()
+        };
+        let values: Vec<f64> = rows.iter().map(|(_, f)| value(&net, *f)).collect();
+        (*name, values)
+    });
+    let end = closing.next_back();
+    for ((name, values), color) in closing.zip(["@asked", "@limit"]) {
+        let values: Vec<_> = values.into_iter().map(Some).collect();
+        curves.push(bars(name, &values, color));
+    }
+    if let Some((name, values)) = end {
+        let dots_at = values
+            .into_iter()
+            .zip(0..)
+            .map(|(x, row)| (x, f64::from(row)));
+        curves.push(dots(name, dots_at, "@fg", 12).opacity(1.0));
+    }
     let x = axis(&format!("commanded minus real in {unit}"));
     plot(curves, Layout::of(x, axis("").names(names)))
 }
@@ -215,9 +235,8 @@ fn growth(
     of: fn(&Way) -> f64,
 ) -> Figure {
     let mut traces: Vec<Curve> = Vec::new();
-    let knows_robot = shown.trace.header.belief.is_none();
     for (term, (name, color)) in NAMES.into_iter().zip(TERM_COLORS).enumerate() {
-        if name == "belief" && knows_robot {
+        if name == "belief" && shown.trace.header.knows_its_robot() {
             continue;
         }
         let grown = shown.all.grown().iter();

@@ -13,7 +13,7 @@
 
 use ilon_robot::wrap_angle;
 use ilon_trace::ledger::{Integral, NAMES, TERMS};
-use ilon_trace::{Header, Record};
+use ilon_trace::{Header, Ledger, Record};
 
 /// Names of the parts: the guidance's correction, then the terms of the ledger in their order. The
 /// ledger's `guidance` is the part removed by saturation.
@@ -140,6 +140,67 @@ impl Integrator {
         for (sum, part) in self.parts_m.iter_mut().zip(parts) {
             sum[0] += part[0];
             sum[1] += part[1];
+        }
+    }
+}
+
+/// What leads from the ledger of the whole run to the error at its end: where it follows a reference, the error at the start and the guidance's corrections;
+/// in open loop the commands that were carried out at another heading than where they lead.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct OffCourse {
+    before: Option<Record>,
+    /// Desired minus real pose of the reference point at the first row and at the last, in the world frame, in m, m and rad.
+    errors: Option<[[f64; 3]; 2]>,
+    /// In open loop: what the commands would have moved the robot by at the heading to which they lead, minus what at its own, in metres.
+    through_heading_m: [f64; 2],
+}
+
+impl OffCourse {
+    pub fn add(&mut self, header: &Header, record: &Record) {
+        let before = self.before.replace(*record);
+        if let Some(desired) = record.desired {
+            let real = header.reference_point_at(record.truth.pose);
+            let error = [
+                desired.pose.x_m - real.x_m,
+                desired.pose.y_m - real.y_m,
+                wrap_angle(desired.pose.heading_rad - real.heading_rad),
+            ];
+            self.errors.get_or_insert([error; 2])[1] = error;
+        } else if let Some(before) = before {
+            let [then, now] = [&before, record].map(|row| (row.truth.pose, row.ledger.total));
+            let asked_m = [
+                now.0.x_m - then.0.x_m + now.1.x_m - then.1.x_m,
+                now.0.y_m - then.0.y_m + now.1.y_m - then.1.y_m,
+            ];
+            let (sin, cos) = (0.5 * (then.1.heading_rad + now.1.heading_rad)).sin_cos();
+            self.through_heading_m[0] += (cos - 1.0) * asked_m[0] - sin * asked_m[1];
+            self.through_heading_m[1] += sin * asked_m[0] + (cos - 1.0) * asked_m[1];
+        }
+    }
+
+    /// The parts beside the terms of a ledger by their names, and the error at the end that all add up to, each in m, m and rad.
+    pub fn closing(&self, ledger: &Ledger) -> Vec<(&'static str, [f64; 3])> {
+        let total = ledger.total;
+        let total = [total.x_m, total.y_m, total.heading_rad];
+        match self.errors {
+            None => {
+                let [x_m, y_m] = self.through_heading_m;
+                vec![
+                    ("through heading", [x_m, y_m, 0.0]),
+                    (
+                        "off the commands",
+                        [total[0] + x_m, total[1] + y_m, total[2]],
+                    ),
+                ]
+            }
+            Some([start, end]) => {
+                let corrected = [0, 1, 2].map(|axis| end[axis] - start[axis] - total[axis]);
+                vec![
+                    ("error at the start", start),
+                    ("correction by guidance", corrected),
+                    ("error at the end", end),
+                ]
+            }
         }
     }
 }
@@ -292,6 +353,50 @@ mod tests {
         assert!((budget.parts_m[0] + 0.09).abs() < 1e-12, "{budget:?}");
         assert!(budget.rest_m.abs() < 1e-12, "{budget:?}");
         assert!((budget.from_s - 1.1).abs() < 0.011 && (budget.at_s - 2.0).abs() < 0.011);
+    }
+
+    /// A robot that is asked for 1 m/s ahead turns by 0.3 rad/s all the same, by slip: nothing is lost along its own axes, and after 4 s it is on a circle
+    /// instead of at (4, 0) m.
+    #[test]
+    fn what_a_lost_heading_does_closes_the_budget() {
+        let (header, omega_rad_s) = (Header::default(), 0.3_f64);
+        let (mut sum, mut ledger) = (OffCourse::default(), ilon_trace::Ledger::default());
+        let mut last = Pose::default();
+        for row in 0..=400 {
+            let t_s = 0.01 * f64::from(row);
+            let turned_rad = omega_rad_s * t_s;
+            last = Pose {
+                x_m: turned_rad.sin() / omega_rad_s,
+                y_m: (1.0 - turned_rad.cos()) / omega_rad_s,
+                heading_rad: turned_rad,
+            };
+            let mut record = Record {
+                t_s,
+                ledger,
+                command_twist_in_body: Twist::new(1.0, 0.0, 0.0),
+                ..Record::default()
+            };
+            record.truth.pose = last;
+            record.truth.twist_in_body = Twist::new(1.0, 0.0, omega_rad_s);
+            sum.add(&header, &record);
+            let next_rad = turned_rad + 0.01 * omega_rad_s;
+            ledger.count(&Chain::held(&record, 0.01), [turned_rad, next_rad]);
+        }
+        let closing = sum.closing(&sum.before.expect("rows").ledger);
+        let [(_, through), (_, end)] = closing[..] else {
+            panic!("{closing:?}");
+        };
+        // Of second order in the 3 mrad of a row: 4 m times 9e-6 / 24.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-5;
+        assert!(
+            near(end[0], 4.0 - last.x_m) && near(end[1], -last.y_m),
+            "{end:?}"
+        );
+        assert!(
+            near(through[0], end[0]) && near(through[1], end[1]),
+            "{through:?}"
+        );
+        assert!(near(end[2], -last.heading_rad), "{end:?}");
     }
 
     #[test]

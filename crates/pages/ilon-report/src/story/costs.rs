@@ -212,19 +212,23 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
 /// Reports how long the guidance could not fulfil its tasks.
 pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let share = summary.saturated_share.filter(|&s| s > 0.005)?;
-    let longest = events
-        .iter()
-        .filter(|e| matches!(e.kind, EventKind::Saturated(_)))
-        .max_by(|a, b| (a.until_s - a.from_s).total_cmp(&(b.until_s - b.from_s)))?;
-    let EventKind::Saturated(task) = longest.kind else {
-        return None;
+    let held_back = |event: &Event| match event.kind {
+        EventKind::Saturated(task) => Some((event.until_s - event.from_s, task, event.when())),
+        _ => None,
     };
-    let name = header.task_names.get(task).map_or("", String::as_str);
+    let longest = events.iter().filter_map(held_back);
+    let longest = longest.max_by(|a, b| a.0.total_cmp(&b.0));
+    // Wheels that are clipped one by one hold back no task.
+    let task = longest.map_or(String::new(), |(_, task, when)| {
+        let name = header.task_names.get(task).map_or("", String::as_str);
+        format!(
+            "; the task <b>{}</b> was held back longest, {when}",
+            escape(name)
+        )
+    });
     Some(format!(
-        "The wheel rates were saturated for {} of the run; the task <b>{}</b> was held back longest, {}.",
-        percent(share),
-        escape(name),
-        longest.when()
+        "The wheel rates were saturated for {} of the run{task}.",
+        percent(share)
     ))
 }
 

@@ -17,14 +17,18 @@ const TOLD_TOGETHER: f64 = 0.2;
 const PASSING: f64 = 2.0;
 /// If a run's accuracy is worse than this, in metres, smaller effects are not reported.
 const ROUGHLY_KNOWN_M: f64 = 5e-3;
-/// A remedy is reported if it improves a figure by this share, and worsens none by as much.
+/// A largest error is reported if it differs by this share. A remedy is reported if it improves a figure by it, and worsens none by as much.
 const WORTH_TELLING: f64 = 0.05;
 
 /// Reports the effect of each cause, the largest first; nothing for a run that was not repeated.
 pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -> Vec<String> {
     let ablations = effects::of_causes(summary, header);
     let mut singles: Vec<&Ablation> = ablations.iter().filter(|one| one.cause.is_some()).collect();
-    singles.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
+    // What helped is no culprit, and comes last.
+    singles.sort_by(|a, b| {
+        let helped = a.helped().cmp(&b.helped());
+        helped.then(b.apart.most_m.total_cmp(&a.apart.most_m))
+    });
     let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles
         .iter()
         .partition(|one| one.moves() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M);
@@ -72,13 +76,20 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
     }
     let error = one
         .get("position_error_max_m")
-        .filter(|error| error.differs);
+        .filter(|error| error.differs && relative(error) > WORTH_TELLING);
     if let Some((error, without_m)) = error.and_then(|error| Some((error, error.without?))) {
         let told = match without_m > FLOORS * error.floor {
             true => format!("<b>{}</b>", length_known(without_m, error.floor)),
             false => format!("less than <b>{}</b>", least(error.floor)),
         };
-        return format!("Without {cause} the largest position error would have been {told}.");
+        return match one.helped() {
+            true => format!(
+                "{} <b>helped</b>: without {} the largest position error would have been {told}.",
+                capital(&cause),
+                it(&cause)
+            ),
+            false => format!("Without {cause} the largest position error would have been {told}."),
+        };
     }
     if one.moves() {
         return of_way(one, &cause, is_first);
@@ -159,15 +170,19 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     };
     let what = [passing, Some(ended)].into_iter().flatten();
     let against = match is_first {
-        true if is_plural(cause) => ", compared with the same run without them",
-        true => ", compared with the same run without it",
-        false => "",
+        true => format!(", compared with the same run without {}", it(cause)),
+        false => String::new(),
     };
     format!(
         "{} {}{against}.",
         capital(cause),
         what.collect::<Vec<_>>().join(joined)
     )
+}
+
+/// The pronoun of a cause.
+fn it(cause: &str) -> &'static str {
+    if is_plural(cause) { "them" } else { "it" }
 }
 
 /// Whether a cause's name is plural: "the 10 boxes", "the ramps", "the losses of its gears".

@@ -15,14 +15,14 @@ mod touches;
 
 use ilon_trace::{Guidance, Header, Settings, Summary};
 
-pub(crate) use budget::{Budget, Integrator, PARTS, Standing};
+pub(crate) use budget::{Budget, Integrator, OffCourse, PARTS, Standing};
 pub(crate) use events::{Event, EventKind, Watch};
 pub(crate) use measured::{Measured, apart};
 
 use crate::accumulate::OfRobot;
 use crate::input::RunInput;
 use crate::page::escape;
-use crate::text::{angle, capital, length, time};
+use crate::text::{angle, angle_known, capital, length, length_to, time};
 use posture::Stance;
 
 /// Number of sentences at which further costs are omitted.
@@ -77,11 +77,13 @@ impl Story {
             None => (None, None),
         };
         lines.extend(slope_first);
-        lines.extend(tracking(summary, &start));
+        let known = |key: &str| ilon_trace::effects::floor(key, summary, header);
+        let ended = known("position_error_final_m").zip(known("heading_error_final_rad"));
+        lines.extend(tracking(summary, &start, ended));
         lines.extend(
             budget
                 .as_ref()
-                .map(|b| excursion(b, &start, header.storage)),
+                .map(|b| excursion(b, &start, header.storage, known("position_error_max_m"))),
         );
         match header.twins.is_empty() {
             true => lines.extend(on_purpose(header).into_iter().chain(believed(header))),
@@ -249,7 +251,8 @@ fn believed(header: &Header) -> Option<String> {
 }
 
 /// Reports the largest error and its parts.
-fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
+fn excursion(budget: &Budget, start: &Start, is_spring: bool, floor_m: Option<f64>) -> String {
+    let length = |x_m: f64| length_to(x_m, floor_m);
     let after = match (start.is_off, start.has_arrived) {
         (false, _) => "",
         (true, true) => " after it had arrived",
@@ -259,13 +262,13 @@ fn excursion(budget: &Budget, start: &Start, is_spring: bool) -> String {
         "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
         length(budget.error_m),
         time(budget.at_s),
-        shares(budget, is_spring)
+        shares(budget, is_spring, &length)
     )
 }
 
 /// Returns the parts of the error, the largest first. Under a passive law, which pulls the robot
 /// like a spring and commands no wheel rates, the forces that stretch the spring cause the error.
-fn shares(budget: &Budget, is_spring: bool) -> String {
+fn shares(budget: &Budget, is_spring: bool, length: &dyn Fn(f64) -> String) -> String {
     let mut grew: Vec<(&str, f64)> = PARTS.into_iter().zip(budget.parts_m).collect();
     grew.sort_by(|a, b| b.1.total_cmp(&a.1));
     let causes: Vec<String> = grew
@@ -317,7 +320,8 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
 }
 
 /// Reports the tracking accuracy.
-fn tracking(summary: &Summary, start: &Start) -> Option<String> {
+/// `floors`: how far the errors at the end are known, in metres and radians.
+fn tracking(summary: &Summary, start: &Start, floors: Option<(f64, f64)>) -> Option<String> {
     let (position_m, heading_rad) = (
         summary.position_error_final_m?,
         summary.heading_error_final_rad?,
@@ -349,8 +353,11 @@ fn tracking(summary: &Summary, start: &Start) -> Option<String> {
     };
     Some(format!(
         "{began} <b>{}</b> and <b>{}</b> off.{converged}",
-        length(position_m),
-        angle(heading_rad)
+        length_to(position_m, floors.map(|(floor_m, _)| floor_m)),
+        floors.map_or_else(
+            || angle(heading_rad),
+            |(_, floor_rad)| angle_known(heading_rad, floor_rad)
+        )
     ))
 }
 

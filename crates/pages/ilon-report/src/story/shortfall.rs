@@ -130,11 +130,14 @@ impl Stretch {
     /// Returns what kept the wheels from their targets: the motors' limits, if they account for
     /// most of the deviation, dry friction, or the wheel loops.
     fn behind_targets(&self) -> &'static str {
-        match 2.0 * self.at_limit_rad > self.off_rad {
-            true if 2.0 * self.at_rate_limit_rad > self.at_limit_rad => "the motors' rate limit",
-            true => "the motors' limit",
-            false if 2.0 * self.held_rad > self.off_rad => "the dry friction of bearings and gears",
-            false => "the wheel loops' error",
+        let is_most = |rad: f64| 2.0 * rad > self.off_rad;
+        let by_rate = 2.0 * self.at_rate_limit_rad > self.at_limit_rad;
+        match (is_most(self.at_limit_rad), is_most(self.held_rad)) {
+            (true, _) if by_rate => "the motors' rate limit",
+            // Also of a motor that gives all it can, most of which friction takes.
+            (_, true) => "the dry friction of bearings and gears",
+            (true, false) => "the motors' limit",
+            (false, false) => "the wheel loops' error",
         }
     }
 }
@@ -208,7 +211,8 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
     } else {
         let frictions = header.wheels.iter().map(|wheel| wheel.dry_friction_n_m);
         let least_n_m = frictions.map(Option::unwrap_or_default).reduce(f64::min)?;
-        if means.most_torque_n_m > least_n_m {
+        // A wheel on the point of turning is held as well.
+        if means.most_torque_n_m > least_n_m * (1.0 + 1e-9) {
             return None;
         }
         format!(

@@ -57,6 +57,16 @@ pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> O
         .iter()
         .map(|&wheel| format!("`{}`", robot.wheels[wheel].name))
         .collect();
+    let stated_m = Parameter::Lever.nominal(robot);
+    // In the X, the usual layout, the lever is the sum of the arms, and in the O their difference.
+    let layout = match (
+        reversed.len() == 4 && names.len() == robot.wheels.len(),
+        lever_m < stated_m,
+    ) {
+        (true, true) => "the wheels stand in the O in place of the X: ",
+        (true, false) => "the wheels stand in the X in place of the O: ",
+        (false, _) => "",
+    };
     Some(anomaly(
         AnomalyKind::Hands,
         true,
@@ -67,11 +77,12 @@ pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> O
             100.0 * guess.explained
         ),
         format!(
-            "likely {} stand on the wrong sides, on the robot or in its file: exchange them, or change the sign of gamma there. The lever of turns is \
-             then {:.1} mm in place of {:.1} mm",
+            "likely {}{} stand on the wrong sides, on the robot or in its file: exchange left and right there, or change the sign of gamma. The lever of \
+             turns is then {:.1} mm in place of {:.1} mm",
+            layout,
             names.join(", "),
             1e3 * lever_m,
-            1e3 * Parameter::Lever.nominal(robot)
+            1e3 * stated_m
         ),
     ))
 }

@@ -13,6 +13,8 @@ mod scene;
 
 use ilon_trace::Cause;
 
+use crate::scenario::MotorStrength;
+
 use list::List;
 pub(crate) use list::Null;
 pub(super) use list::Run;
@@ -25,8 +27,19 @@ pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     scene::bodies(run.scenario, &mut list);
     scene::sensors(run.scenario, &mut list);
     scene::joints(run, true, &mut list);
-    if !run.scenario.motors.wheels.is_empty() {
-        list.add("motors.wheels", "motors that differ", |scenario, _| {
+    let strengths = &run.scenario.motors.wheels;
+    if !strengths.is_empty() {
+        let of_wheel = |(name, strength): (&String, &MotorStrength)| {
+            let percent = |share: f64| format!("{} %", ilon_trace::number(100.0 * share));
+            let [forwards, backwards] = [strength.forwards, strength.backwards].map(percent);
+            match forwards == backwards {
+                true => format!("`{name}` at {forwards}"),
+                false => format!("`{name}` at {forwards} forwards and {backwards} backwards"),
+            }
+        };
+        let wheels: Vec<String> = strengths.iter().map(of_wheel).collect();
+        let words = format!("motors that differ ({})", wheels.join(", "));
+        list.add("motors.wheels", words, |scenario, _| {
             scenario.motors.wheels.clear();
         });
     }

@@ -42,6 +42,12 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     let answer = folder.write(&run, &[], Report::Written)?;
     let mut ablations = effects::of_causes(&run.summary, run.trace.header());
     ablations.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
+    let (helped, culprits): (Vec<&Ablation>, Vec<&Ablation>) =
+        ablations.iter().partition(|one| one.helped());
+    let helpers = match helped.is_empty() {
+        true => String::new(),
+        false => format!("\n{}", table(HELPERS, helped)),
+    };
     if arguments.json {
         let causes: Vec<Value> = ablations.iter().map(as_json).collect();
         let all = json!({ "scenario": run.summary.scenario, "causes": causes });
@@ -49,8 +55,9 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     } else {
         let answer: String = answer.iter().map(|line| format!("{line}\n")).collect();
         console::lines(&format!(
-            "{answer}\n{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
-            table(&ablations),
+            "{answer}\n{}{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            table(CAUSES, culprits),
+            helpers,
             path_in_line(folder.path()),
         ))?;
     }
@@ -60,13 +67,14 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     Ok(Outcome::Done)
 }
 
+const CAUSES: &str = "the run minus the run without the cause: apart by up to, mm; at the end ahead, mm, to the left, mm, turned to the left, deg; sliding, J. \
+     A dash is less than can be told";
+const HELPERS: &str = "what helped: without it the robot would have been further off";
+
 /// One row per cause: how far it moved the robot on the way and at the end.
-fn table(ablations: &[Ablation]) -> Table {
+fn table(heading: &str, ablations: Vec<&Ablation>) -> Table {
     let mut table = Table::new();
-    table.heading(
-        "the run minus the run without the cause: apart by up to, mm; at the end ahead, mm, to the left, mm, turned to the left, deg; sliding, J. \
-         A dash is less than can be told",
-    );
+    table.heading(heading);
     let told = |x: f64, floor: f64, per_si: f64, decimals: usize| match x.abs() > FLOORS * floor {
         true => format!("{:.decimals$}", per_si * x),
         false => "-".to_owned(),
@@ -86,7 +94,7 @@ fn table(ablations: &[Ablation]) -> Table {
                 slip.map_or("-".to_owned(), |slip| format!("{:.3}", slip.difference))
             }),
         ],
-        ablations.iter().map(|one| {
+        ablations.into_iter().map(|one| {
             let name = one
                 .cause
                 .map_or("all of them", |cause| cause.words.as_str());
@@ -101,6 +109,7 @@ fn as_json(one: &Ablation) -> Value {
         "cause": one.cause.map_or("all", |cause| &cause.key),
         "words": one.cause.map_or("all of them", |cause| &cause.words),
         "differs": one.differs(),
+        "helped": one.helped(),
         "apart": one.apart,
         "floor_m": one.floor[0],
         "floor_rad": one.floor[1],
