@@ -291,9 +291,10 @@ impl Figures {
         (sum_n_s > 0.0).then(|| chassis_n_s / sum_n_s)
     }
 
-    /// Which components of a mean twist, that the wheels turn for or that was asked for, are driven.
+    /// Which components of a mean twist count as driven; the twist is the commanded one or that of
+    /// the wheels.
     fn driven(&self, mean: Option<Twist>) -> [bool; 3] {
-        // A micrometre per second: nothing drives a robot that stands.
+        // A slower robot counts as standing: a micrometre per second. Chosen.
         const STANDING_M_S: f64 = 1e-6;
         let (Some(mean), Some(speed_rms)) = (mean, self.ideal_speed_m_s.get()) else {
             return [false; 3];

@@ -110,7 +110,7 @@ pub fn floor(key: &str, summary: &Summary, header: &Header) -> Option<f64> {
     Some(most.max(Scales::of(summary, header).floor(quantity)))
 }
 
-/// A run beside a twin that could be run.
+/// Compares a run with a twin that could be run.
 fn ablation<'a>(
     summary: &Summary,
     header: &Header,

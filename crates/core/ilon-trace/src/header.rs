@@ -442,7 +442,7 @@ impl Header {
         Some((e_r.norm(), e_phi.abs()))
     }
 
-    /// Fills in all that follows from the robot: its name, wheels, outlines and the wheel rate limit.
+    /// Fills in what follows from the robot: its name, wheels, outlines and the wheel rate limit.
     pub fn of_robot(robot: &Robot) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         // With all joints at zero.

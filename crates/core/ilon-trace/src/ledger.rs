@@ -98,7 +98,7 @@ pub struct Chain {
     pub ideal_of_targets: Twist,
     /// What it makes of the angles that the encoders counted, without their noise.
     pub counted: Twist,
-    /// What it makes of the angles that the wheels turned.
+    /// The same for the angles that the wheels turned.
     pub ideal: Twist,
     /// Contact kinematics for these angles.
     pub contact: Twist,

@@ -216,7 +216,7 @@ pub struct WheelSlip {
     pub hub_ripple_m: Option<f64>,
 }
 
-/// How far a joint between bodies moved over a run.
+/// The travel of a joint between bodies over a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JointTravel {

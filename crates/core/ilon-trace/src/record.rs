@@ -382,8 +382,8 @@ impl WheelSample {
         ]
     }
 
-    /// The sample of a wheel that did over the whole period what the means say: the extremes are the means, and the grip used follows from
-    /// force, load and friction.
+    /// The sample of a wheel that was steady over the whole period: the extremes equal the means,
+    /// and the grip utilisation follows from force, load and friction.
     #[must_use]
     pub fn steady(self) -> Self {
         let speed_m_s = self.slip_speed_m_s();

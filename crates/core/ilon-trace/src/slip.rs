@@ -7,8 +7,9 @@ use crate::header::{Header, WheelHeader};
 pub use crate::metrics::WheelSlip;
 use crate::record::{Record, WheelSample};
 
-/// Residual of Indiveri 2009, eq. (5), of one wheel: -m . (v, omega) + rho q' cos gamma, with m the wheel's row of M,
-/// eq. (8); in m/s. Zero where the lowest roller, level and in the middle of the wheel, rolls without sliding.
+/// Residual of Indiveri 2009, eq. (5), for one wheel: -m . (v, omega) + rho q' cos gamma, with m
+/// the wheel's row of M, eq. (8); in m/s. Zero if the lowest roller, level and in the middle of the
+/// wheel, rolls without sliding.
 pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_rad_s: f64) -> f64 {
     let [m_x, m_y, m_a] = wheel.m_row();
     let v = twist_in_body;

@@ -35,7 +35,8 @@ pub fn contact_stiffness_of_robot_n_m(robot: &Robot, scale: &Scale) -> f64 {
     }
 }
 
-/// The relaxation of a robot's contacts where none is said, in seconds: a millisecond for wheels of 50 mm on earth.
+/// The default relaxation time of a robot's contacts, in seconds: a millisecond for wheels of 50 mm
+/// on earth.
 pub fn contact_relaxation_s(scale: &Scale) -> f64 {
     RELAXATION * scale.time_s()
 }
@@ -72,7 +73,8 @@ impl ContactSpring {
         }
     }
 
-    /// Of a free body with these units: a heavy one is as hard for its weight as any robot, and does not sink into the floor.
+    /// For a free body with these units: a heavy one is as stiff relative to its weight as any
+    /// robot, and does not sink into the floor.
     pub fn of_body(settings: &Settings, scale: &Scale) -> Self {
         let of_robot = Self::of(settings, scale);
         Self {

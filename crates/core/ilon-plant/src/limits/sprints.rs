@@ -18,7 +18,7 @@ use ilon_scenario::choices::defaults;
 use ilon_scenario::course::command::WheelCommand;
 use ilon_scenario::scenario::{Controller, Scenario};
 
-/// Before the first sprint, in seconds: springs come to rest.
+/// Time before the first sprint, in seconds: springs come to rest. Chosen.
 const SETTLES_S: f64 = 0.2;
 
 /// Rise time of an acceleration, in seconds. Chosen.

@@ -47,7 +47,7 @@ pub struct Pilot {
     hubs: Option<Hubs>,
     /// Of a robot with steered wheels.
     modules: Option<Modules>,
-    /// How long a control period is, in seconds.
+    /// Control period, in seconds.
     period_s: f64,
     decision: Decision,
     /// The scenario's log, if it has one.
@@ -310,7 +310,7 @@ impl Pilot {
         modules.flat_map(Modules::targets_rad)
     }
 
-    /// Commands the wheels by the numbers that stand in `torques_n_m`, whatever they are.
+    /// Commands the wheels by the numbers in `torques_n_m`, of either kind.
     fn command_wheels(&mut self, commanded: Commanded) {
         self.commanded = commanded;
         match commanded {

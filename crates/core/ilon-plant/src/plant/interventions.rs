@@ -217,7 +217,7 @@ impl Plant {
         }
     }
 
-    /// Refuses what the servo of a joint cannot do.
+    /// Refuses a command that the servo of a joint cannot execute.
     fn check_joint(&self, index: usize, name: &str, command: JointCommand) -> Result<(), Error> {
         let of = &self.plan.robot.joints[index];
         let [lower, upper] = of.limits;

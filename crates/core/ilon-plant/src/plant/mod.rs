@@ -370,7 +370,7 @@ impl Plant {
         wheels.map(|wheel| self.faults.encoder_scale(self.clock.time_s(), wheel))
     }
 
-    /// Turns a command into what the motors do in the coming physics step.
+    /// Converts a command to the motors' actions in the coming physics step.
     pub fn actuate(&mut self, command: WheelCommand<'_>) {
         self.actuate_for(command, self.clock.physics_dt_s());
     }

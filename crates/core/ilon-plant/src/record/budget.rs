@@ -84,8 +84,9 @@ impl Budget {
         std::mem::take(&mut self.conflict).share()
     }
 
-    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of the wheels' targets by eq. (7), of the robot that the
-    /// controller believes in and of the real one; `None` where the wheels have no rate targets.
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of
+    /// the wheels' targets by eq. (7), of the robot that the controller believes in and of the real
+    /// one; `None` if the wheels have no rate targets.
     /// `scales` is by how much each wheel's encoder counts wrong: what it counts over what it should.
     pub fn decide(&mut self, decided: Option<[Twist; 4]>, scales: impl Iterator<Item = f64>) {
         self.decided = decided;
@@ -174,8 +175,9 @@ impl Budget {
         turned.map(|(turned, scale)| turned * scale).collect()
     }
 
-    /// How far the wheels have hold of the robot, in [0, 1]: for the part of the span in which any of them touches, and fully from half of the
-    /// robot's weight on, so that neither a slope nor a shake takes of it. For the rest of the step the robot flies freely.
+    /// The wheels' hold on the robot, in [0, 1]: the share of the span in which any of them
+    /// touches, and 1 from half of the robot's weight on, so that neither a slope nor vibration
+    /// reduces it. For the rest of the span the robot flies freely.
     fn hold(&mut self, span_s: f64) -> f64 {
         let load_n_s: f64 = self.loads_n_s.iter().sum();
         let whole_n_s = 0.5 * self.weight_n * span_s;

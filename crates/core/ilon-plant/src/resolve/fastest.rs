@@ -17,12 +17,14 @@ use ilon_scenario::robot::load_robot;
 use ilon_scenario::scenario::{Controller, Fault, Scenario, Sensors};
 use ilon_scenario::{Error, Resolved};
 
-/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own guidance.
+/// Makes every choice that a scenario leaves to the program, for a robot under the scenario's own
+/// guidance.
 ///
-/// It reads the files of waypoints, of a log and of a height map that the scenario names, and touches nothing else.
+/// It reads the files of waypoints, of a log and of a height map that the scenario names, and no
+/// others.
 ///
 /// # Errors
-/// Where the scenario asks for something that cannot be, or this robot cannot do.
+/// If the scenario is impossible, also for this robot.
 pub fn resolve(scenario: &Scenario, robot: &Robot) -> Result<Resolved, Error> {
     resolve_for(scenario, robot, Driver::Guidance)
 }

@@ -160,7 +160,7 @@ fn refuse_sideways(
     ))
 }
 
-/// What the files of a scenario say, and what follows from them and the robot alone.
+/// The contents of a scenario's files, and what follows from them and the robot alone.
 struct Inputs {
     uneven: Option<GroundRelief>,
     /// Warnings about the ground.

@@ -98,7 +98,7 @@ impl Hubs {
         &self.body_from_hubs
     }
 
-    /// The robot with its joints there.
+    /// The robot with its joints at these positions.
     pub fn posed(&self) -> Robot {
         self.robot.posed(&self.positions)
     }

@@ -269,8 +269,8 @@ fn late(at_once: DMatrix<f64>, delay_s: f64) -> DMatrix<f64> {
     rates
 }
 
-/// When a scenario's guidance sees new poses, and whether it is always so: poses that come at a period that does not go with the control's are
-/// now older, now younger.
+/// The timing of a scenario's new poses at the guidance, and whether it is constant: if the sample
+/// period does not fit the control period, the age of poses varies.
 fn timing(scenario: &Scenario) -> (Timing, bool) {
     // Rounding shall not take a period off.
     const SLACK: f64 = 1e-9;

@@ -46,7 +46,7 @@ pub struct Decided<'a> {
     pub tasks: &'a [ilon_control::TaskShare],
     /// Whether a limit on wheel rates took anything of what was asked.
     pub is_limited: bool,
-    /// The rate commanded of each wheel, in rad/s; zero where torques are.
+    /// The commanded rate of each wheel, in rad/s; zero if torques are commanded.
     pub wheel_rates_rad_s: &'a [f64],
     /// Whether rates are commanded, or torques.
     pub commanded: Commanded,

@@ -95,7 +95,7 @@ pub fn blanks(question: &Question) -> String {
     }
 }
 
-/// The keys of a scenario's `[robot]` that ask for what options say beyond others.
+/// The keys of a scenario's `[robot]` for the differences between two sets of options.
 pub fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
     let mut keys = Vec::new();
     if options.packages != beyond.packages {

@@ -112,7 +112,7 @@ pub fn of_untouched_bodies<R: Rows>(rows: &R) -> Result<Option<String>, R::Error
     Ok((!is_touched).then(|| format!("the robot never touched {}", names.join(", "))))
 }
 
-/// Of free bodies that were too heavy for what they lay on.
+/// Remarks free bodies that were too heavy for their support.
 pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
     /// A body pressed deeper than this, in wheel radii, was not supported. Chosen.
     const DEEP: f64 = 0.1;

@@ -81,7 +81,7 @@ pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
     all().filter_map(|quantity| Some((quantity, accuracy(quantity.key)?)))
 }
 
-/// Figures that a run is compared with its twins by, of which no accuracy is stated.
+/// Figures without a stated accuracy that are still compared between a run and its twins.
 const COMPARED_TOO: [&str; 12] = [
     "position_converged_s",
     "heading_converged_s",

@@ -47,7 +47,8 @@ const NOT_OF_EVERY_RUN: [&str; 8] = [
     "chassis_load_share",
 ];
 
-/// Distances, sizes, times, sums of what only grows. `position_error_m` and `heading_error_rad` are signals.
+/// Distances, sizes, times, and sums that only grow. `position_error_m` and `heading_error_rad` are
+/// signals.
 const SIZES: [&str; 34] = [
     "duration_s",
     "steps",
