@@ -12,7 +12,7 @@ mod section_iv;
 /// Distances of the reference point from the desired position, in metres, Indiveri 2009, eq. (16),
 /// row by row.
 fn position_errors_m(trace: &ilon_trace::Trace) -> Vec<f64> {
-    let error = |record| ilon_trace::metrics::error(&trace.header, record);
+    let error = |record| trace.header.tracking_error(record);
     trace
         .records()
         .iter()

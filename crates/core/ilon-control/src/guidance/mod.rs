@@ -7,3 +7,4 @@ pub(crate) mod pace;
 pub(crate) mod priority;
 pub(crate) mod reference;
 pub(crate) mod spline;
+pub(crate) mod tracking;

@@ -5,13 +5,14 @@
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{Pose, Twist};
+use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Vector1, Vector2};
 
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
 use crate::guidance::pace::{Pace, length_over_m};
 use crate::guidance::spline::{Motion, Spline};
+use crate::guidance::tracking::PathPoint;
 
 /// The desired pose and motion at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -420,6 +421,29 @@ impl Reference {
         match &self.pace {
             Some(pace) => pace.at(t_s, |own_s| self.flow(own_s)).0,
             None => t_s,
+        }
+    }
+
+    /// Returns how its path goes at a time in seconds, for a robot that cannot move sideways. While
+    /// it stands, its direction is the reference heading.
+    pub fn path_at(&self, t_s: f64) -> PathPoint {
+        /// Half of the time over which the turning of the path is taken, in seconds (chosen).
+        const HALF_S: f64 = 1e-3;
+        let direction_rad = |desired: &Desired| {
+            let v = desired.velocity_in_world.linear_m_s();
+            (v.norm() > 0.0).then(|| libm::atan2(v.y, v.x))
+        };
+        let now = self.at(t_s);
+        let sides = [-HALF_S, HALF_S].map(|off_s| direction_rad(&self.at(t_s + off_s)));
+        let turned_rad = match sides {
+            [Some(before), Some(after)] => wrap_angle(after - before),
+            _ => 0.0,
+        };
+        PathPoint {
+            position_m: now.pose.position_m(),
+            direction_rad: direction_rad(&now).unwrap_or(now.pose.heading_rad),
+            speed_m_s: now.velocity_in_world.linear_m_s().norm(),
+            turning_rad_s: turned_rad / (2.0 * HALF_S),
         }
     }
 

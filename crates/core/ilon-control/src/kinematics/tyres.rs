@@ -39,16 +39,15 @@ pub(crate) fn held_rows<'w>(
     groups.iter().map(row).collect()
 }
 
+/// Robots on tyres, for tests.
 #[cfg(test)]
-mod tests {
-    use ilon_robot::{Robot, Roller, Twist};
-    use nalgebra::Vector2;
+pub(crate) mod fixtures {
+    use ilon_robot::{Robot, Roller};
 
     use crate::fixtures::{WheelSpec, mecanum4_specs, robot};
-    use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
 
     /// Tyres at these places, all on axles along y.
-    fn on_tyres(places_m: &[[f64; 2]]) -> Robot {
+    pub(crate) fn on_tyres(places_m: &[[f64; 2]]) -> Robot {
         let like = |[x_m, y_m]: &[f64; 2]| WheelSpec {
             x_m: *x_m,
             y_m: *y_m,
@@ -63,6 +62,15 @@ mod tests {
         }
         robot
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_robot::Twist;
+    use nalgebra::Vector2;
+
+    use super::fixtures::on_tyres;
+    use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
 
     fn close(one: Twist, other: Twist) -> bool {
         let off = one - other;

@@ -13,7 +13,8 @@ pub use twist_profile::TwistProfile;
 use std::sync::Arc;
 
 use ilon_control::{
-    Command, ContactKinematics, Desired, Guidance, Kinematics, Reference, Task, TaskShare,
+    Command, ContactKinematics, Desired, Guidance, Kinematics, PathTracking, Reference, Task,
+    TaskShare,
 };
 use ilon_robot::{Pose, Robot, Twist};
 use nalgebra::Vector2;
@@ -47,6 +48,8 @@ pub struct Pilot {
     hubs: Option<Hubs>,
     /// Of a robot with steered wheels.
     modules: Option<Modules>,
+    /// Of a robot that follows a reference and cannot move sideways.
+    tracking: Option<PathTracking>,
     /// Control period, in seconds.
     period_s: f64,
     decision: Decision,
@@ -153,10 +156,16 @@ impl Pilot {
             (None, None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
         let about_origin = kinematics.clone();
+        let tracking = match motion {
+            Planned::Reference(_) => PathTracking::new(&kinematics, section.position_gain_per_s)?,
+            _ => None,
+        };
         // An open-loop twist, like any twist of a scenario, is that of the origin.
-        let kinematics = match (&motion, section.reference_point) {
-            (Planned::Twist(_) | Planned::Log(_), _) | (_, ReferencePoint::Origin) => kinematics,
-            (_, point) => kinematics.about(point_m(point, &kinematics))?,
+        let kinematics = match (&motion, &tracking, section.reference_point) {
+            (Planned::Twist(_) | Planned::Log(_), ..) => kinematics,
+            (_, Some(tracking), _) => kinematics.about(tracking.point_m())?,
+            (_, None, ReferencePoint::Origin) => kinematics,
+            (_, None, point) => kinematics.about(point_m(point, &kinematics))?,
         };
         Ok(Self {
             motion,
@@ -173,6 +182,7 @@ impl Pilot {
             kinematics: about_origin,
             hubs: Hubs::that_move(robot),
             modules: Modules::of(robot, scenario),
+            tracking,
             period_s: scenario.run.control_dt_s,
             decision: Decision::default(),
             log,
@@ -189,11 +199,15 @@ impl Pilot {
         match &mut self.motion {
             Planned::Reference(reference) => {
                 let desired = reference.at(t_s);
-                let command = match &self.contact {
-                    Some(contact) => self
+                let command = match (&self.tracking, &self.contact) {
+                    (Some(tracking), _) => {
+                        let twist = tracking.twist(&seen.pose, &reference.path_at(t_s));
+                        self.guidance.command(&Task::of_twist(twist, self.priority))
+                    }
+                    (None, Some(contact)) => self
                         .guidance
                         .update_on_contact(&seen.pose, &desired, contact),
-                    None => self.guidance.update(&seen.pose, &desired),
+                    (None, None) => self.guidance.update(&seen.pose, &desired),
                 };
                 self.wheel_rates_rad_s
                     .copy_from_slice(&command.wheel_rates_rad_s);

@@ -7,7 +7,7 @@ pub use fastest::{resolve, resolve_for};
 
 use std::sync::Arc;
 
-use ilon_control::{DynamicModel, Kinematics, Reference};
+use ilon_control::{DynamicModel, Kinematics, PathTracking, Reference};
 use ilon_robot::{Robot, Twist, Wheel};
 use ilon_trace::GroundRelief;
 
@@ -114,8 +114,8 @@ pub(crate) fn resolve_as_given(
     Ok(Resolved::new(scenario, choices))
 }
 
-/// Refuses motions that tyres exclude which are not steered: a reference, which the guidance would
-/// follow in all directions, and a twist sideways.
+/// Refuses motions that tyres exclude which are not steered: a twist sideways, and a reference where
+/// they only let the robot turn about a point.
 fn refuse_sideways(
     scenario: &Scenario,
     follows: bool,
@@ -129,11 +129,16 @@ fn refuse_sideways(
     let names: Vec<String> = fixed.map(|wheel| format!("`{}`", wheel.name)).collect();
     let names = names.join(", ");
     if follows {
+        // With one direction of axles the path is tracked along it.
+        let gain_per_s = scenario.guidance.position_gain_per_s;
+        if PathTracking::new(kinematics, gain_per_s)?.is_some() {
+            return Ok(());
+        }
         return Err(Error::invalid(
             format!(
-                "a reference is followed in all directions, and the tyres of {names} hold the robot sideways"
+                "no reference can be followed: {names} have axles of several directions that nothing steers"
             ),
-            "drive it by [twist] or [playback], or by a controller of your own",
+            "drive it by [twist] or [playback]",
         ));
     }
     let Some(section) = &scenario.twist else {
