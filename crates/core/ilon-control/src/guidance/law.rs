@@ -528,7 +528,12 @@ impl Guidance {
                 share.weight = 0.0;
                 continue;
             }
-            let weighted = task.twist_in_body.scaled(share.weight);
+            // Of steered wheels that stand across a motion none turns: nothing limits it.
+            let granted = match share.asked_rad_s {
+                0.0 => 1.0,
+                _ => share.weight,
+            };
+            let weighted = task.twist_in_body.scaled(granted);
             command.saturated_twist_in_body = command.saturated_twist_in_body + weighted;
             for (sum, rate) in command.wheel_rates_rad_s.iter_mut().zip(rates) {
                 *sum += share.weight * rate;

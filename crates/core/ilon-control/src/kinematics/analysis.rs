@@ -7,6 +7,7 @@ use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, all_rows, scaled, singular_values, singularity_of,
 };
+use crate::kinematics::tyres::steered;
 use crate::{ControlError, Kinematics, Singularity};
 
 /// Properties of any robot's M of eq. (8), singular or not. Rank, condition and singular values
@@ -37,14 +38,15 @@ impl Arrangement {
     pub fn of(robot: &Robot) -> Result<Self, ControlError> {
         let wheels = &robot.wheels;
         let count = wheels.len();
-        let all = all_rows(wheels, Vector2::zeros());
+        let steered = steered(robot);
+        let all = all_rows((wheels, &steered), Vector2::zeros());
         if all.nrows() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
         let m = MatrixXx3::from(all.rows(0, count));
         let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
         let mean_m = sum / count as f64;
-        let (about_mean, _) = scaled(&all_rows(wheels, mean_m), wheels, mean_m);
+        let (about_mean, _) = scaled(&all_rows((wheels, &steered), mean_m), wheels, mean_m);
         let s = singular_values(&about_mean).map(|(s, _)| s);
         let rank = s
             .iter()
@@ -58,14 +60,15 @@ impl Arrangement {
                 f64::INFINITY
             },
             rank,
-            singularity: singularity_of(wheels),
+            singularity: singularity_of(wheels, &steered),
             m,
         })
     }
 }
 
 impl Kinematics {
-    /// Returns the point d of the body about which M_a is orthogonal to span(M_l), in the body
+    /// Returns the reference point for a robot on tyres, which hold it about another point. Otherwise
+    /// returns the point d of the body about which M_a is orthogonal to span(M_l), in the body
     /// frame, in metres. It exists and is unique for every robot that meets Lemma 1.
     ///
     /// About d a row of M_a is -(b - d) . u_g. M_l^T M_a = sum n_g ((b - d) . u_g) = 0 means (sum
@@ -78,6 +81,9 @@ impl Kinematics {
     /// not compete in a least-squares sense: rates that no motion fits, from slip or clipping,
     /// split into both without crosstalk.
     pub fn decoupling_point_m(&self) -> Vector2<f64> {
+        if !self.held_rows().is_empty() {
+            return self.reference_point_m();
+        }
         let (mut left, mut right) = (Matrix2::zeros(), Vector2::zeros());
         for w in self.wheels() {
             let (n_g, u_g) = (w.roller_axis(), w.roller_rolling_direction());

@@ -28,7 +28,7 @@ use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, RowVector3, Unit, Vector2,
 
 use crate::error::finite;
 use crate::kinematics::matrix::multiply;
-use crate::kinematics::tyres::held_rows;
+use crate::kinematics::tyres::{held_rows, steered};
 use crate::{ControlError, Kinematics};
 
 /// Where a wheel touches the ground.
@@ -67,8 +67,8 @@ pub struct ContactKinematics {
     lever_m: Vec<f64>,
     /// Row over lever: rad/s per twist.
     rate_matrix: MatrixXx3<f64>,
-    /// The wheels as described, for the rows that tyres hold; empty if none has a tyre.
-    tyres: Vec<Wheel>,
+    /// The wheels with tyres, each with whether it is steered.
+    tyres: Vec<(Wheel, bool)>,
     /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
     held: Vec<RowVector3<f64>>,
 }
@@ -190,6 +190,9 @@ impl ContactKinematics {
                 has_tyre: w.has_tyre(),
             });
         }
+        let on_tyres = robot.wheels.iter().zip(steered(robot));
+        let on_tyres = on_tyres.filter(|(wheel, _)| wheel.has_tyre());
+        let tyres: Vec<(Wheel, bool)> = on_tyres.map(|(wheel, of)| (wheel.clone(), of)).collect();
         let far = |w: &WheelContacts| w.body_from_hub.translation.vector.xy().norm();
         let length_m = wheels.iter().map(far).fold(0.0, f64::max);
         let contacts = wheels.iter().map(|w| w.touching(0.0)).collect();
@@ -201,13 +204,8 @@ impl ContactKinematics {
             rows: MatrixXx3::zeros(count),
             lever_m: vec![0.0; count],
             rate_matrix: MatrixXx3::zeros(count),
-            tyres: robot
-                .wheels
-                .iter()
-                .filter(|w| w.has_tyre())
-                .cloned()
-                .collect(),
-            held: held_rows(robot.wheels.iter(), Vector2::zeros()),
+            tyres: tyres.clone(),
+            held: held_of(&tyres, Vector2::zeros()),
         };
         kinematics.refresh_rows();
         Ok(kinematics)
@@ -224,7 +222,7 @@ impl ContactKinematics {
             finite("x of the reference point", point_m.x)?,
             finite("y of the reference point", point_m.y)?,
         );
-        kinematics.held = held_rows(self.tyres.iter(), kinematics.reference_point_m);
+        kinematics.held = held_of(&self.tyres, kinematics.reference_point_m);
         kinematics.refresh_rows();
         Ok(kinematics)
     }
@@ -392,6 +390,14 @@ impl ContactKinematics {
             self.rate_matrix.set_row(h, &(row / lever_m.abs()));
         }
     }
+}
+
+/// The rows that these tyres hold about a point.
+fn held_of(tyres: &[(Wheel, bool)], point_m: Vector2<f64>) -> Vec<RowVector3<f64>> {
+    held_rows(
+        tyres.iter().map(|(wheel, steered)| (wheel, *steered)),
+        point_m,
+    )
 }
 
 impl WheelContacts {

@@ -9,13 +9,13 @@
 //! needs only the roller directions.
 
 use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Matrix3xX, MatrixXx3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
 use crate::kinematics::matrix::{multiply, row_of_m, vector_of};
 use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
-use crate::kinematics::tyres::held_rows;
+use crate::kinematics::tyres::{held_rows, steered};
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
@@ -44,8 +44,7 @@ impl Kinematics {
     /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        let steered = robot.wheels.iter().map(|w| robot.steering_of(w).is_some());
-        Self::assemble((robot.wheels.clone(), steered.collect()), Vector2::zeros())
+        Self::assemble((robot.wheels.clone(), steered(robot)), Vector2::zeros())
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -65,12 +64,9 @@ impl Kinematics {
         reference_point_m: Vector2<f64>,
     ) -> Result<Self, ControlError> {
         let count = wheels.len();
-        let held = held_rows(wheels.iter(), reference_point_m);
-        let fixed = wheels
-            .iter()
-            .zip(&steered)
-            .filter(|(_, steered)| !**steered);
-        let excluded = held_rows(fixed.map(|(wheel, _)| wheel), reference_point_m);
+        let each = || wheels.iter().zip(steered.iter().copied());
+        let held = held_rows(each(), reference_point_m);
+        let excluded = held_rows(each().filter(|(_, steered)| !steered), reference_point_m);
         if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
@@ -82,7 +78,7 @@ impl Kinematics {
         if !powerless.is_empty() {
             return Err(ControlError::NoControlAuthority { wheels: powerless });
         }
-        if let Some(singularity) = singularity_of(&wheels) {
+        if let Some(singularity) = singularity_of(&wheels, &steered) {
             return Err(ControlError::Uncontrollable { singularity });
         }
 
@@ -173,14 +169,21 @@ impl Kinematics {
     /// body frame: of a robot whose axle lies off the reference point, the velocity of that point in
     /// a turn about the axle. The same twist where no tyre excludes any.
     pub fn reachable(&self, twist_in_body: Twist) -> Twist {
-        let mut twist = twist_in_body;
+        // v' nearest to v with n . v' + m omega = 0 in all rows: for one direction of axles its
+        // projection, for several the velocity that they leave.
+        let twist = vector_of(twist_in_body);
+        let (mut ata, mut aty) = (Matrix2::zeros(), Vector2::zeros());
         for row in &self.excluded {
-            // Their axes are unit vectors in the plane, one for each direction.
-            let off_m_s = row.dot(&vector_of(twist));
-            twist.vx_m_s -= row.x * off_m_s;
-            twist.vy_m_s -= row.y * off_m_s;
+            let n = row.xy();
+            ata += n * n.transpose();
+            aty += n * row.dot(&twist);
         }
-        twist
+        let off_m_s = match &self.excluded[..] {
+            [] => return twist_in_body,
+            [row] => row.xy() * row.dot(&twist),
+            _ => ata.try_inverse().map_or(aty, |inverse| inverse * aty),
+        };
+        Twist::new(twist.x - off_m_s.x, twist.y - off_m_s.y, twist.z)
     }
 
     /// M of eq. (8), N x 3: columns 1 and 2 are M_l (without unit), column 3 is M_a (metres).

@@ -136,9 +136,10 @@ pub(crate) fn singular_values(m: &MatrixXx3<f64>) -> [(f64, Vector3<f64>); 3] {
     found
 }
 
-/// Returns the cause of M's singularity, or `None` if it has rank 3. Needs three wheels or more.
-pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
-    let kind = kind_of(wheels)?;
+/// Returns the cause of M's singularity, or `None` if it has rank 3 with the rows that tyres hold.
+/// Needs three rows or more.
+pub(crate) fn singularity_of(wheels: &[Wheel], steered: &[bool]) -> Option<Singularity> {
+    let kind = kind_of(wheels, steered)?;
     let reversed = |w: &Wheel| {
         let mut w = w.clone();
         w.gamma_rad = -w.gamma_rad;
@@ -147,7 +148,7 @@ pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
     let mended = |i: usize| {
         let mut wheels = wheels.to_vec();
         wheels[i] = reversed(&wheels[i]);
-        kind_of(&wheels).is_none()
+        kind_of(&wheels, steered).is_none()
     };
     let all: Vec<Wheel> = wheels.iter().map(reversed).collect();
     Some(Singularity {
@@ -157,17 +158,17 @@ pub(crate) fn singularity_of(wheels: &[Wheel]) -> Option<Singularity> {
             .filter(|&i| mended(i))
             .map(|i| wheels[i].name.clone())
             .collect(),
-        repaired_by_reversing_all: kind_of(&all).is_none(),
+        repaired_by_reversing_all: kind_of(&all, steered).is_none(),
     })
 }
 
 /// Returns the geometry of a rank below 3, or `None`.
-fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
+fn kind_of(wheels: &[Wheel], steered: &[bool]) -> Option<SingularityKind> {
     // About the wheels' mean position, so that the verdict does not depend on where the body frame
     // sits.
     let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
     let mean_m = sum / wheels.len() as f64;
-    let (m, length_m) = scaled(&all_rows(wheels, mean_m), wheels, mean_m);
+    let (m, length_m) = scaled(&all_rows((wheels, steered), mean_m), wheels, mean_m);
     let [(s_1, _), (s_2, _), (s_3, free)] = singular_values(&m);
     if s_3 > RANK_TOLERANCE * s_1 {
         return None;
@@ -190,9 +191,13 @@ fn kind_of(wheels: &[Wheel]) -> Option<SingularityKind> {
 }
 
 /// Returns M about a point, and below it the rows that tyres hold.
-pub(crate) fn all_rows(wheels: &[Wheel], about_m: Vector2<f64>) -> MatrixXx3<f64> {
+pub(crate) fn all_rows(
+    (wheels, steered): (&[Wheel], &[bool]),
+    about_m: Vector2<f64>,
+) -> MatrixXx3<f64> {
     let driven = wheels.iter().map(|w| row_of_m(w, about_m));
-    let rows: Vec<_> = driven.chain(held_rows(wheels.iter(), about_m)).collect();
+    let each = wheels.iter().zip(steered.iter().copied());
+    let rows: Vec<_> = driven.chain(held_rows(each, about_m)).collect();
     MatrixXx3::from_rows(&rows)
 }
 

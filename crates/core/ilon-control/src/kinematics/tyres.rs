@@ -5,38 +5,50 @@
 //! = 0. These rows have no motor. Twists that they exclude cannot be driven (nonholonomic); with
 //! the driven rows they determine the twist of given wheel rates (odometry).
 //!
-//! **Skid steering.** Tyres on parallel axles that do not lie on one line contradict each other in
-//! every turn: some of them slide. The rows of parallel axles are therefore taken together as their
-//! mean, the row of a wheel in their middle: a robot of two axles is expected to turn about the
-//! middle of both. By how much less it turns, its contacts decide.
+//! **Skid steering.** Unsteered tyres on parallel axles that do not lie on one line contradict each
+//! other in every turn: some of them slide. The rows of such axles are therefore taken together as
+//! their mean, the row of a wheel in their middle: a robot of two axles is expected to turn about
+//! the middle of both. By how much less it turns, its contacts decide. A steered tyre has a row of
+//! its own.
 
-use ilon_robot::Wheel;
+use ilon_robot::{Robot, Wheel};
 use nalgebra::{RowVector3, Vector2};
 
 /// Axes count as parallel within this sine of the angle between them: files hold rounded angles.
 const PARALLEL: f64 = 1e-3;
 
-/// Returns the rows n . v_h = 0 of the tyres about a reference point, one for each direction of
-/// axles, as functions of (v_x, v_y, omega); none for a robot on rollers.
+/// Returns the rows n . v_h = 0 of the tyres about a reference point, as functions of (v_x, v_y,
+/// omega): one for each steered tyre, and one for each direction of the others' axles; none for a
+/// robot on rollers. `wheels` are each with whether it is steered.
 pub(crate) fn held_rows<'w>(
-    wheels: impl Iterator<Item = &'w Wheel>,
+    wheels: impl Iterator<Item = (&'w Wheel, bool)>,
     reference_point_m: Vector2<f64>,
 ) -> Vec<RowVector3<f64>> {
-    let mut groups: Vec<(Vector2<f64>, Vec<Vector2<f64>>)> = Vec::new();
-    for wheel in wheels.filter(|wheel| wheel.has_tyre()) {
+    let mut groups: Vec<(Vector2<f64>, Vec<Vector2<f64>>, bool)> = Vec::new();
+    for (wheel, steered) in wheels.filter(|(wheel, _)| wheel.has_tyre()) {
         let (n, b) = (wheel.axis(), wheel.position_m().xy() - reference_point_m);
-        let parallel = |axis: &Vector2<f64>| axis.perp(&n).abs() < PARALLEL;
-        match groups.iter_mut().find(|(axis, _)| parallel(axis)) {
-            Some((_, places_m)) => places_m.push(b),
-            None => groups.push((n, vec![b])),
+        let joins = |(axis, _, alone): &&mut (Vector2<f64>, Vec<Vector2<f64>>, bool)| {
+            !steered && !*alone && axis.perp(&n).abs() < PARALLEL
+        };
+        match groups.iter_mut().find(joins) {
+            Some((_, places_m, _)) => places_m.push(b),
+            None => groups.push((n, vec![b], steered)),
         }
     }
-    let row = |(n, places_m): &(Vector2<f64>, Vec<Vector2<f64>>)| {
+    let row = |(n, places_m, _): &(Vector2<f64>, Vec<Vector2<f64>>, bool)| {
         let sum: Vector2<f64> = places_m.iter().sum();
         let b = sum / places_m.len() as f64;
         RowVector3::new(n.x, n.y, b.perp(n))
     };
     groups.iter().map(row).collect()
+}
+
+/// Which wheels of a robot are steered.
+pub(crate) fn steered(robot: &Robot) -> Vec<bool> {
+    let wheels = robot.wheels.iter();
+    wheels
+        .map(|wheel| robot.steering_of(wheel).is_some())
+        .collect()
 }
 
 /// Robots on tyres, for tests.
@@ -57,7 +69,7 @@ pub(crate) mod fixtures {
         let specs: Vec<WheelSpec> = places_m.iter().map(like).collect();
         let mut robot = robot(10.0, &specs);
         for wheel in &mut robot.wheels {
-            let tyre = Roller::tyre(wheel.radius_m, 0.03, 0.004);
+            let tyre = Roller::tyre(&wheel.name, wheel.radius_m, 0.03, 0.004);
             wheel.rollers = vec![tyre.expect("a tyre")];
         }
         robot
@@ -126,6 +138,23 @@ mod tests {
             about.twist(&[-2.0, 2.0, -2.0, 2.0]),
             Twist::new(0.0, 0.0, omega)
         ));
+    }
+
+    /// Two axles at +-10 degrees meet in one point: a turn about it is all that they leave.
+    #[test]
+    fn axles_of_two_directions_leave_the_turn_about_their_meeting_point() {
+        let mut robot = on_tyres(&[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]);
+        for (wheel, deg) in robot.wheels.iter_mut().zip([10.0_f64, 10.0, -10.0]) {
+            let turn = nalgebra::UnitQuaternion::from_axis_angle(
+                &nalgebra::Vector3::z_axis(),
+                deg.to_radians(),
+            );
+            wheel.body_from_hub.rotation = turn * wheel.body_from_hub.rotation;
+        }
+        let kinematics = Kinematics::new(&robot).expect("it turns");
+        let turn = kinematics.reachable(Twist::new(0.4, 0.3, 0.5));
+        assert!(kinematics.sideways_m_s(turn) < 1e-12 && turn.omega_rad_s == 0.5);
+        assert!(close(kinematics.reachable(turn), turn));
     }
 
     #[test]

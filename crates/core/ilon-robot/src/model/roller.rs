@@ -32,9 +32,6 @@ pub struct Roller {
     pub form: RollerForm,
 }
 
-/// The name of a tyre among the rollers of its wheel.
-const TYRE: &str = "tyre";
-
 /// A roller's shape of contact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum RollerForm {
@@ -71,15 +68,22 @@ impl Roller {
     /// third. With a shoulder radius of an eighth of the width they resist a turn on the spot as a
     /// line of the tyre's width under a uniform load does, with the moment mu N width / 4.
     ///
+    /// It is named after the joint of its wheel.
+    ///
     /// # Errors
     /// [`ProfileError`]: a radius or width that is not positive, or shoulders of half the width or
     /// more.
-    pub fn tyre(radius_m: f64, width_m: f64, shoulder_radius_m: f64) -> Result<Self, ProfileError> {
+    pub fn tyre(
+        wheel: &str,
+        radius_m: f64,
+        width_m: f64,
+        shoulder_radius_m: f64,
+    ) -> Result<Self, ProfileError> {
         let half_m = 0.5 * width_m;
         let points_m = [-half_m, 0.0, half_m].map(|t_m| [t_m, radius_m]);
         let form = RollerForm::Tyre(SolidOfRevolution::new(&points_m, shoulder_radius_m)?);
         Ok(Self {
-            name: TYRE.to_owned(),
+            name: format!("{wheel}_tyre"),
             center_in_hub_m: Vector3::zeros(),
             axis_in_hub: Vector3::z_axis(),
             radius_m,

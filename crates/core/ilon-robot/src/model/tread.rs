@@ -87,7 +87,8 @@ pub struct RollerSurface {
 const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
-/// Deflection of each place of a tyre without a given tread under a wheel's load, over its radius:
+/// Deflection of one place of a tyre without a given tread under the whole load of a wheel, over its
+/// radius:
 /// that of hard polyurethane (chosen).
 pub const TYRE_SAG: f64 = 5e-3;
 
@@ -102,8 +103,8 @@ impl RollerSurface {
     /// Rollers that can slide along their axles and have no tread get one that deflects by 5.5e-5 of
     /// the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over two
     /// rollers carry the wheel while one slides, and with rigid ones their shares are undetermined.
-    /// A tyre without a tread gets one that deflects by 5e-3 of the radius, so that both of its
-    /// shoulders carry it.
+    /// A tyre without a tread gets one of which each place would deflect by 5e-3 of the radius under
+    /// the whole load of a wheel, so that all of its places carry it.
     pub fn touching_tread(&self, scale: &Scale, is_tyre: bool) -> Option<Tread> {
         if is_tyre && self.tread.is_none() {
             return Some(Tread::new(scale.stiffness_n_m(TYRE_SAG)));

@@ -68,7 +68,8 @@ fn of_rollers(wheel: &Wheel, friction: f64, load_n: f64) -> Option<String> {
         (dry_n_m(roller) + roller.joint.damping_n_m_s * rate_rad_s) / turning_n_m
     };
     let by_share = |p: &&ilon_robot::Roller, q: &&ilon_robot::Roller| share(p).total_cmp(&share(q));
-    let worst = wheel.rollers.iter().max_by(by_share)?;
+    let rollers = wheel.rollers.iter().filter(|roller| !roller.is_tyre());
+    let worst = rollers.max_by(by_share)?;
     let worst_share = share(&worst);
     if !(load_n > 0.0 && friction > 0.0) || worst_share.is_nan() || worst_share < WORTH_A_WORD {
         return None;

@@ -116,6 +116,7 @@ impl RollerSurface {
     /// # Errors
     /// [`Error::Invalid`] if a tread has no stiffness, or a roller cannot be that long.
     pub fn apply(&self, robot: &mut Robot) -> Result<(), Error> {
+        self.refuse_on_tyres(robot)?;
         for wheel in &mut robot.wheels {
             let surface = &mut wheel.surface;
             surface.rolling_resistance = self
@@ -140,6 +141,35 @@ impl RollerSurface {
             made.map_err(|fault| of_wheel(&name, &fault))?;
         }
         Ok(())
+    }
+
+    /// Refuses keys that only rollers have for a robot with tyres.
+    fn refuse_on_tyres(&self, robot: &Robot) -> Result<(), Error> {
+        let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) else {
+            return Ok(());
+        };
+        let keys = [
+            ("length_factor", self.length_factor.is_some()),
+            ("crown", self.crown.is_some()),
+            ("profile_m", self.profile_m.is_some()),
+            ("edge_radius_m", self.edge_radius_m.is_some()),
+            ("radius_spread_m", self.radius_spread_m.is_some()),
+            ("radius_offsets_m", self.radius_offsets_m.is_some()),
+            ("axial_play_m", self.axial_play_m.is_some()),
+            ("bearings", self.bearings.is_some()),
+            ("axle_friction", self.axle_friction.is_some()),
+            ("axle_radius_m", self.axle_radius_m.is_some()),
+        ];
+        match keys.into_iter().find(|(_, is_given)| *is_given) {
+            Some((key, _)) => Err(Error::invalid(
+                format!(
+                    "`rollers.{key}` is of rollers, and `{}` rolls on a tyre",
+                    wheel.name
+                ),
+                "leave it out; `robot.tyres` has what a tyre is like",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// Sets how the rollers of a wheel turn on their axles.

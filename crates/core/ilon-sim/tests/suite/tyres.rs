@@ -51,6 +51,43 @@ fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str
     }
 }
 
+/// From rest with all modules ahead none of the wheels would turn for a motion to the left: the
+/// modules turn, and then it drives. At rest nothing is lost: treads that bear the weight from the
+/// start hold their energy.
+#[test]
+fn a_swerve_robot_leaves_straight_to_the_side() {
+    let left = end(
+        "swerve4",
+        "twist = { vy_m_s = 0.3, rest_s = 0, ramp_s = 0 }\nrun.duration_s = 2",
+    );
+    // A tenth of a second goes by while the modules turn.
+    assert!(left.y_m > 0.5 && left.x_m.abs() < 0.02, "{left:?}");
+    let mut simulation = Simulation::new(&scenario("swerve4", "twist = {}\nrun.duration_s = 0.5"))
+        .expect("it stands");
+    while !simulation.is_done() {
+        simulation.step();
+    }
+    let impact_j = simulation.world().impact_energy_j();
+    assert!(impact_j.abs() < 1e-4, "{impact_j}");
+}
+
+/// Each wheel once, and no key of rollers.
+#[test_case(
+    "robot.tyres = { joints = [\"front_left\", \"front_left\", \"rear_left\"] }",
+    "twice"
+)]
+#[test_case("robot.tyres = { width_m = 0 }", "above 0")]
+#[test_case("rollers.bearings = \"bushings\"", "rolls on a tyre")]
+#[test_case("rollers.crown = 0.8", "rolls on a tyre")]
+fn what_makes_no_sense_of_tyres_is_refused(line: &str, words: &str) {
+    let scenario = scenario(
+        "skid4",
+        &format!("{line}\ntwist = {{}}\nrun.duration_s = 1"),
+    );
+    let refused = load_robot(&scenario).map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains(words), "{refused}");
+}
+
 /// A swerve robot and its mirror image, driven in mirror image, end in mirror image. Wheels are
 /// solved for in another order.
 #[test]

@@ -21,7 +21,7 @@ pub(crate) struct WheelBody {
     /// The share of the ground's friction for its rollers: 1, or a value set by the program.
     pub grip: f64,
     /// Whether its rollers make a circle of its outline, wherever they are on their axles. Not so
-    /// of a tyre, which touches in two places.
+    /// of a tyre, which touches in several places.
     pub is_round: bool,
     /// Whether its rollers can slide along their axles.
     pub has_play: bool,

@@ -10,6 +10,7 @@ use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::{ContactSolution, Energies, World, with_solver};
+use crate::contact::reactions::reaction::Reaction;
 use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
@@ -47,13 +48,21 @@ impl World {
         let is_found = with_solver(|solver| self.come_to_rest(solver, &put_down));
         self.ground = ground;
         let came = std::mem::replace(&mut self.bodies, put_down);
+        // The first step finds treads that hold energy already: it counts as taken from there.
+        let in_treads_j = match is_found {
+            true => self.reactions.all().iter().map(Reaction::tread_j).sum(),
+            false => 0.0,
+        };
         if is_found {
             for (body, came) in self.bodies.iter_mut().zip(&came) {
                 body.stand(&came.state);
             }
         }
         self.reactions = Reactions::default();
-        self.energies = Energies::default();
+        self.energies = Energies {
+            impact_j: in_treads_j,
+            ..Energies::default()
+        };
         self.solution = ContactSolution::default();
     }
 

@@ -15,7 +15,8 @@ fn skid() -> Robot {
     let mut robot = mecanum4();
     for wheel in &mut robot.wheels {
         wheel.gamma_rad = 0.0;
-        wheel.rollers = vec![Roller::tyre(wheel.radius_m, WIDTH_M, SHOULDER_M).expect("a tyre")];
+        wheel.rollers =
+            vec![Roller::tyre(&wheel.name, wheel.radius_m, WIDTH_M, SHOULDER_M).expect("a tyre")];
     }
     robot
 }

@@ -91,6 +91,12 @@ impl Export {
     /// A robot that is not omnidirectional, rollers without a shape in the format, and an invalid
     /// simulation.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
+        if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
+            return Err(Error::invalid(
+                format!("rollers are exported, and `{}` rolls on a tyre", wheel.name),
+                "take the robot's own file: a simulator's cylinder does what a tyre does",
+            ));
+        }
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
         let kinematics = Kinematics::new(robot)?;
         let fitted = fit(robot, format.shapes());

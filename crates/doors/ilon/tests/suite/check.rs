@@ -134,7 +134,7 @@ fn a_bound_that_cannot_fail_is_refused_where_it_stands() {
         ("c", "[[expect.signals]]\nsignal = \"truth_y_m\"\n"),
         ("d", "[expect]\nhub_ripple_m = { min = 1, max = 0 }\n"),
         ("g", "[expect]\nhub_ripple_m = { max = -1 }\n"),
-        ("h", "[expect]\nsaturated_share = { max = 0.1 }\n"),
+        ("h", "[expect]\nposition_error_final_m = { max = 0.1 }\n"),
         ("i", "[expect]\ndesign.rank = { min = 3 }\n"),
         (
             "e",

@@ -199,7 +199,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 )]
 #[test_case(
     steered(),
-    Asks("These are not Swedish wheels", "given 12 rollers");
+    Robot("and are given tyres: some of them are steered");
     "steered wheels"
 )]
 #[test_case(

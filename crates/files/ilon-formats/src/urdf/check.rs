@@ -260,6 +260,8 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     let pose = robot.standing_pose();
     match &pose {
         Some(pose) => check_standing(source, &robot, pose, &mut remarks)?,
+        // It stands on its casters too.
+        None if robot.wheels.iter().any(Wheel::has_tyre) && !robot.joints.is_empty() => {}
         None => remarks.push(Remark::new(
             format!("link `{}`", robot.chassis.name),
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",

@@ -58,9 +58,13 @@ pub(super) fn tyred(
 ) -> Result<Vec<BareWheel>, RobotError> {
     for (key, value) in [
         ("tyres.width_m", options.width_m),
-        ("tyres.shoulder_radius_m", options.shoulder_radius_m),
+        // Sharp shoulders have the radius 0.
+        (
+            "tyres.shoulder_radius_m",
+            options.shoulder_radius_m.filter(|m| *m != 0.0),
+        ),
     ] {
-        if let Some(value) = value.filter(|v| !(v.is_finite() && *v >= 0.0)) {
+        if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
             return Err(loading.source.robot_error(Fault::OutOfRange {
                 key: key.to_owned(),
                 value: value.to_string(),
@@ -74,26 +78,31 @@ pub(super) fn tyred(
         .iter()
         .map(|name| named(loading, name, candidates, survey));
     let likes: Vec<WheelLike> = likes.collect::<Result<_, _>>()?;
-    if let Some(twice) = likes.iter().find(|like| !is_free(like)) {
-        let name = &loading.tree.joints[twice.joint].name;
-        return Err(loading.source.joint_error(name, Fault::HasRollers));
-    }
-    for like in &likes {
-        let name = &loading.tree.joints[like.joint].name;
-        check_level(loading.source, name, &like.axis)?;
-    }
     let free = options.free.iter();
     let free = free.map(|name| named(loading, name, candidates, survey));
     let free: Vec<WheelLike> = free.collect::<Result<_, _>>()?;
-    let is_driven = |like: &WheelLike| free.iter().all(|of| of.joint != like.joint);
+    let all = || likes.iter().chain(&free);
+    for (place, like) in all().enumerate() {
+        let name = &loading.tree.joints[like.joint].name;
+        check_level(loading.source, name, &like.axis)?;
+        if !is_free(&like) {
+            return Err(loading.source.joint_error(name, Fault::HasRollers));
+        }
+        if all().take(place).any(|other| other.joint == like.joint) {
+            return Err(loading.source.robot_error(Fault::OutOfRange {
+                key: "tyres.joints".to_owned(),
+                value: format!("a list with `{name}` twice"),
+                range: "each wheel once, in `joints` or in `free`",
+            }));
+        }
+    }
     let given = |(like, driven)| BareWheel {
         like,
         gives: Gives::Tyre(options.clone(), driven),
     };
-    let driven = likes.into_iter().filter(is_driven).map(|like| (like, true));
-    let all: Vec<(WheelLike, bool)> = driven.collect();
+    let driven = likes.into_iter().map(|like| (like, true));
     let idle = free.into_iter().map(|like| (like, false));
-    Ok(all.into_iter().chain(idle).map(given).collect())
+    Ok(driven.chain(idle).map(given).collect())
 }
 
 /// Returns the wheels that the options name, by default those that turn and stand on the floor,
@@ -356,7 +365,8 @@ fn tyre_of(
     let width_m = options.width_m.or_else(shown_m);
     let width_m = width_m.unwrap_or(WIDTH_SHARE * radius_m);
     let shoulder_m = options.shoulder_radius_m.unwrap_or(0.125 * width_m);
-    let tyre = Roller::tyre(radius_m, width_m, shoulder_m);
+    let name = &loading.tree.joints[given.like.joint].name;
+    let tyre = Roller::tyre(name, radius_m, width_m, shoulder_m);
     let tyre = tyre.map_err(|_| Fault::OutOfRange {
         key: "tyres".to_owned(),
         value: format!(

@@ -182,7 +182,11 @@ pub(super) fn decide(
                         role: Some(RoleOption::Free),
                         ..JointOptions::default()
                     };
-                    asked(loading, joint, &free)?
+                    let role = asked(loading, joint, &free)?;
+                    role.map(|role| Role {
+                        why: "free: a caster".to_owned(),
+                        ..role
+                    })
                 }
                 None => {
                     let bound = tree.joints[joint].mimics && !follows_rocker();

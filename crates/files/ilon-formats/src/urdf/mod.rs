@@ -212,9 +212,16 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         (None, None) if may_infer => infer::tyres(loading, &survey),
         (Some(asked), _) if asked.joints.is_empty() => {
             let found = infer::on_tyres(loading.tree, &survey);
+            let is_asked = |name: &String| asked.free.contains(name);
+            let mut free = asked.free.clone();
+            free.extend(found.free.into_iter().filter(|name| !is_asked(name)));
             Some(TyreOptions {
-                joints: found.joints,
-                free: [found.free, asked.free].concat(),
+                joints: found
+                    .joints
+                    .into_iter()
+                    .filter(|name| !is_asked(name))
+                    .collect(),
+                free,
                 ..asked
             })
         }
