@@ -38,10 +38,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         .enumerate()
         .map(|(index, one)| of_cause(one, posture, index == 0))
         .collect();
-    if told.len() > MOST_TOLD {
-        let more = told.len() - MOST_TOLD;
-        lines.push(format!("{more} more made less difference."));
-    }
+    lines.extend(told.get(MOST_TOLD..).and_then(untold));
     lines.extend(together(&ablations));
     lines.extend(no_difference(&idle, header));
     let failed = header.twins.iter().filter_map(|twin| match &twin.change {
@@ -56,6 +53,20 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         )
     }));
     lines
+}
+
+/// Counts the causes without a sentence of their own.
+fn untold(rest: &[&Ablation]) -> Option<String> {
+    let helped = rest.iter().filter(|one| one.helped()).count();
+    let counts = [
+        (rest.len() - helped, "made less difference"),
+        (helped, "helped"),
+    ];
+    let counts = counts.iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<String> = counts
+        .map(|(count, did)| format!("{count} more {did}"))
+        .collect();
+    (!counts.is_empty()).then(|| format!("{}.", counts.join("; ")))
 }
 
 /// Returns the name of a cause.
@@ -173,8 +184,13 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
         true => format!(", compared with the same run without {}", it(cause)),
         false => String::new(),
     };
+    let helped = match (one.helped(), is_plural(cause)) {
+        (false, _) => "",
+        (true, false) => "<b>helped</b>: it ",
+        (true, true) => "<b>helped</b>: they ",
+    };
     format!(
-        "{} {}{against}.",
+        "{} {helped}{}{against}.",
         capital(cause),
         what.collect::<Vec<_>>().join(joined)
     )
