@@ -384,3 +384,66 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
     }
     measures
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::made_up_run;
+    use ilon_trace::{Apart, Cause, Settings, Twin};
+
+    /// The sentences of a run that was repeated without causes: of each how many times as large its error was without it.
+    fn said(open_loop: bool, errors: &[f64]) -> Vec<String> {
+        let mut trace = made_up_run(2.0, open_loop);
+        let summary = Summary::of(&trace, &Settings::default());
+        let key = match open_loop {
+            true => "ledger.total.path_m",
+            false => "position_error_max_m",
+        };
+        let twin = |(index, times): (usize, &f64)| {
+            let most_m = 0.5 - 0.05 * index as f64;
+            let apart = Apart {
+                most_m,
+                ahead_m: most_m,
+                ..Apart::default()
+            };
+            let cause = Cause {
+                key: format!("faults.{index}"),
+                words: format!("the push {index}"),
+            };
+            let came = Ok((summary.clone(), Some(apart)));
+            let mut twin = Twin::new(Change::Without(cause), came);
+            *twin.figures.get_mut(key).expect("a figure") *= times;
+            twin
+        };
+        trace.header.twins = errors.iter().enumerate().map(twin).collect();
+        let summary = Summary::of(&trace, &Settings::default());
+        sentences(&trace.header, &summary, &Posture::default())
+    }
+
+    #[test]
+    fn what_helped_is_counted_apart_from_what_made_less_difference() {
+        for (errors, count) in [
+            (
+                &[0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 2.0][..],
+                "2 more made less difference; 1 more helped.",
+            ),
+            (&[0.5, 2.0, 0.5, 0.5, 0.5], "1 more helped."),
+            (&[0.5, 0.5, 0.5, 0.5, 0.5], "1 more made less difference."),
+        ] {
+            for open_loop in [false, true] {
+                let lines = said(open_loop, errors);
+                assert!(lines.iter().any(|line| line == count), "{lines:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_helped_in_open_loop_is_said_to_have() {
+        let lines = said(true, &[2.0, 0.5]);
+        assert!(lines[0].starts_with("The push 1 put"), "{lines:?}");
+        assert!(
+            lines[1].starts_with("The push 0 <b>helped</b>: it put"),
+            "{lines:?}"
+        );
+    }
+}
