@@ -23,7 +23,7 @@ pub struct Run {
     #[serde(default = "default_control_dt_s")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
-    /// Control periods per row of the trace. Rows keep the means and extremes in between; figures are of all periods.
+    /// Control periods per row of the trace. Rows keep the means and extremes in between; figures are of all periods, sentences and plots are of rows.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,

@@ -23,6 +23,7 @@ impl Listing {
 
     /// Adds a file that was made under this listing.
     pub fn add(mut self, path: PathBuf) -> Passing {
+        let path = std::path::absolute(&path).unwrap_or(path);
         self.0.insert(path.clone());
         Passing(path)
     }
@@ -38,9 +39,43 @@ impl Drop for Passing {
 /// that begins or finishes such a file waits forever.
 pub fn discard_unfinished() {
     let listed = Listing::open();
-    // A folder after the files in it.
-    for path in listed.0.iter().rev() {
-        let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
-    }
+    remove(&listed.0);
     std::mem::forget(listed);
+}
+
+/// Removes the listed files, and then the listed folders if they are empty.
+fn remove(listed: &BTreeSet<PathBuf>) {
+    for path in listed {
+        let _ = fs::remove_file(path);
+    }
+    // An outer folder sorts before those in it.
+    for path in listed.iter().rev() {
+        let _ = fs::remove_dir(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A temporary file is listed by its absolute path, its folder perhaps by a relative one, which sorts elsewhere.
+    #[test]
+    #[cfg(unix)]
+    fn a_folder_is_removed_with_the_file_in_it_however_it_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let here = std::env::current_dir().unwrap();
+        let up: PathBuf = here.components().skip(1).map(|_| "..").collect();
+        for (name, is_relative) in [("a", false), ("b", true)] {
+            let folder = place.path().join(name);
+            let file = folder.join("unfinished");
+            fs::create_dir(&folder).unwrap();
+            fs::write(&file, "").unwrap();
+            let listed = match is_relative {
+                true => up.join(folder.strip_prefix("/").unwrap()),
+                false => folder.clone(),
+            };
+            remove(&BTreeSet::from([listed, file]));
+            assert!(!folder.exists(), "{name}");
+        }
+    }
 }

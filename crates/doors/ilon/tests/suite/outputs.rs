@@ -81,6 +81,27 @@ fn an_interrupted_run_leaves_whole_files_and_no_lock() {
             ilon::trace::Trace::read_parquet(&part).expect("a whole part");
         }
     }
+    // During the first part: the folder is left, and named, only if that part is whole.
+    for out in ["c", "d", "e"] {
+        let growing = format!("{out}/trace.partial");
+        let child = begun(&folder, out);
+        let is_written = |name: &String| name.starts_with(".0000000");
+        let start = Instant::now();
+        while !folder.names(&growing).iter().any(is_written) {
+            assert!(start.elapsed() < Duration::from_secs(60), "no part began");
+        }
+        let told = interrupted(child, "-INT", 130);
+        let left = folder.names(out).contains(&"trace.partial".to_owned());
+        assert_eq!(told.contains(&growing), left, "{told}");
+        assert!(
+            !left
+                || folder
+                    .names(&growing)
+                    .iter()
+                    .all(|name| name.ends_with(".parquet"))
+        );
+        assert!(!left || !folder.names(&growing).is_empty());
+    }
     // The next run takes the folder, and is whole.
     ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "a"]));
     assert_eq!(folder.names("a").len(), 4, "{:?}", folder.names("a"));

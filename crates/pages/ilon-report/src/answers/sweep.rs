@@ -10,7 +10,7 @@ use crate::page::Answer;
 use crate::sweep::figure as number;
 use crate::text::capital;
 use ilon_sweep::findings::gaps::Gap;
-use ilon_sweep::findings::grid::{Extreme, MainEffect, RangeOf};
+use ilon_sweep::findings::grid::{Extreme, Level, MainEffect, RangeOf};
 use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt, Notes};
 use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
 
@@ -188,14 +188,16 @@ fn range(one: &RangeOf, study: &Study) -> String {
 /// Reports that the least or the largest value of a grid lies at the end of axes that matter, so that the grid may have missed
 /// what lies beyond.
 fn at_the_ends(one: &RangeOf, study: &Study) -> String {
-    let ends = |extreme: &Extreme| -> String {
+    let ends = |extreme: &Extreme, of: fn(&Level) -> Option<f64>| -> String {
         let axes = one.axes.iter();
         let axes = axes.filter(|axis| axis.share.is_none_or(|share| share >= LEAST_SHARE));
-        let axes = axes.filter(|axis| is_at_an_end(extreme, axis));
+        let axes = axes.filter(|axis| is_at_an_end_alone(&one.quantity, extreme, axis, of));
         let names: Vec<String> = axes.map(|axis| key_words(&axis.key, study).0).collect();
         names.join(" and ")
     };
-    match (ends(&one.least), ends(&one.largest)) {
+    let least = ends(&one.least, |level| level.least);
+    let largest = ends(&one.largest, |level| level.largest);
+    match (least, largest) {
         (least, largest) if least.is_empty() && largest.is_empty() => String::new(),
         (least, largest) if least == largest => {
             format!(" Both lie at the end of {least}: further out there may be less, and more.")
@@ -212,15 +214,27 @@ fn at_the_ends(one: &RangeOf, study: &Study) -> String {
     }
 }
 
-/// Whether a run has the lowest or the highest value of an axis of numbers. Two values are all ends, and a seed has no order.
-fn is_at_an_end(extreme: &Extreme, axis: &MainEffect) -> bool {
-    let values: Option<Vec<f64>> = axis.levels.iter().map(|of| number_of(&of.value)).collect();
+/// Whether a run has the lowest or the highest value of an axis of numbers, and no value between them comes to the same, to four digits. Two values are
+/// all ends, and a seed has no order.
+fn is_at_an_end_alone(
+    quantity: &str,
+    extreme: &Extreme,
+    axis: &MainEffect,
+    of: fn(&Level) -> Option<f64>,
+) -> bool {
+    let levels = axis.levels.iter();
+    let values: Option<Vec<f64>> = levels.map(|level| number_of(&level.value)).collect();
     let at = extreme.values.get(&axis.key).and_then(number_of);
     let (Some(values), Some(at), false) = (values, at, axis.key.ends_with("seed")) else {
         return false;
     };
-    let is_beyond = |beyond: fn(&f64, &f64) -> bool| values.iter().any(|value| beyond(value, &at));
-    values.len() > 2 && !(is_beyond(f64::lt) && is_beyond(f64::gt))
+    let is_inner = |at: f64| values.iter().any(|x| *x < at) && values.iter().any(|x| *x > at);
+    let shown = |value: f64| value_of(quantity, value);
+    let comes_to_it = |level: &Level| of(level).map(shown) == Some(shown(extreme.value));
+    let mut levels = values.iter().zip(&axis.levels);
+    values.len() > 2
+        && !is_inner(at)
+        && !levels.any(|(value, level)| is_inner(*value) && comes_to_it(level))
 }
 
 fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
@@ -372,6 +386,30 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The least is 1, at the first of three values of an axis: at its end, unless the middle one reaches it too.
+    #[test]
+    fn a_least_that_is_reached_between_the_ends_too_does_not_lie_at_an_end() {
+        let is_at_end = |inner: f64, outer: f64| {
+            let level = |value: f64, least: f64| serde_json::json!({ "value": value, "mean": 2.0, "least": least });
+            let range = serde_json::json!({
+                "quantity": "travelled_m", "scenario": "a.toml", "runs": 3, "mean": 2.0,
+                "least": { "value": 1.0, "run": 0, "values": { "a.first": 0.1 } },
+                "largest": { "value": 3.0, "run": 8, "values": { "a.first": 0.3 } },
+                "axes": [{ "key": "a.first", "levels": [level(0.1, 1.0), level(0.2, inner), level(0.3, outer)] }],
+            });
+            let range: RangeOf = serde_json::from_value(range).unwrap();
+            is_at_an_end_alone(&range.quantity, &range.least, &range.axes[0], |level| {
+                level.least
+            })
+        };
+        assert!(is_at_end(1.2, 1.4));
+        // At both ends.
+        assert!(is_at_end(1.2, 1.0));
+        assert!(!is_at_end(1.0, 1.0));
+        // Rounding.
+        assert!(!is_at_end(1.0 + 1e-12, 1.4));
+    }
 
     #[test]
     fn a_minimum_says_how_many_searches_agree_and_whether_it_lies_at_an_end() {

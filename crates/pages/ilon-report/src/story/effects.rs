@@ -38,10 +38,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         .enumerate()
         .map(|(index, one)| of_cause(one, posture, index == 0))
         .collect();
-    if told.len() > MOST_TOLD {
-        let more = told.len() - MOST_TOLD;
-        lines.push(format!("{more} more made less difference."));
-    }
+    lines.extend(told.get(MOST_TOLD..).and_then(untold));
     lines.extend(together(&ablations));
     lines.extend(no_difference(&idle, header));
     let failed = header.twins.iter().filter_map(|twin| match &twin.change {
@@ -56,6 +53,20 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         )
     }));
     lines
+}
+
+/// Counts the causes without a sentence of their own.
+fn untold(rest: &[&Ablation]) -> Option<String> {
+    let helped = rest.iter().filter(|one| one.helped()).count();
+    let counts = [
+        (rest.len() - helped, "made less difference"),
+        (helped, "helped"),
+    ];
+    let counts = counts.iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<String> = counts
+        .map(|(count, did)| format!("{count} more {did}"))
+        .collect();
+    (!counts.is_empty()).then(|| format!("{}.", counts.join("; ")))
 }
 
 /// Returns the name of a cause.
@@ -173,8 +184,13 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
         true => format!(", compared with the same run without {}", it(cause)),
         false => String::new(),
     };
+    let helped = match (one.helped(), is_plural(cause)) {
+        (false, _) => "",
+        (true, false) => "<b>helped</b>: it ",
+        (true, true) => "<b>helped</b>: they ",
+    };
     format!(
-        "{} {}{against}.",
+        "{} {helped}{}{against}.",
         capital(cause),
         what.collect::<Vec<_>>().join(joined)
     )
@@ -367,4 +383,67 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
         measures.push((fallen(from_j, to_j), text));
     }
     measures
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::made_up_run;
+    use ilon_trace::{Apart, Cause, Settings, Twin};
+
+    /// The sentences of a run that was repeated without causes: of each how many times as large its error was without it.
+    fn said(open_loop: bool, errors: &[f64]) -> Vec<String> {
+        let mut trace = made_up_run(2.0, open_loop);
+        let summary = Summary::of(&trace, &Settings::default());
+        let key = match open_loop {
+            true => "ledger.total.path_m",
+            false => "position_error_max_m",
+        };
+        let twin = |(index, times): (usize, &f64)| {
+            let most_m = 0.5 - 0.05 * index as f64;
+            let apart = Apart {
+                most_m,
+                ahead_m: most_m,
+                ..Apart::default()
+            };
+            let cause = Cause {
+                key: format!("faults.{index}"),
+                words: format!("the push {index}"),
+            };
+            let came = Ok((summary.clone(), Some(apart)));
+            let mut twin = Twin::new(Change::Without(cause), came);
+            *twin.figures.get_mut(key).expect("a figure") *= times;
+            twin
+        };
+        trace.header.twins = errors.iter().enumerate().map(twin).collect();
+        let summary = Summary::of(&trace, &Settings::default());
+        sentences(&trace.header, &summary, &Posture::default())
+    }
+
+    #[test]
+    fn what_helped_is_counted_apart_from_what_made_less_difference() {
+        for (errors, count) in [
+            (
+                &[0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 2.0][..],
+                "2 more made less difference; 1 more helped.",
+            ),
+            (&[0.5, 2.0, 0.5, 0.5, 0.5], "1 more helped."),
+            (&[0.5, 0.5, 0.5, 0.5, 0.5], "1 more made less difference."),
+        ] {
+            for open_loop in [false, true] {
+                let lines = said(open_loop, errors);
+                assert!(lines.iter().any(|line| line == count), "{lines:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_helped_in_open_loop_is_said_to_have() {
+        let lines = said(true, &[2.0, 0.5]);
+        assert!(lines[0].starts_with("The push 1 put"), "{lines:?}");
+        assert!(
+            lines[1].starts_with("The push 0 <b>helped</b>: it put"),
+            "{lines:?}"
+        );
+    }
 }

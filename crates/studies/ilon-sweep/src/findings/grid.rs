@@ -64,6 +64,12 @@ pub struct Level {
     pub value: Value,
     /// Mean of the quantity over all runs at this value; `None` if none has it.
     pub mean: Option<f64>,
+    /// The smallest of these.
+    #[serde(default)]
+    pub least: Option<f64>,
+    /// The largest of these.
+    #[serde(default)]
+    pub largest: Option<f64>,
 }
 
 impl MainEffect {
@@ -133,13 +139,15 @@ pub(super) fn range(
         }
         let level = |value: &&Value| {
             let here = |row: &Row| row.values.get(*place).map(text_of) == Some(text_of(value));
-            let mut values = known
-                .iter()
-                .filter(|(row, _)| here(row))
-                .map(|known| known.1);
+            let values = || {
+                let known = known.iter().filter(|(row, _)| here(row));
+                known.map(|known| known.1)
+            };
             Level {
                 value: (*value).clone(),
-                mean: mean_of(&mut values),
+                mean: mean_of(&mut values()),
+                least: values().reduce(f64::min),
+                largest: values().reduce(f64::max),
             }
         };
         let levels: Vec<Level> = levels.iter().map(level).collect();
