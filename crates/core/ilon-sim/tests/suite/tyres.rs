@@ -76,7 +76,6 @@ fn a_swerve_robot_leaves_straight_to_the_side() {
     "robot.tyres = { joints = [\"front_left\", \"front_left\", \"rear_left\"] }",
     "twice"
 )]
-#[test_case("robot.tyres = { width_m = 0 }", "above 0")]
 #[test_case("rollers.bearings = \"bushings\"", "rolls on a tyre")]
 #[test_case("rollers.crown = 0.8", "rolls on a tyre")]
 fn what_makes_no_sense_of_tyres_is_refused(line: &str, words: &str) {

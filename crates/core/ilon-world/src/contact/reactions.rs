@@ -284,7 +284,7 @@ impl ReactionSolver {
                 self.problem.warm_start(law, before.impulse);
             }
         }
-        self.error = self.solver.solve(&mut self.problem, scenes.is_halved);
+        self.error = self.solver.solve(&mut self.problem);
         self.take_solution(scenes.dt_s);
         self.responses.complete(scenes, &mut self.change);
     }

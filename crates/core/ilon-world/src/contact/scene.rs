@@ -20,8 +20,6 @@ pub(crate) struct Scenes<'a> {
     pub settings: &'a Settings,
     /// Length of the step, in seconds.
     pub dt_s: f64,
-    /// Whether it is taken in halves where its laws cannot be solved.
-    pub is_halved: bool,
     pub bodies: &'a [Articulated],
     /// The reactions between them in the last step.
     pub reactions: &'a Reactions,

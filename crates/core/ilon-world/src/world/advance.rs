@@ -110,7 +110,6 @@ impl World {
             ground: &self.ground,
             settings: &self.settings,
             dt_s,
-            is_halved: 0.5 * dt_s >= self.shortest_part_s(),
             bodies: &self.bodies,
             reactions: &self.reactions,
         }

@@ -83,7 +83,6 @@ pub(super) fn check_together(
         ground,
         settings,
         dt_s: settings.dt_s,
-        is_halved: false,
         bodies,
         reactions: &Reactions::default(),
     };

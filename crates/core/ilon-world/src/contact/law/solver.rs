@@ -40,16 +40,11 @@ const OTHERS: (u32, Stride) = (60, Stride::Searched);
 /// Steps of `splitting` before each other start. Chosen.
 const BETWEEN: [usize; 8] = [25, 25, 50, 100, 200, 400, 800, 1600];
 
-/// So many of the other starts are tried before a step is taken in halves: a shorter step is more
-/// easily solved than a long one from better and better starts.
-const EARLY: usize = 2;
-
 impl Solver {
-    /// Solves for the impulses, from those that are supposed. Gives by how much the laws are broken
-    /// in the end, in m/s or rad/s. Gives up early where the step is then taken in halves.
-    pub fn solve(&mut self, problem: &mut ImpulseProblem, is_halved: bool) -> f64 {
-        let starts = if is_halved { EARLY } else { BETWEEN.len() };
-        let error = self.solve_in_discs(problem, starts);
+    /// Solves for the impulses from the assumed ones. Returns by how much the laws are broken in the
+    /// end, in m/s or rad/s.
+    pub fn solve(&mut self, problem: &mut ImpulseProblem) -> f64 {
+        let error = self.solve_in_discs(problem);
         problem.take_back();
         error
     }
@@ -59,7 +54,7 @@ impl Solver {
         std::mem::take(&mut self.effort)
     }
 
-    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem, starts: usize) -> f64 {
+    fn solve_in_discs(&mut self, problem: &mut ImpulseProblem) -> f64 {
         let mut least = problem.error();
         if least <= TOLERANCE {
             return least;
@@ -75,7 +70,7 @@ impl Solver {
         }
         problem.go_back(&self.begun);
         self.splitting.begin(problem);
-        for &steps in &BETWEEN[..starts] {
+        for steps in BETWEEN {
             self.effort.restarts += 1;
             let error = self.splitting.go(problem, &mut self.matrix, steps);
             if self.keep_if_better(problem, &mut least, error)

@@ -94,7 +94,7 @@ impl Turning {
         let place = problem.add_curve(&curve);
         problem.push(Law::Curve { place }, &[free_rad_s]);
         problem.set_delassus(|_, w| w[0] = own);
-        let error = Solver::default().solve(&mut problem, false);
+        let error = Solver::default().solve(&mut problem);
         assert!(error < 1e-8, "{error}");
 
         self.rate_rad_s = problem.velocities()[0];

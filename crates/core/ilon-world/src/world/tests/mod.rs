@@ -252,7 +252,6 @@ fn only_what_is_near_is_looked_at() {
         ground: &world.ground,
         settings: &world.settings,
         dt_s: world.settings.dt_s,
-        is_halved: false,
         bodies: &world.bodies,
         reactions: &world.reactions,
     };
