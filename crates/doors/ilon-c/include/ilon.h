@@ -189,8 +189,7 @@ const char *ilon_version(void);
 //
 // On success the handle is in `plant`; free it with `ilon_plant_free`. What moves the robot in the
 // scenario is ignored: only the advance functions drive it.
-IlonStatus ilon_plant_load(const char *path,
-                           IlonPlant *plant);
+IlonStatus ilon_plant_load(const char *path, IlonPlant *plant);
 
 // Like `ilon_plant_load`, but from a scenario's text. Its relative paths start from `folder`.
 IlonStatus ilon_plant_parse(const char *toml, const char *folder, IlonPlant *plant);
@@ -207,9 +206,7 @@ IlonStatus ilon_plant_wheel_name(IlonPlant plant, size_t wheel, char *buffer, si
 // Restarts a plant at rest: time zero, noise from `seed`, the robot at `pose`, or at the
 // scenario's start if that is null. Wrench, payload and grip are cleared, and friction is the
 // scenario's.
-IlonStatus ilon_plant_reset(IlonPlant plant,
-                            uint64_t seed,
-                            const IlonPose *pose);
+IlonStatus ilon_plant_reset(IlonPlant plant, uint64_t seed, const IlonPose *pose);
 
 // Advances by a period in seconds while the wheel loops follow rates in rad/s, one per wheel. With
 // sampled wheel loops the period must be a whole number of physics steps.
@@ -233,11 +230,7 @@ IlonStatus ilon_plant_energies(IlonPlant plant, IlonEnergies *energies);
 
 // The current sensor readings, with noise, delay and faults: the robot's pose, and the rates in
 // rad/s and angles in rad of its wheels. Each of the three pointers may be null.
-IlonStatus ilon_plant_observe(IlonPlant plant,
-                              IlonPose *pose,
-                              double *rates_rad_s,
-                              double *angles_rad,
-                              size_t count);
+IlonStatus ilon_plant_observe(IlonPlant plant, IlonPose *pose, double *rates_rad_s, double *angles_rad, size_t count);
 
 // The wheel rates in rad/s at which a robot without wheel slip has a twist: vx and vy in m/s and
 // omega in rad/s, in the body frame.
@@ -266,8 +259,7 @@ IlonStatus ilon_plant_set_down(IlonPlant plant, const double *down_in_world);
 // numbers, row by row, linear at the body frame's origin before angular, along the world's axes,
 // in kg, kg m and kg m^2. Set also the wrench that these bodies apply to an unaccelerated chassis.
 // Both engines are then coupled without a delay, whatever the masses. All zeros end the coupling.
-IlonStatus ilon_plant_set_articulated_inertia(IlonPlant plant,
-                                              const double *inertia);
+IlonStatus ilon_plant_set_articulated_inertia(IlonPlant plant, const double *inertia);
 
 // Scales the ground's friction under the rollers of a wheel by a share; 1 for full friction.
 IlonStatus ilon_plant_set_grip(IlonPlant plant, size_t wheel, double share);

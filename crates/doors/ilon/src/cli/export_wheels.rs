@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             }
         }
         let furthest = export.furthest();
-        if let Some((drive, off)) = furthest.filter(|(_, off)| !(*off <= AGREES)) {
+        if let Some((drive, off)) = furthest.filter(|(_, off)| off.is_nan() || *off > AGREES) {
             outcome = Outcome::Unexpected;
             console::note(&format!(
                 "warning: MuJoCo and ilon differ by {:.2} % on the drive `{drive}`: do not trust this robot there",

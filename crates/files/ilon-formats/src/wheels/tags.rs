@@ -130,10 +130,10 @@ pub(super) fn sdf(
         );
         if let Role::Body(JointRole::Driven(servo)) = joint.role {
             let most = servo.effort.min(1e16);
-            let _ = write!(
+            let _ = writeln!(
                 plugins,
                 "<plugin filename=\"gz-sim-joint-position-controller-system\" name=\"gz::sim::systems::JointPositionController\"><joint_name>{}</joint_name>\
-                 <p_gain>{}</p_gain><i_gain>0</i_gain><d_gain>{}</d_gain><cmd_max>{most:e}</cmd_max><cmd_min>-{most:e}</cmd_min></plugin>\n",
+                 <p_gain>{}</p_gain><i_gain>0</i_gain><d_gain>{}</d_gain><cmd_max>{most:e}</cmd_max><cmd_min>-{most:e}</cmd_min></plugin>",
                 attribute(joint.name),
                 num(servo.stiffness),
                 num(servo.damping)

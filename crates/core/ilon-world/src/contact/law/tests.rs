@@ -36,7 +36,7 @@ impl Draw {
 }
 
 fn solve(problem: &mut ImpulseProblem) -> f64 {
-    Solver::default().solve(problem, false)
+    Solver::default().solve(problem)
 }
 
 fn bearing(most_n_m_s: f64) -> Law {
