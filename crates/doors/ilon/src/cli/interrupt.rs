@@ -20,8 +20,8 @@ static LEFT: Mutex<Option<Words>> = Mutex::new(None);
 
 type Words = Box<dyn FnOnce() -> String + Send>;
 
-/// From now on, SIGINT and SIGTERM end the process with the exit code 130 or 143, as a shell reports them, once its
-/// unfinished files and locks are removed. Where this cannot be arranged, they end it as they end any process.
+/// From now on, SIGINT and SIGTERM end the process once its unfinished files and locks are removed. It
+/// ends by the signal, which a shell reports as the exit code 130 or 143.
 pub fn end_on_signals() {
     let signal = Arc::new(AtomicUsize::new(0));
     let heard = Arc::clone(&signal);
@@ -50,6 +50,8 @@ fn end(signal: usize) -> ! {
     let left = LEFT.lock().unwrap_or_else(PoisonError::into_inner).take();
     let left = left.map_or_else(String::new, |words| words());
     console::note(&format!("note: interrupted{left}"));
+    // By the signal itself, so that a shell's loop around the command ends too.
+    let _ = signal_hook::low_level::emulate_default_handler(signal as i32);
     std::process::exit(128 + signal as i32)
 }
 
