@@ -25,7 +25,7 @@ const UNITS: [(&str, &str); 10] = [
 /// Ties an instance to its description: another version of ilon, other variables or other start
 /// values give another token.
 pub fn token(variables: &[Variable]) -> String {
-    // FNV-1a, as it is a few lines and needs no resistance to attacks.
+    // FNV-1a: short, and no attack has to be resisted here.
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let mut take = |text: &str| {
         for byte in text.bytes() {

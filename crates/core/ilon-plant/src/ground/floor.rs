@@ -34,7 +34,7 @@ pub(crate) fn floor(
     let slope_rad = section.slope_deg.to_radians();
     let boxes = upright(section).map(|solid| GroundBox {
         center_m: Vector3::new(solid.center_m[0], solid.center_m[1], 0.0),
-        // The box extends as deep into the ground as it is high.
+        // The box extends into the ground by its own height.
         half_sides_m: Vector3::new(
             0.5 * solid.sides_m[0],
             0.5 * solid.sides_m[1],

@@ -104,7 +104,7 @@ impl Controller for Idle {
     }
 }
 
-/// The last decision, as it is recorded.
+/// The recorded part of the last decision.
 #[derive(Clone, Debug, Default)]
 struct Decision {
     pub desired: Option<Desired>,
@@ -322,6 +322,31 @@ impl Pilot {
         let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
         let modules = self.modules.iter().filter(move |_| steers);
         modules.flat_map(Modules::targets_rad)
+    }
+
+    /// A remark on the first twist of a schedule to which a module cannot turn from where it starts;
+    /// `None` if all can, and without a schedule.
+    pub fn beyond_steering(&self, scenario: &Scenario) -> Option<String> {
+        let Planned::Twist(profile) = &self.motion else {
+            return None;
+        };
+        let positions = self.robot.start_positions();
+        let posed = self.robot.posed(&positions);
+        let hubs: Vec<_> = posed.wheels.iter().map(|w| w.body_from_hub).collect();
+        let beyond = |twist: Twist| {
+            let twist = self.kinematics.reachable(twist);
+            let known = (&self.kinematics, &hubs[..]);
+            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, &positions)?;
+            Some((twist, joint))
+        };
+        let (twist, joint) = profile.held().find_map(beyond)?;
+        let joint = &self.robot.joints[joint];
+        let [lower_deg, upper_deg] = joint.limits.map(f64::to_degrees);
+        Some(format!(
+            "`{}` cannot turn to where its wheel would roll along [twist] (vx_m_s = {}, vy_m_s = {}, omega_rad_s = {}): its limits are {lower_deg:.1} and \
+             {upper_deg:.1} deg; it stays there, and the robot goes another way",
+            joint.name, twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s
+        ))
     }
 
     /// Commands the wheels by the numbers in `torques_n_m`, of either kind.

@@ -54,13 +54,14 @@ impl Modules {
     }
 
     /// Sends them where a twist of the body's origin wants them, with the hubs where they are, and
-    /// the joints at these positions.
+    /// the joints at these positions. Returns the first joint whose limits do not allow that.
     pub fn aim(
         &mut self,
         twist_in_body: Twist,
         (kinematics, hubs): (&Kinematics, &[Isometry3<f64>]),
         positions: &[f64],
-    ) {
+    ) -> Option<usize> {
+        let mut beyond = None;
         for module in &mut self.0 {
             let Some(v_h) = kinematics.hub_velocity_m_s(module.wheel, twist_in_body) else {
                 continue;
@@ -77,8 +78,11 @@ impl Modules {
             } else {
                 missing_rad
             };
-            module.send(module.target_rad + module.sense * shorter_rad);
+            if !module.send(module.target_rad + module.sense * shorter_rad) {
+                beyond = beyond.or(Some(module.joint));
+            }
         }
+        beyond
     }
 
     /// Where each steering joint is sent, in rad, by its index among the robot's joints.
@@ -90,13 +94,15 @@ impl Modules {
 }
 
 impl Module {
-    /// Sends it to an angle, or half a turn from there, where that is within its limits.
-    fn send(&mut self, asked_rad: f64) {
+    /// Sends it to an angle, or half a turn from there, or as far as its limits allow. Returns
+    /// whether they allow one of the two.
+    fn send(&mut self, asked_rad: f64) -> bool {
         let [lower, upper] = self.limits;
         let is_within = |rad: &f64| (lower..=upper).contains(rad);
         let ways = [asked_rad, asked_rad - PI, asked_rad + PI];
         let way_rad = ways.into_iter().find(is_within);
         self.target_rad = way_rad.unwrap_or_else(|| asked_rad.max(lower).min(upper));
+        way_rad.is_some()
     }
 }
 
@@ -174,9 +180,9 @@ mod tests {
             limits: [-1.3, 1.3],
             target_rad: 0.0,
         };
-        module.send(2.0);
+        assert!(module.send(2.0));
         assert!((module.target_rad - (2.0 - PI)).abs() < 1e-12);
-        module.send(1.5);
+        assert!(!module.send(1.5));
         assert!((module.target_rad - 1.3).abs() < 1e-12);
     }
 }

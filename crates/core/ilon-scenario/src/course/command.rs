@@ -30,7 +30,7 @@ pub enum Commanded {
     Torques,
 }
 
-/// The decision at the start of a control period, as it is recorded. Twists are those of the body's
+/// The recorded part of a decision at the start of a control period. Twists are those of the body's
 /// origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decided<'a> {

@@ -230,7 +230,7 @@ impl Simulation {
         self.run.recorder.trace()
     }
 
-    /// The scenario as it is run, with every default and every choice of the program written out.
+    /// The scenario of the run, with every default and every choice of the program written out.
     pub fn scenario(&self) -> &Scenario {
         self.run.plant.resolved().scenario()
     }

@@ -10,7 +10,6 @@ use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::{ContactSolution, Energies, World, with_solver};
-use crate::contact::reactions::reaction::Reaction;
 use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::robot::articulated::Articulated;
 use crate::robot::state::State;
@@ -48,21 +47,21 @@ impl World {
         let is_found = with_solver(|solver| self.come_to_rest(solver, &put_down));
         self.ground = ground;
         let came = std::mem::replace(&mut self.bodies, put_down);
-        // The first step finds treads that hold energy already: it counts as taken from there.
-        let in_treads_j = match is_found {
-            true => self.reactions.all().iter().map(Reaction::tread_j).sum(),
-            false => 0.0,
-        };
         if is_found {
             for (body, came) in self.bodies.iter_mut().zip(&came) {
                 body.stand(&came.state);
             }
         }
-        self.reactions = Reactions::default();
-        self.energies = Energies {
-            impact_j: in_treads_j,
-            ..Energies::default()
-        };
+        self.energies = Energies::default();
+        if is_found && self.reactions.treads_j() > 0.0 {
+            // Treads, and casters beside them, hold energy from the start.
+            self.reactions.keep_contacts();
+            self.energies.treads_j = self.reactions.treads_j();
+            let dt_s = self.reactions.dt_s();
+            self.energies.springs_j = self.reactions.spring_energy_j(&self.bodies, dt_s);
+        } else {
+            self.reactions = Reactions::default();
+        }
         self.solution = ContactSolution::default();
     }
 

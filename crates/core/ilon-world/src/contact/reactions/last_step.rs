@@ -49,6 +49,13 @@ impl Reactions {
         self.take_solved(&mut all, (error, 0.0), self.dt_s);
     }
 
+    /// Forgets all but contacts.
+    pub fn keep_contacts(&mut self) {
+        self.all.retain(|reaction| reaction.rows() == 3);
+        self.error = 0.0;
+        self.released_j = 0.0;
+    }
+
     /// The reactions of the last step.
     pub fn all(&self) -> &[Reaction] {
         &self.all
