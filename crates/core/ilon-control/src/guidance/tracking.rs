@@ -19,7 +19,7 @@ use nalgebra::Vector2;
 use crate::{ControlError, Kinematics};
 
 /// L over the distance of the furthest wheel from the tracked point (chosen).
-const LENGTHS: f64 = 2.0;
+const LENGTHS: f64 = 1.0;
 
 /// How a path goes at a moment: where, which way, how fast, and how fast it turns.
 #[derive(Clone, Copy, Debug, PartialEq)]

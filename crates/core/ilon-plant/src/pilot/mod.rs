@@ -16,7 +16,7 @@ use ilon_control::{
     Command, ContactKinematics, Desired, Guidance, Kinematics, PathTracking, Reference, Task,
     TaskShare,
 };
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use nalgebra::Vector2;
 
 use crate::pilot::modules::Modules;
@@ -322,6 +322,31 @@ impl Pilot {
         let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
         let modules = self.modules.iter().filter(move |_| steers);
         modules.flat_map(Modules::targets_rad)
+    }
+
+    /// A remark if a robot that cannot move sideways follows a reference whose heading is not that of
+    /// its path; `duration_s` is that of the run.
+    pub fn heading_beside_path(&self, duration_s: f64) -> Option<String> {
+        /// Places along the way that are compared (chosen).
+        const PLACES: usize = 200;
+        /// A smaller angle is not remarked, in radians (chosen).
+        const REMARKED_RAD: f64 = 0.05;
+        let (Some(_), Planned::Reference(reference)) = (&self.tracking, &self.motion) else {
+            return None;
+        };
+        let beside_rad = |place: usize| {
+            let t_s = duration_s * place as f64 / PLACES as f64;
+            let (path, desired) = (reference.path_at(t_s), reference.at(t_s));
+            wrap_angle(path.direction_rad - desired.pose.heading_rad).abs()
+        };
+        let most_rad = (0..=PLACES).map(beside_rad).fold(0.0, f64::max);
+        (most_rad > REMARKED_RAD).then(|| {
+            format!(
+                "the reference's heading is up to {:.1} deg beside the direction of its path, which tyres do not let the robot hold: its heading follows the path; \
+                 write `reference.heading = \"along_path\"`",
+                most_rad.to_degrees()
+            )
+        })
     }
 
     /// A remark on the first twist of a schedule to which a module cannot turn from where it starts;

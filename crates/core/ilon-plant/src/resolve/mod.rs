@@ -72,6 +72,7 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_contacts);
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     warnings.extend(pilot.beyond_steering(&scenario));
+    warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &inputs.joint_targets), &pilot),
         Driver::Own => None,

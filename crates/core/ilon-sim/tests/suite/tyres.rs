@@ -101,6 +101,23 @@ fn a_module_that_cannot_turn_so_far_is_remarked() {
     assert!(remarked(0.0) && !remarked(0.3));
 }
 
+/// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot has it.
+#[test_case("differential", "", true)]
+#[test_case("differential", "heading = \"along_path\"", false)]
+#[test_case("swerve4", "", false)]
+fn a_heading_beside_the_path_is_remarked(robot: &str, heading: &str, is_remarked: bool) {
+    let lines =
+        format!("run.duration_s = 5\n[reference.circle]\nradius_m = 1\nspeed_m_s = 0.3\n{heading}");
+    let scenario = scenario(robot, &lines);
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it drives");
+    let mut warnings = resolved.warnings().iter();
+    assert_eq!(
+        warnings.any(|words| words.contains("beside the direction")),
+        is_remarked
+    );
+}
+
 /// Each wheel once, and no key of rollers.
 #[test_case(
     "robot.tyres = { joints = [\"front_left\", \"front_left\", \"rear_left\"] }",
