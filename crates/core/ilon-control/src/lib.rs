@@ -108,3 +108,5 @@ pub use kinematics::handedness::{WrongHands, handed, other_hands};
 pub use kinematics::ideal::Kinematics;
 pub use kinematics::singularity::{Singularity, SingularityKind};
 pub use kinematics::speeds::SpeedLimits;
+pub use kinematics::turning::{Turn, sharpest_turn};
+pub use kinematics::tyres::HeldRow;

@@ -19,11 +19,11 @@ use crate::model::{
 };
 use crate::options::LoadOptions;
 use crate::prepare::read_text;
-use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check};
+use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check, is_on_tyres};
 use crate::urdf::{hub_frame, joint_frame};
 
 /// Returns the robot of a TOML description with the options' changed keys, and the changed
-/// description; `None` for another kind of file, and for options other than changed keys. Except
+/// description; `None` for another kind of file, for a robot on tyres, and for options other than changed keys. Except
 /// for rounding it is the robot as loaded, without remarks.
 ///
 /// # Errors
@@ -39,6 +39,9 @@ pub fn described(path: &Path, options: &LoadOptions) -> Result<Option<(Robot, Sp
     }
     let file = path.display().to_string();
     let text = read_text(path, &file, options)?;
+    if is_on_tyres(&text) {
+        return Ok(None);
+    }
     let spec = Spec::from_toml_str_with(&text, &file, &options.spec)?;
     Ok(Some((build(&spec)?, spec)))
 }

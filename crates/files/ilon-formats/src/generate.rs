@@ -10,6 +10,7 @@
 
 mod description;
 pub(crate) mod elements;
+mod on_tyres;
 mod ros2_control;
 pub(crate) mod suspension;
 
@@ -25,10 +26,11 @@ use self::elements::{
 use self::suspension::{Carrier, carriers, write_carrier};
 use crate::error::{Fault, RobotError};
 use crate::model::{Barrel, DriveTrain, RollerSurface};
-use crate::spec::{ChassisShape, Described, Spec, check};
+use crate::spec::{ChassisShape, ChassisSpec, Described, Spec, check};
 use ilon_robot::roll_pitch_yaw;
 
 pub use description::describe;
+pub use on_tyres::generate_on_tyres;
 pub use ros2_control::with_ros2_control;
 
 /// Spheres that stand for one roller in collision and visual.
@@ -107,7 +109,7 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
         writeln!(out)?;
     }
     writeln!(out, "-->\n<robot name=\"{}\">", attribute(&spec.name))?;
-    write_chassis(out, spec)?;
+    write_chassis(out, &spec.chassis)?;
     let carriers = carriers(spec, wheels);
     for carrier in &carriers {
         write_carrier(out, carrier)?;
@@ -119,8 +121,7 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
     writeln!(out, "</robot>")
 }
 
-fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
-    let c = &spec.chassis;
+fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Result {
     let (geometry, moments) = match c.shape {
         ChassisShape::Box { size_m: [x, y, z] } => (
             format!("<box size=\"{}\"/>", nums(&[x, y, z])),

@@ -24,7 +24,7 @@ use toml::Table;
 use crate::controller::kind;
 use crate::kinematic_fit::search_of;
 use crate::least_squares::least_squares;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, is_held};
 use crate::outcome::{Controller, HeldParameter, Value};
 use crate::scatter::Interval;
 use crate::study::robot_of;
@@ -445,7 +445,8 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
     };
     let count = names.len();
     let mut drives = vec![after("none", DMatrix::zeros(count, count))];
-    for (drive, [x, y, turn]) in DRIVES {
+    let is_held = is_held(&model.robot(&model.nominal()));
+    for (drive, [x, y, turn]) in DRIVES.into_iter().filter(|(_, of)| !is_held || of[1] == 0.0) {
         let mut turned_rad = vec![0.0; known.wheel_count()];
         known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
         let place = Some((0.0, millimetres()));

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, MatrixXx3, Vector2};
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, all_rows, scaled, singular_values, singularity_of,
 };
-use crate::kinematics::tyres::steered;
+use crate::kinematics::tyres::{HeldRow, held_rows, named_rows, steered};
 use crate::{ControlError, Kinematics, Singularity};
 
 /// Properties of any robot's M of eq. (8), singular or not. Rank, condition and singular values
@@ -25,6 +25,13 @@ pub struct Arrangement {
     /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the
     /// largest counts as zero.
     pub rank: usize,
+    /// The rank of M alone, without the rows that tyres hold.
+    pub rank_of_m: usize,
+    /// The rows that tyres add; none on rollers.
+    pub held: Vec<HeldRow>,
+    /// The dimension of the twists that the wheels can drive, once steered ones have turned to
+    /// them: 3 less the rank of the rows of unsteered tyres.
+    pub reachable: usize,
     /// The cause of a rank below 3.
     pub singularity: Option<Singularity>,
 }
@@ -47,11 +54,17 @@ impl Arrangement {
         let mean_m = sum / count as f64;
         let (about_mean, _) = scaled(&all_rows((wheels, &steered), mean_m), wheels, mean_m);
         let s = singular_values(&about_mean).map(|(s, _)| s);
-        let rank = s
-            .iter()
-            .filter(|value| **value > RANK_TOLERANCE * s[0])
-            .count();
+        let rank = rank_of(&about_mean);
+        let each = wheels.iter().zip(steered.iter().copied());
+        let excluded = held_rows(each.filter(|(_, is_steered)| !is_steered), mean_m);
+        let lost = match &excluded[..] {
+            [] => 0,
+            rows => rank_of(&scaled(&MatrixXx3::from_rows(rows), wheels, mean_m).0),
+        };
         Ok(Self {
+            rank_of_m: rank_of(&MatrixXx3::from(about_mean.rows(0, count))),
+            held: named_rows(robot),
+            reachable: rank.saturating_sub(lost),
             singular_values: singular_values(&all).map(|(s, _)| s),
             condition: if rank == 3 {
                 s[0] / s[2]
@@ -63,6 +76,15 @@ impl Arrangement {
             m,
         })
     }
+}
+
+/// The number of singular values above the tolerance.
+fn rank_of(m: &MatrixXx3<f64>) -> usize {
+    // The decomposition needs three rows: zeros add nothing.
+    let rows = m.nrows().max(3);
+    let s = singular_values(&m.clone().resize_vertically(rows, 0.0)).map(|(s, _)| s);
+    let counts = |value: &&f64| **value > RANK_TOLERANCE * s[0];
+    s.iter().filter(counts).count()
 }
 
 impl Kinematics {
@@ -108,8 +130,9 @@ impl Kinematics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
+
     use crate::fixtures::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
-    use std::f64::consts::{FRAC_PI_6, PI};
 
     #[test]
     fn the_decoupling_point_decouples_and_no_other_does() {

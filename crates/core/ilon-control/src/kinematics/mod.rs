@@ -8,4 +8,5 @@ pub(crate) mod ideal;
 pub(crate) mod matrix;
 pub(crate) mod singularity;
 pub(crate) mod speeds;
+pub(crate) mod turning;
 pub(crate) mod tyres;

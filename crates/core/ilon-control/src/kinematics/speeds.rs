@@ -4,13 +4,19 @@ use ilon_robot::Twist;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::Kinematics;
+use crate::kinematics::matrix::vector_of;
 
 /// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
-/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest.
+/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered wheel has turned to
+/// the twist, and limits the amount of its hub's velocity instead: |v_h| <= rho q'_max_h.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedLimits {
     /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
     rows: Vec<Vector3<f64>>,
+    /// The two rows of the hub's velocity of a steered wheel over rho q'_max_h.
+    modules: Vec<[Vector3<f64>; 2]>,
+    /// The twist of a turn at 1 rad/s that moves the reference point least.
+    turn: Vector3<f64>,
     /// Rows that tyres hold at zero which are not steered.
     held: Vec<Vector3<f64>>,
 }
@@ -20,11 +26,24 @@ impl SpeedLimits {
     /// none; wheels beyond the length of `limits_rad_s` have none.
     pub fn new(kinematics: &Kinematics, limits_rad_s: &[f64]) -> Self {
         let rows = kinematics.rate_matrix().row_iter().zip(limits_rad_s);
+        let rows = rows
+            .enumerate()
+            .filter(|(_, (_, limit_rad_s))| limit_rad_s.is_finite() && **limit_rad_s > 0.0);
+        let (modules, rows): (Vec<_>, Vec<_>) =
+            rows.partition(|(wheel, _)| kinematics.is_steered(*wheel));
+        let module = |(wheel, (_, limit_rad_s)): (usize, (_, &f64))| {
+            let of = &kinematics.wheels()[wheel];
+            let b = of.position_m().xy() - kinematics.reference_point_m();
+            let [x, y] = [Vector3::new(1.0, 0.0, -b.y), Vector3::new(0.0, 1.0, b.x)];
+            [x, y].map(|row| row / (of.radius_m * limit_rad_s))
+        };
         Self {
             rows: rows
-                .filter(|(_, limit_rad_s)| limit_rad_s.is_finite() && **limit_rad_s > 0.0)
-                .map(|(row, limit_rad_s)| row.transpose() / *limit_rad_s)
+                .into_iter()
+                .map(|(_, (row, limit_rad_s))| row.transpose() / *limit_rad_s)
                 .collect(),
+            modules: modules.into_iter().map(module).collect(),
+            turn: vector_of(kinematics.reachable(Twist::new(0.0, 0.0, 1.0))),
             held: kinematics.excluded_rows().to_vec(),
         }
     }
@@ -53,9 +72,9 @@ impl SpeedLimits {
         if self.held.iter().any(is_held) {
             return f64::INFINITY;
         }
-        self.rows
-            .iter()
-            .map(|row| row.dot(&twist).abs())
+        let rows = self.rows.iter().map(|row| row.dot(&twist).abs());
+        let modules = self.modules.iter();
+        rows.chain(modules.map(|[x, y]| libm::hypot(x.dot(&twist), y.dot(&twist))))
             .fold(0.0, f64::max)
     }
 
@@ -69,11 +88,9 @@ impl SpeedLimits {
     /// Returns the smallest and the largest top speed over all directions, without rotation, in
     /// m/s.
     pub fn top_speed_range_m_s(&self) -> (f64, f64) {
-        let steepest = self
-            .rows
-            .iter()
-            .map(|row| row.xy().norm())
-            .fold(0.0, f64::max);
+        let modules = self.modules.iter().map(|[x, _]| x);
+        let steepest = self.rows.iter().chain(modules);
+        let steepest = steepest.map(|row| row.xy().norm()).fold(0.0, f64::max);
         let corners = self.at_yaw_rate(0.0);
         let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
         (
@@ -90,16 +107,31 @@ impl SpeedLimits {
         )
     }
 
-    /// Returns the top yaw rate in rad/s with the reference point at rest; infinite if no wheel
-    /// limits it.
+    /// Returns the top yaw rate in rad/s with the reference point at rest, or as slow as unsteered
+    /// tyres allow in a turn; infinite if no wheel limits it.
     pub fn top_yaw_rate_rad_s(&self) -> f64 {
-        1.0 / self.share(Twist::new(0.0, 0.0, 1.0))
+        1.0 / self.share(Twist::new(self.turn.x, self.turn.y, self.turn.z))
     }
 
     /// Returns the possible velocities in m/s at a yaw rate in rad/s: the corners of a convex
-    /// polygon in the body frame, counter-clockwise. Empty if the yaw rate is out of reach or the
-    /// velocity is unlimited.
+    /// polygon in the body frame, counter-clockwise; two where unsteered tyres leave one direction,
+    /// one where they leave a turn about a point. The arcs of steered wheels are sides of 4 degrees.
+    /// Empty if the yaw rate is out of reach or the velocity is unlimited.
     pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
+        match &self.held[..] {
+            [] if self.modules.is_empty() => self.polygon(omega_rad_s),
+            [] => self.rounded(omega_rad_s),
+            [row] => self.along(row, omega_rad_s),
+            _ => {
+                let v = omega_rad_s * self.turn.xy();
+                let can = self.share(Twist::new(v.x, v.y, omega_rad_s)) <= EDGE;
+                can.then_some(v).into_iter().collect()
+            }
+        }
+    }
+
+    /// The corners that the rows leave.
+    fn polygon(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
         let mut corners: Vec<Vector2<f64>> = Vec::new();
         for (i, a) in self.rows.iter().enumerate() {
             for b in &self.rows[i + 1..] {
@@ -132,8 +164,73 @@ impl SpeedLimits {
         corners
     }
 
+    /// Cuts the discs of the steered wheels, and the strips of the others, out of the first disc.
+    fn rounded(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
+        /// Sides of a disc.
+        const SIDES: usize = 90;
+        let disc = |[x, y]: &[Vector3<f64>; 2]| {
+            let radius_m_s = 1.0 / x.x;
+            let middle = -omega_rad_s * radius_m_s * Vector2::new(x.z, y.z);
+            let corner = move |k: usize| {
+                let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / SIDES as f64);
+                middle + radius_m_s * Vector2::new(cos, sin)
+            };
+            (0..SIDES).map(corner).collect::<Vec<_>>()
+        };
+        let mut discs = self.modules.iter().map(disc);
+        let mut left = discs.next().unwrap_or_default();
+        for other in discs {
+            for (k, a) in other.iter().enumerate() {
+                let side = other[(k + 1) % SIDES] - a;
+                let outward = Vector2::new(side.y, -side.x);
+                left = clipped(&left, outward, outward.dot(a));
+            }
+        }
+        for row in &self.rows {
+            for sign in [1.0, -1.0] {
+                left = clipped(&left, sign * row.xy(), 1.0 - sign * row.z * omega_rad_s);
+            }
+        }
+        left
+    }
+
+    /// The ends of the velocities along the one direction that unsteered tyres leave: v = v_0 + s u
+    /// with n . v + m omega = 0, where |a + b s| <= 1 for every wheel.
+    fn along(&self, row: &Vector3<f64>, omega_rad_s: f64) -> Vec<Vector2<f64>> {
+        let (u, v_0) = (Vector2::new(row.y, -row.x), omega_rad_s * self.turn.xy());
+        let still = Vector3::new(v_0.x, v_0.y, omega_rad_s);
+        let part = |row: &Vector3<f64>| (row.dot(&still), row.xy().dot(&u));
+        let mut ways: Vec<[(f64, f64); 2]> = Vec::new();
+        ways.extend(self.rows.iter().map(|row| [part(row), (0.0, 0.0)]));
+        ways.extend(self.modules.iter().map(|[x, y]| [part(x), part(y)]));
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        for [(a, b), (c, d)] in ways {
+            // (a + b s)^2 + (c + d s)^2 = 1.
+            let (square, half, rest) = (b * b + d * d, a * b + c * d, a * a + c * c - 1.0);
+            let root = half * half - square * rest;
+            if square == 0.0 && rest <= EDGE - 1.0 {
+                continue;
+            }
+            if square == 0.0 || root < 0.0 {
+                return Vec::new();
+            }
+            low = low.max((-half - root.sqrt()) / square);
+            high = high.min((-half + root.sqrt()) / square);
+        }
+        match low <= high && low.is_finite() && high.is_finite() {
+            true => vec![v_0 + low * u, v_0 + high * u],
+            false => Vec::new(),
+        }
+    }
+
+    /// Whether unsteered tyres hold it in one direction, so that it drives ahead and turns.
+    pub fn is_held(&self) -> bool {
+        !self.held.is_empty()
+    }
+
     /// Returns the corners of the polytope: twists in the body frame at which at least three wheels
-    /// are at their limits. Empty if the limited wheels leave a motion unlimited.
+    /// are at their limits. Empty if the limited wheels leave a motion unlimited. Wheels that are
+    /// steered have no corners, and are left out.
     pub fn corners(&self) -> Vec<Twist> {
         let n = self.rows.len();
         let mut corners: Vec<Vector3<f64>> = Vec::new();
@@ -167,13 +264,30 @@ impl SpeedLimits {
     }
 }
 
+/// Cuts off what of a convex polygon lies beyond outward . v = limit.
+fn clipped(corners: &[Vector2<f64>], outward: Vector2<f64>, limit: f64) -> Vec<Vector2<f64>> {
+    let beyond = |v: &Vector2<f64>| outward.dot(v) - limit;
+    let mut left = Vec::new();
+    for (k, a) in corners.iter().enumerate() {
+        let b = corners[(k + 1) % corners.len()];
+        let (at_a, at_b) = (beyond(a), beyond(&b));
+        if at_a <= 0.0 {
+            left.push(*a);
+        }
+        if (at_a < 0.0 && at_b > 0.0) || (at_a > 0.0 && at_b < 0.0) {
+            left.push(a + at_a / (at_a - at_b) * (b - a));
+        }
+    }
+    left
+}
+
 /// The boundary of the polytope, with a margin for the rounding of a solved corner.
 const EDGE: f64 = 1.0 + 1e-9;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use std::f64::consts::{FRAC_PI_6, PI};
 
     #[test]

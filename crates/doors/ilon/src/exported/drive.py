@@ -20,7 +20,7 @@ FINER = 8.0
 FOLLOWS = 25.0
 
 
-def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
+def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, steering=None):
     """Time, x, y, z, heading and the wheels' angles after each step. Angles that are not given are the integrals of the rates."""
     model = mujoco.MjModel.from_xml_path(str(file))
     if step_s:
@@ -33,6 +33,9 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
     model.actuator_gainprm[motor_of, 0] *= FOLLOWS
     model.actuator_biasprm[motor_of, 1] = -model.actuator_gainprm[motor_of, 0]
     model.actuator_ctrllimited[motor_of] = 0
+    for name, position in (steering or {}).items():
+        data.qpos[model.joint(name).qposadr[0]] = position
+        data.ctrl[model.actuator(name).id] = position
     base = model.joint(0).qposadr[0]
     steps_s = model.opt.timestep * np.arange(round(times[-1] / model.opt.timestep) + 1)
     rates = np.array([np.interp(steps_s, times, of_wheel) for of_wheel in rates])
@@ -53,7 +56,7 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
     return rows
 
 
-def measured(about, rows, window):
+def measured(matrix, rows, window):
     """Twist over that of ideal kinematics, by axis, and how far the base rises and falls, in mm."""
     rows = rows[rows[:, 0] >= window[0]]
     lasts_s = rows[-1, 0] - rows[0, 0]
@@ -62,7 +65,10 @@ def measured(about, rows, window):
     ahead = np.cos(heading) * steps[:, 1] + np.sin(heading) * steps[:, 2]
     left = np.cos(heading) * steps[:, 2] - np.sin(heading) * steps[:, 1]
     twist = np.array([ahead.sum(), left.sum(), steps[:, 4].sum()]) / lasts_s
-    ideal = np.linalg.pinv(np.array(about["rate_matrix"])) @ ((rows[-1, 5:] - rows[0, 5:]) / lasts_s)
+    # Rows below those of the wheels are what tyres hold at zero.
+    rates = np.zeros(len(matrix))
+    rates[: rows.shape[1] - 5] = (rows[-1, 5:] - rows[0, 5:]) / lasts_s
+    ideal = np.linalg.pinv(np.array(matrix)) @ rates
     return twist, ideal, 1e3 * (rows[:, 3].max() - rows[:, 3].min())
 
 
@@ -72,8 +78,8 @@ def main():
     file = place.parent / about["model"]
     drives = []
     for one in about["drives"]:
-        rows = drive(file, about, one["times_s"], one["rates_rad_s"])
-        twist, ideal, travel_mm = measured(about, rows, one["window_s"])
+        rows = drive(file, about, one["times_s"], one["rates_rad_s"], steering=one["steering"])
+        twist, ideal, travel_mm = measured(one["rate_matrix"], rows, one["window_s"])
         axis = one["axis"]
         drives.append({"name": one["name"], "ratio": twist[axis] / ideal[axis], "travel_mm": travel_mm})
     answer = {"simulator": "MuJoCo " + mujoco.__version__, "drives": drives}

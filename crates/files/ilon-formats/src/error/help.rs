@@ -152,6 +152,9 @@ impl Fault {
                 "a joint between bodies may be `free`, `sprung` with a stiffness, `driven` by a servo, or `held`"
             }
             Self::NoMass => "add an `<inertial>` with mass and inertia",
+            Self::TooFewWheels { on_tyres: true, .. } => {
+                "a wheel is a continuous joint on a level axis whose shape stands on the floor; or name the joints of all wheels"
+            }
             Self::TooFewWheels { .. } => {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
                  ring; or name the joints of wheels that are modelled without rollers"

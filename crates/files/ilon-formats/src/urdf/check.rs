@@ -2,6 +2,7 @@
 
 use nalgebra::{Unit, Vector2, Vector3};
 
+use super::from_options::BareWheel;
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::faults::Faults;
@@ -32,12 +33,12 @@ const STEEL_KG_M3: f64 = 8000.0;
 pub(super) fn check_wheel_count(
     loading: &Loading,
     candidates: &[Candidate],
-    (given, on_tyres): (usize, bool),
+    (given, on_tyres): (&[BareWheel], bool),
     survey: &Survey,
 ) -> Result<(), RobotError> {
     // Tyres hold a robot sideways: two drive it.
     let least = if on_tyres { 2 } else { LEAST_WHEELS };
-    if candidates.len() + given >= least {
+    if candidates.len() + given.len() >= least {
         return Ok(());
     }
     let (source, tree) = (loading.source, loading.tree);
@@ -51,7 +52,7 @@ pub(super) fn check_wheel_count(
     if !hubs.is_empty() {
         let mut faults = Faults::default();
         for (hub, rollers) in hubs {
-            let wheels = candidates.len() + given;
+            let wheels = candidates.len() + given.len();
             let fault = Fault::HubDoesNotTurn { rollers, wheels };
             faults.push(source.joint_error(&tree.joints[hub].name, fault));
         }
@@ -68,7 +69,7 @@ pub(super) fn check_wheel_count(
         };
         return Err(source.joint_error(&tree.joints[first.hub].name, fault));
     }
-    if candidates.is_empty() && given == 0 {
+    if candidates.is_empty() && given.is_empty() {
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();
         let likely = survey.likely();
         let steered: Vec<&WheelLike> = survey.steered.iter().collect();
@@ -103,11 +104,14 @@ pub(super) fn check_wheel_count(
     Err(source.robot_error(Fault::TooFewWheels {
         wheels: candidates
             .iter()
-            .map(|c| tree.joints[c.hub].name.clone())
+            .map(|c| c.hub)
+            .chain(given.iter().map(|of| of.like.joint))
+            .map(|joint| tree.joints[joint].name.clone())
             .collect(),
+        on_tyres,
         looked: looked(loading, survey),
         has: match candidates {
-            [] => format!(". The file has {}", inventory(tree)),
+            [] if given.is_empty() => format!(". The file has {}", inventory(tree)),
             _ => String::new(),
         },
     }))

@@ -41,6 +41,7 @@ mod recognise;
 mod repair;
 mod roller_dimensions;
 mod roller_gaps;
+mod said_tyres;
 mod schema;
 mod sides;
 mod source;
@@ -162,6 +163,10 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     let asked = loading.options.wheels.clone();
     let enough = candidates.len() >= LEAST_WHEELS;
     let tyres = loading.options.tyres.clone();
+    let tyres = tyres.or_else(|| match asked {
+        None => said_tyres::of(loading.source),
+        Some(_) => None,
+    });
     if enough && asked.is_none() && tyres.is_none() {
         return Ok((Vec::new(), None, None));
     }
@@ -235,7 +240,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
             &survey,
         )?);
     }
-    check::check_wheel_count(loading, candidates, (given.len(), tyres.is_some()), &survey)?;
+    check::check_wheel_count(loading, candidates, (&given, tyres.is_some()), &survey)?;
     if rollers.is_some() {
         remark_left_alone(loading, &survey);
     }

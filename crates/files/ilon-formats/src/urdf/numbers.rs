@@ -18,7 +18,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, count, whether required, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 50] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -108,6 +108,14 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
         Range::NotNegative,
     ),
     ("ilon_rollers", "radius_seed", 1, false, Range::NotNegative),
+    ("ilon_tyres", "width", 1, false, Range::Positive),
+    (
+        "ilon_tyres",
+        "shoulder_radius",
+        1,
+        false,
+        Range::NotNegative,
+    ),
     ("roller", "radius_offset", 1, true, Range::Any),
 ];
 

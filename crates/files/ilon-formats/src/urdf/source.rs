@@ -222,6 +222,7 @@ impl<'a> Source<'a> {
                     "ilon_drive",
                     "ilon_rollers",
                     "ilon_spring",
+                    "ilon_tyres",
                 ],
             ),
             ("link", &["inertial", "collision", "visual"]),

@@ -142,6 +142,10 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
         let mut known: Vec<(RollerForm, [f64; 3], RollerShape)> = Vec::new();
         let mut of_wheel = Vec::new();
         for (index, roller) in wheel.rollers.iter().enumerate() {
+            if let Some(shape) = super::tyres::shape(roller) {
+                of_wheel.push(shape);
+                continue;
+            }
             let target = Target::new(wheel, index);
             let figures = [target.tallest_m(), roller.length_m, roller.ring_radius_m()];
             let same = |was: &&(RollerForm, [f64; 3], RollerShape)| {

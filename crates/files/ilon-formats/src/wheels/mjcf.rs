@@ -125,8 +125,8 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
         Some(joint) => {
             write_joint(out, joint);
             match joint.role {
-                Role::Roller => "roller",
-                Role::Wheel { .. } | Role::Body(_) => "body",
+                Role::Roller | Role::Wheel { .. } => "roller",
+                Role::Body(_) => "body",
             }
         }
     };
@@ -242,6 +242,8 @@ fn actuator(out: &mut String, joint: &PartJoint) {
         false => String::new(),
     };
     let _ = match &joint.role {
+        // Nothing drives a wheel that only rolls along.
+        Role::Wheel { effort, .. } if *effort == 0.0 => Ok(()),
         Role::Wheel { effort, rate, gain } => writeln!(
             out,
             "    <velocity name=\"{name}\" joint=\"{name}\" kv=\"{}\"{}{}/>",

@@ -140,7 +140,7 @@ pub(super) fn sdf(
             );
         }
     }
-    for wheel in &robot.wheels {
+    for wheel in robot.wheels.iter().filter(|of| of.motor.effort_n_m > 0.0) {
         let _ = writeln!(
             out,
             "<plugin filename=\"gz-sim-joint-controller-system\" name=\"gz::sim::systems::JointController\"><joint_name>{}</joint_name></plugin>",
@@ -308,6 +308,7 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
             ))
         );
     }
+    out += &super::tyres::element(robot);
     out + "</robot>\n"
 }
 

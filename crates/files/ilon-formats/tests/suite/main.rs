@@ -25,3 +25,4 @@ mod strangers;
 mod traits;
 mod tyres;
 mod visual_meshes;
+mod tyres_in_short;
