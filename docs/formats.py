@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/format-{scenario,robot,study}.md from the schemas that `ilon schema` prints, with examples from assets.
+"""Writes docs/format-{scenario,robot,robot-on-tyres,study}.md from the schemas that `ilon schema` prints, with examples from assets.
 
 `docs/formats.py ILON` writes them, with ILON the program; `docs/formats.py --check ILON` exits 1 where one is not up to date.
 """
@@ -24,6 +24,12 @@ FILES = {
         "A robot of one chassis and Swedish wheels. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
         "assets/robots",
         "assets/robots/mecanum4.toml",
+    ),
+    "robot-on-tyres": (
+        "The robot on tyres in short",
+        "A robot of one chassis and wheels on [tyres](tyres.md), some of them steered. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
+        "assets/robots",
+        "assets/robots/tricycle.toml",
     ),
     "study": (
         "The study file",

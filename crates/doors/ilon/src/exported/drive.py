@@ -18,6 +18,11 @@ import numpy as np
 FINER = 8.0
 # Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
 FOLLOWS = 25.0
+# Of motors in the file: the time in which they settle, in seconds.
+SETTLES_S = 0.02
+# Tyres slide in turns, and where a wheel turns more easily than its robot moves MuJoCo's friction pulls less along it than Coulomb's. Its
+# motor, which follows the drive in any case, therefore carries this many times its inertia.
+HEAVIER = 10.0
 
 
 def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, steering=None):
@@ -30,6 +35,12 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     wheels = about["wheels"]
     angle_at = [model.joint(name).qposadr[0] for name in wheels]
     motor_of = [model.actuator(name).id for name in wheels]
+    if about["on_tyres"]:
+        turned = [model.joint(name).dofadr[0] for name in wheels]
+        model.dof_armature[turned] += (HEAVIER - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
+        model.actuator_gainprm[motor_of, 0] *= HEAVIER
+        model.actuator_biasprm[motor_of, 2] *= HEAVIER
+        model.actuator_forcelimited[motor_of] = 0
     model.actuator_gainprm[motor_of, 0] *= FOLLOWS
     model.actuator_biasprm[motor_of, 1] = -model.actuator_gainprm[motor_of, 0]
     model.actuator_ctrllimited[motor_of] = 0

@@ -173,9 +173,11 @@ impl Export {
         settings: &[Setting],
         files: &ilon_files::FileAccess,
     ) -> Result<(), Error> {
-        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads have their own.
+        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
+        // their own.
         let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
-        let is_hard = robot.wheels.iter().all(|of| of.surface.tread.is_none());
+        let is_soft = |of: &ilon_robot::Wheel| of.surface.tread.is_some() || of.has_tyre();
+        let is_hard = !robot.wheels.iter().any(is_soft);
         let stiffness = is_hard.then(|| {
             let stiffness_n_m = contact_stiffness_n_m(carried_kg);
             format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
@@ -206,6 +208,7 @@ impl Export {
         json!({
             "model": model,
             "wheels": names.collect::<Vec<_>>(),
+            "on_tyres": self.is_on_tyres(),
             "drives": drives.collect::<Vec<_>>(),
         })
     }

@@ -40,6 +40,7 @@ mod strangers;
 mod streams;
 mod support;
 mod sweep;
+mod tyres;
 mod visual_meshes;
 mod wild_options;
 mod words;

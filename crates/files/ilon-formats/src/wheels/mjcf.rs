@@ -9,10 +9,13 @@ use super::frame::{Ground, STEP_S, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot, Wheel};
 
 /// Of contacts of rollers: the time constant, two steps, which stops what comes down within a step.
 const SETTLES_S: f64 = 2.0 * STEP_S;
+/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps then opens and closes, so that its
+/// friction is not Coulomb's.
+const TYRE_SETTLES_S: f64 = 10.0 * STEP_S;
 /// Their impedance, at all depths: a harder contact opens again in the step after each hand-over, a softer one creeps.
 const IMPEDANCE: f64 = 0.98;
 /// How much harder friction is than the normal of a contact.
@@ -41,13 +44,17 @@ pub(super) fn write(
         "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" balanceinertia=\"true\"/>\n  \
          <option timestep=\"{}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"{IMPRATIO}\" gravity=\"0 0 {}\"/>\n  \
          <size memory=\"64M\"/>\n  <default>\n    <default class=\"roller\">\n      \
-         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{SETTLES_S} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
+         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
          </default>\n    <default class=\"body\">\n      <geom contype=\"1\" conaffinity=\"0\" friction=\"{} 0.005 0.0001\" rgba=\"0.35 0.4 0.45 1\"/>\n    \
          </default>\n  </default>",
         attribute(&robot.name),
         num(STEP_S),
         num(-ground.gravity_m_s2),
         num(ground.friction),
+        num(match robot.wheels.iter().any(Wheel::has_tyre) {
+            true => TYRE_SETTLES_S,
+            false => SETTLES_S,
+        }),
         num(ground.friction),
     );
     let _ = writeln!(out, "  <asset>");
