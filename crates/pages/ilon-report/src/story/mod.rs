@@ -315,6 +315,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
         "servo" => "wheels that are off their targets",
         "compensation" => "the command's compensation",
         "belief" => "what the controller believes of the robot",
+        "incline" => "the incline, whose way is longer than on a map,",
         other => other,
     }
 }

@@ -471,10 +471,15 @@ fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
         ),
         ("the conflict between the wheels' rates", terms.conflict),
     ];
+    let incline = [(
+        "the incline (the way up is longer than on a map)",
+        terms.incline,
+    )];
     format!(
-        "roller geometry {}, {}slip {}",
+        "roller geometry {}, {}{}slip {}",
         takes(mean(terms.geometry)),
         taken(rare, mean),
+        taken(incline, mean),
         takes(mean(terms.slip))
     )
 }
