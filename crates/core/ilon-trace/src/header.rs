@@ -367,6 +367,11 @@ impl Header {
         }
     }
 
+    /// Whether all its wheels roll on tyres.
+    pub fn is_on_tyres(&self) -> bool {
+        !self.wheels.is_empty() && self.wheels.iter().all(WheelHeader::has_tyre)
+    }
+
     /// The farthest wheel's distance from the body's origin, in metres; 0 without wheels.
     pub(crate) fn arm_m(&self) -> f64 {
         let positions = self.wheels.iter().map(|wheel| wheel.position_m);
