@@ -146,9 +146,9 @@ impl Kinematics {
         self.excluded.is_empty()
     }
 
-    /// Whether the wheel at this index is steered.
-    pub(crate) fn is_steered(&self, wheel: usize) -> bool {
-        self.steered.get(wheel) == Some(&true)
+    /// Whether the wheel at this index rolls on a tyre that is steered, which turns to each twist.
+    pub(crate) fn turns_to_twists(&self, wheel: usize) -> bool {
+        self.steered.get(wheel) == Some(&true) && self.wheels[wheel].has_tyre()
     }
 
     /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).

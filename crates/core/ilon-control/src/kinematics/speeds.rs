@@ -7,7 +7,7 @@ use crate::Kinematics;
 use crate::kinematics::matrix::vector_of;
 
 /// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
-/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered wheel has turned to
+/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered tyre has turned to
 /// the twist, and limits the amount of its hub's velocity instead: |v_h| <= rho q'_max_h.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedLimits {
@@ -30,7 +30,7 @@ impl SpeedLimits {
             .enumerate()
             .filter(|(_, (_, limit_rad_s))| limit_rad_s.is_finite() && **limit_rad_s > 0.0);
         let (modules, rows): (Vec<_>, Vec<_>) =
-            rows.partition(|(wheel, _)| kinematics.is_steered(*wheel));
+            rows.partition(|(wheel, _)| kinematics.turns_to_twists(*wheel));
         let module = |(wheel, (_, limit_rad_s)): (usize, (_, &f64))| {
             let of = &kinematics.wheels()[wheel];
             let b = of.position_m().xy() - kinematics.reference_point_m();

@@ -243,7 +243,7 @@ impl Export {
     /// Where the robot has no contact kinematics.
     pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
         let mut wheels = robot.wheels.iter();
-        if let Some(wheel) = wheels.find(|wheel| robot.steering_of(wheel).is_some()) {
+        if let Some(wheel) = wheels.find(|wheel| tyres::steering(robot, wheel).is_some()) {
             return Err(Error::invalid(
                 format!("what is played back are the angles of wheels, and `{}` is steered", wheel.name),
                 "export the robot alone, without --scenario",

@@ -1,7 +1,7 @@
 //! Drives of robots on tyres: where their steering stands, and which wheels a motor drives.
 
 use ilon_control::{Arrangement, Kinematics, sharpest_turn};
-use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
 use ilon_sim::standard_motions::StandardMotion;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -36,7 +36,7 @@ fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
     let kinematics = Kinematics::new(robot).ok()?;
     let twist = kinematics.reachable(twist_in_body);
     for (index, wheel) in robot.wheels.iter().enumerate() {
-        let Some(at) = robot.steering_of(wheel) else {
+        let Some(at) = steering(robot, wheel) else {
             continue;
         };
         let v_h = kinematics.hub_velocity_m_s(index, twist)?;
@@ -54,6 +54,11 @@ fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
         positions[at] = ways.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
     }
     Some(positions)
+}
+
+/// The joint that turns a tyre to each twist.
+pub(super) fn steering(robot: &Robot, wheel: &Wheel) -> Option<usize> {
+    robot.steering_of(wheel).filter(|_| wheel.has_tyre())
 }
 
 /// The wheels that a motor drives, by their indices.
@@ -75,7 +80,7 @@ pub(super) fn rows(robot: &Robot, kinematics: &Kinematics) -> Result<Vec<[f64; 3
 
 /// The positions of the joints that steer, by name.
 pub(super) fn named(robot: &Robot, positions: &[f64]) -> Value {
-    let steering = robot.wheels.iter().filter_map(|of| robot.steering_of(of));
+    let steering = robot.wheels.iter().filter_map(|of| steering(robot, of));
     let named = steering.map(|at| (robot.joints[at].name.clone(), json!(positions[at])));
     Value::Object(named.collect::<Map<_, _>>())
 }
