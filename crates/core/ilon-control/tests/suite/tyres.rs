@@ -87,3 +87,16 @@ fn a_tricycle_turns_as_sharply_as_its_steering_goes() {
     assert!((turned.radius_m - expected).abs() < 1e-9, "{turned:?}");
     assert_eq!(sharpest_turn(&shipped("swerve4"), &[0.0; 4]), None);
 }
+
+/// Two tyres one behind the other turn the robot about no point: their ways are one line.
+#[test]
+fn tyres_in_line_are_refused_in_words_of_tyres() {
+    let mut robot = shipped("differential");
+    for (wheel, x_m) in robot.wheels.iter_mut().zip([0.2, -0.2]) {
+        wheel.body_from_hub.translation.x = x_m;
+        wheel.body_from_hub.translation.y = 0.0;
+    }
+    let words = Kinematics::new(&robot).expect_err("it cannot turn").to_string();
+    assert!(words.contains("the ways of all wheels pass through (0.0000, 0.0000) m"), "{words}");
+    assert!(!words.contains("roller"), "{words}");
+}
