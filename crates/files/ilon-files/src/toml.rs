@@ -595,7 +595,10 @@ mod tests {
         let fault = decode_text::<All>(text).expect_err("refused");
         let words = &fault.message;
         assert!(words.starts_with("unknown field `mass`"), "{words}");
-        assert!(words.ends_with("; unknown too: `length`, `width`"), "{words}");
+        assert!(
+            words.ends_with("; unknown too: `length`, `width`"),
+            "{words}"
+        );
     }
 
     /// The text is that of the `toml` crate, and decodes to the same value.

@@ -107,7 +107,10 @@ pub(crate) fn prepare(
     if Path::new(file).extension().is_some_and(|e| e == "toml") {
         if is_on_tyres(text) {
             let spec = SpecOnTyres::from_toml_str_with(text, file, &options.spec)?;
-            return Ok(UrdfText::as_it_is(file, &generate::generate_on_tyres(&spec)?));
+            return Ok(UrdfText::as_it_is(
+                file,
+                &generate::generate_on_tyres(&spec)?,
+            ));
         }
         let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
         return Ok(UrdfText::as_it_is(file, &generate::generate(&spec)?));

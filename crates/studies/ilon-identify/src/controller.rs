@@ -58,7 +58,10 @@ pub fn kind(robot: &Robot) -> Option<ControllerKind> {
     if is_held(robot) {
         let first = wheels.first()?.axis();
         let is_parallel = |wheel: &Wheel| wheel.axis().perp(&first).abs() < WITHIN_RAD;
-        return wheels.iter().all(is_parallel).then_some(ControllerKind::Differential);
+        return wheels
+            .iter()
+            .all(is_parallel)
+            .then_some(ControllerKind::Differential);
     }
     let count = wheels.len() as f64;
     let are_at = |gamma_rad: f64| {

@@ -361,7 +361,10 @@ fn fit_gains(
     noise: Noise,
     windows: &[&Window],
 ) -> Result<BTreeMap<String, Value>, Error> {
-    let names: Vec<String> = gains_of(study).iter().map(|name| (*name).to_owned()).collect();
+    let names: Vec<String> = gains_of(study)
+        .iter()
+        .map(|name| (*name).to_owned())
+        .collect();
     let series = evidence.series_of(windows);
     let model = Model::new(&study.robot, &names)?.with_tracker(&study.file.tracker, &series);
     let fitted = fit(&model, evidence, windows, noise)?;

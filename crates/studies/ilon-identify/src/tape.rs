@@ -446,7 +446,10 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
     let count = names.len();
     let mut drives = vec![after("none", DMatrix::zeros(count, count))];
     let is_held = is_held(&model.robot(&model.nominal()));
-    for (drive, [x, y, turn]) in DRIVES.into_iter().filter(|(_, of)| !is_held || of[1] == 0.0) {
+    for (drive, [x, y, turn]) in DRIVES
+        .into_iter()
+        .filter(|(_, of)| !is_held || of[1] == 0.0)
+    {
         let mut turned_rad = vec![0.0; known.wheel_count()];
         known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
         let place = Some((0.0, millimetres()));

@@ -45,9 +45,8 @@ fn grouped<'w>(wheels: impl Iterator<Item = (&'w Wheel, bool)>) -> Vec<Group<'w>
     let mut groups: Vec<Group<'w>> = Vec::new();
     for (wheel, is_steered) in wheels.filter(|(wheel, _)| wheel.has_tyre()) {
         let n = wheel.axis();
-        let joins = |of: &&mut Group<'w>| {
-            !is_steered && !of.is_steered && of.n.perp(&n).abs() < PARALLEL
-        };
+        let joins =
+            |of: &&mut Group<'w>| !is_steered && !of.is_steered && of.n.perp(&n).abs() < PARALLEL;
         match groups.iter_mut().find(joins) {
             Some(of) => of.wheels.push(wheel),
             None => groups.push(Group {

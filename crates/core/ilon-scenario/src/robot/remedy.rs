@@ -310,7 +310,8 @@ mod tests {
     /// The keys of given tyres are read as the same tyres.
     #[test]
     fn all_keys_of_tyres_are_written() {
-        let text = "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
+        let text =
+            "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
         let mut options = LoadOptions::default();
         options.tyres = Some(toml::from_str(text).expect("tyres"));
         let written = keys(&options, &LoadOptions::default()).concat();

@@ -160,7 +160,11 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
     let fitted = &export.fitted;
     let mut text = format!(
         "{name}: {} as {}; hub height off by {:.4} mm at most\n",
-        if export.is_on_tyres() { "tyres" } else { "rollers" },
+        if export.is_on_tyres() {
+            "tyres"
+        } else {
+            "rollers"
+        },
         export.shapes().join(", "),
         1e3 * fitted.error_m
     );

@@ -138,7 +138,8 @@ mod tests {
             reading: crate::cli::robot::Reading,
         }
         let mut options = LoadOptions::default();
-        let text = "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
+        let text =
+            "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
         options.tyres = Some(toml::from_str(text).expect("tyres"));
         let written = flags(&options).join(" ");
         let words = std::iter::once("ilon").chain(written.split(' '));

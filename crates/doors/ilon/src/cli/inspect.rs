@@ -492,7 +492,12 @@ fn kinematics(robot: &Inspection) -> Table {
     match &robot.tyres {
         Some(tyres) => {
             table.row("rank of M", Some(tyres.rank_of_m as f64), 0, "of 3");
-            table.row("rank with the rows of tyres", Some(robot.rank as f64), 0, "of 3");
+            table.row(
+                "rank with the rows of tyres",
+                Some(robot.rank as f64),
+                0,
+                "of 3",
+            );
         }
         None => table.row("rank of M", Some(robot.rank as f64), 0, "of 3"),
     }

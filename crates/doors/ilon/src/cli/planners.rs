@@ -55,7 +55,10 @@ impl Exports {
     /// Whether files for swerve drives, and whether files for mecanum drives are requested.
     pub fn are_asked(&self) -> (bool, bool) {
         let is_swerve = self.pathplanner.is_some() || self.choreo.is_some();
-        (is_swerve, self.road_runner.is_some() || self.pedro.is_some())
+        (
+            is_swerve,
+            self.road_runner.is_some() || self.pedro.is_some(),
+        )
     }
 
     fn write_swerve(&self, swerve: Result<Swerve, planners::NoSwerve>) -> Result<(), Failure> {

@@ -245,7 +245,10 @@ impl Export {
         let mut wheels = robot.wheels.iter();
         if let Some(wheel) = wheels.find(|wheel| tyres::steering(robot, wheel).is_some()) {
             return Err(Error::invalid(
-                format!("what is played back are the angles of wheels, and `{}` is steered", wheel.name),
+                format!(
+                    "what is played back are the angles of wheels, and `{}` is steered",
+                    wheel.name
+                ),
                 "export the robot alone, without --scenario",
             ));
         }
@@ -342,7 +345,11 @@ impl Export {
 
     /// Whether its wheels roll on tyres.
     pub fn is_on_tyres(&self) -> bool {
-        self.fitted.robot.wheels.iter().any(ilon_robot::Wheel::has_tyre)
+        self.fitted
+            .robot
+            .wheels
+            .iter()
+            .any(ilon_robot::Wheel::has_tyre)
     }
 
     /// The kinds of shapes of its rollers, or of its tyres.

@@ -82,14 +82,27 @@ impl TyreDrive {
     /// # Errors
     /// Why none can, in words.
     pub fn of(robot: &Robot) -> Result<Self, String> {
-        let wheels: Vec<Placed> = robot.wheels.iter().map(|wheel| placed(robot, wheel)).collect();
-        let size_m = wheels.iter().map(|of| of.x_m.hypot(of.y_m)).fold(0.0, f64::max);
+        let wheels: Vec<Placed> = robot
+            .wheels
+            .iter()
+            .map(|wheel| placed(robot, wheel))
+            .collect();
+        let size_m = wheels
+            .iter()
+            .map(|of| of.x_m.hypot(of.y_m))
+            .fold(0.0, f64::max);
         for of in &wheels {
             straight(robot, of)?;
         }
         let radius_m = robot.mean_wheel_radius_m();
-        if let Some(of) = wheels.iter().find(|of| (of.wheel.radius_m / radius_m - 1.0).abs() > WITHIN) {
-            return Err(format!("its wheels differ in radius, such as `{}`", of.wheel.name));
+        if let Some(of) = wheels
+            .iter()
+            .find(|of| (of.wheel.radius_m / radius_m - 1.0).abs() > WITHIN)
+        {
+            return Err(format!(
+                "its wheels differ in radius, such as `{}`",
+                of.wheel.name
+            ));
         }
         let is_driven = |of: &&Placed| of.wheel.motor.effort_n_m > 0.0;
         let driven: Vec<&Placed> = wheels.iter().filter(is_driven).collect();
@@ -133,7 +146,9 @@ fn placed<'r>(robot: &'r Robot, wheel: &'r Wheel) -> Placed<'r> {
 fn straight(robot: &Robot, of: &Placed) -> Result<(), String> {
     let (name, n) = (&of.wheel.name, of.wheel.axis());
     if n.x.abs() > WITHIN {
-        return Err(format!("its wheel `{name}` does not roll along the body's x axis"));
+        return Err(format!(
+            "its wheel `{name}` does not roll along the body's x axis"
+        ));
     }
     if n.y < 0.0 {
         return Err(format!(
@@ -174,11 +189,17 @@ fn sides<'a, 'r>(
             right.len()
         ));
     }
-    let reach_m = wheels.iter().map(|of| (of.y_m - middle_m).abs()).sum::<f64>() / wheels.len() as f64;
+    let reach_m = wheels
+        .iter()
+        .map(|of| (of.y_m - middle_m).abs())
+        .sum::<f64>()
+        / wheels.len() as f64;
     let off = |of: &&&Placed| ((of.y_m - middle_m).abs() - reach_m).abs() > WITHIN * size_m;
     if let Some(of) = wheels.iter().find(off) {
         let name = &of.wheel.name;
-        return Err(format!("its wheel `{name}` stands nearer to the middle, or further, than others"));
+        return Err(format!(
+            "its wheel `{name}` stands nearer to the middle, or further, than others"
+        ));
     }
     Ok(([left, right], 2.0 * reach_m))
 }
@@ -213,11 +234,16 @@ fn steering(
     let (ahead_m, behind_m) = (axle(steered, "steered")?, axle(fixed, "unsteered")?);
     let wheelbase_m = ahead_m - behind_m;
     if wheelbase_m <= 0.0 {
-        return Err("it is steered behind its axle, and controllers take steering ahead of it".to_owned());
+        return Err(
+            "it is steered behind its axle, and controllers take steering ahead of it".to_owned(),
+        );
     }
     let middle_m = fixed.iter().map(|of| of.y_m).sum::<f64>() / fixed.len() as f64;
     let origin_m = [behind_m, middle_m];
-    let joint = |of: &Placed| of.steering.map_or(String::new(), |at| robot.joints[at].name.clone());
+    let joint = |of: &Placed| {
+        of.steering
+            .map_or(String::new(), |at| robot.joints[at].name.clone())
+    };
     let is_middle = |of: &Placed| (of.y_m - middle_m).abs() < WITHIN * size_m;
     let all_fixed = driven.iter().all(|of| of.steering.is_none());
     if let ([one], [drives]) = (steered, driven)
@@ -257,7 +283,10 @@ fn steering(
     let (steers, steered_track_m) = right_first(steered)?;
     let controller = TyreController::Steering {
         kind,
-        traction: traction.iter().map(|at| driven[*at].wheel.name.clone()).collect(),
+        traction: traction
+            .iter()
+            .map(|at| driven[*at].wheel.name.clone())
+            .collect(),
         steering: steers.iter().map(|at| joint(steered[*at])).collect(),
         wheelbase_m,
         tracks_m: [track_m, steered_track_m],

@@ -64,10 +64,17 @@ fn listed(names: &[String]) -> String {
 }
 
 fn frames(base: &str) -> String {
-    format!("    base_frame_id: {base}\n    odom_frame_id: odom\n    enable_odom_tf: true\n{COVARIANCES}")
+    format!(
+        "    base_frame_id: {base}\n    odom_frame_id: odom\n    enable_odom_tf: true\n{COVARIANCES}"
+    )
 }
 
-fn differential(text: &mut String, drive: &TyreDrive, base: &str, speed_m_s: f64) -> std::fmt::Result {
+fn differential(
+    text: &mut String,
+    drive: &TyreDrive,
+    base: &str,
+    speed_m_s: f64,
+) -> std::fmt::Result {
     let TyreController::Differential {
         sides: [left, right],
         separation_m,
@@ -130,10 +137,17 @@ fn tricycle(text: &mut String, drive: &TyreDrive, base: &str) -> std::fmt::Resul
     )?;
     if drive.rate_rad_s.is_finite() {
         let rate = number(drive.rate_rad_s);
-        writeln!(text, "    # In rad/s of the wheel.\n    traction:\n      max_velocity: {rate}")?;
+        writeln!(
+            text,
+            "    # In rad/s of the wheel.\n    traction:\n      max_velocity: {rate}"
+        )?;
     }
     if limit_rad.is_finite() {
-        writeln!(text, "    steering:\n      max_position: {}", number(*limit_rad))?;
+        writeln!(
+            text,
+            "    steering:\n      max_position: {}",
+            number(*limit_rad)
+        )?;
     }
     Ok(())
 }
@@ -158,7 +172,11 @@ fn steering(text: &mut String, drive: &TyreDrive, base: &str) -> std::fmt::Resul
         number(*wheelbase_m)
     )?;
     match *kind {
-        "bicycle" => writeln!(text, "    traction_wheel_radius: {}", number(drive.radius_m))?,
+        "bicycle" => writeln!(
+            text,
+            "    traction_wheel_radius: {}",
+            number(drive.radius_m)
+        )?,
         _ => writeln!(
             text,
             "    traction_track_width: {}\n    traction_wheels_radius: {}",

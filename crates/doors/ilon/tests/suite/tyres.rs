@@ -31,9 +31,17 @@ fn neither_text_nor_page_speaks_of_rollers(name: &str) {
     assert!(about.contains("rank with the rows of tyres"), "{about}");
     let page = std::fs::read_to_string(folder.path("page.html")).expect("a page");
     let said = page.split("id=\"remarks\"").next().expect("text");
-    let said = said.split("<script").map(|part| part.split("</script>").last().unwrap_or(part));
+    let said = said
+        .split("<script")
+        .map(|part| part.split("</script>").last().unwrap_or(part));
     let said: String = said.collect();
-    for word in ["inf m/s", "rollers 1", "touching roller", "NaN", "axis of the roller"] {
+    for word in [
+        "inf m/s",
+        "rollers 1",
+        "touching roller",
+        "NaN",
+        "axis of the roller",
+    ] {
         assert!(!said.contains(word), "{name}: {word}");
     }
 }
@@ -47,7 +55,10 @@ fn what_tyres_hold_is_in_the_data() {
     let tyres = &seen["tyres"];
     assert_eq!(tyres["rank_of_m"], 2);
     assert_eq!(tyres["reachable_twists"], 2);
-    assert_eq!(tyres["rows"][1]["wheels"], serde_json::json!(["left", "right"]));
+    assert_eq!(
+        tyres["rows"][1]["wheels"],
+        serde_json::json!(["left", "right"])
+    );
     assert_eq!(tyres["rows"][1]["row"], serde_json::json!([0.0, 1.0, -0.2]));
     let radius_m = tyres["turning_radius_m"].as_f64().expect("a radius");
     assert!((radius_m - 0.45 / 1.3_f64.tan()).abs() < 1e-9);
@@ -91,14 +102,18 @@ fn tyres_are_exported_as_cylinders(name: &str, wheels: usize) {
         assert!(format["fit_error_mm"].as_f64().expect("a number") < 1e-9);
         for drive in format["drives"].as_array().expect("drives") {
             let of = |key: &str| drive[key].as_f64().expect("a number");
-            assert!((of("expected") - 1.0).abs() + (of("as_made") - 1.0).abs() < 1e-9, "{drive}");
+            assert!(
+                (of("expected") - 1.0).abs() + (of("as_made") - 1.0).abs() < 1e-9,
+                "{drive}"
+            );
         }
     }
     let stem = name.trim_end_matches(".urdf");
     let file = format!("there/{stem}.urdf");
     let read = printed(&folder, &["inspect", &file, "--json"]);
     let there = printed(&folder, &["inspect", &robot(name), "--json"]);
-    let [read, there] = [read, there].map(|text| serde_json::from_str::<Value>(&text).expect("JSON"));
+    let [read, there] =
+        [read, there].map(|text| serde_json::from_str::<Value>(&text).expect("JSON"));
     assert_eq!(read["wheels"].as_array().expect("wheels").len(), wheels);
     for key in ["width_m", "shoulder_radius_m"] {
         let of = |seen: &Value| seen["wheels"][0]["tyre"][key].as_f64().expect("a number");
@@ -128,18 +143,39 @@ fn mujoco_drives_a_robot_on_tyres_as_ilon_does(name: &str) {
 fn controllers_get_the_geometry_of_the_tyres() {
     let folder = Folder::new();
     let yaml = |name: &str| {
-        printed(&folder, &["inspect", &robot(name), "--ros2-controllers", "c.yaml"]);
+        printed(
+            &folder,
+            &["inspect", &robot(name), "--ros2-controllers", "c.yaml"],
+        );
         std::fs::read_to_string(folder.path("c.yaml")).expect("YAML")
     };
     for (name, lines) in [
         (
             "differential.urdf",
-            &["diff_drive_controller/DiffDriveController", "wheel_separation: 0.340000", "wheel_radius: 0.060000"][..],
+            &[
+                "diff_drive_controller/DiffDriveController",
+                "wheel_separation: 0.340000",
+                "wheel_radius: 0.060000",
+            ][..],
         ),
-        ("skid4.urdf", &["wheel_separation: 0.400000", "wheel_separation_multiplier", "[\"front_left\", \"rear_left\"]"]),
+        (
+            "skid4.urdf",
+            &[
+                "wheel_separation: 0.400000",
+                "wheel_separation_multiplier",
+                "[\"front_left\", \"rear_left\"]",
+            ],
+        ),
         (
             "tricycle.urdf",
-            &["tricycle_controller/TricycleController", "wheelbase: 0.450000", "traction_joint_name: \"drive\"", "steering_joint_name: \"steer\"", "max_position: 1.300000", "(-0.200000, 0.000000) m"],
+            &[
+                "tricycle_controller/TricycleController",
+                "wheelbase: 0.450000",
+                "traction_joint_name: \"drive\"",
+                "steering_joint_name: \"steer\"",
+                "max_position: 1.300000",
+                "(-0.200000, 0.000000) m",
+            ],
         ),
     ] {
         let text = yaml(name);
@@ -147,7 +183,12 @@ fn controllers_get_the_geometry_of_the_tyres() {
             assert!(text.contains(line), "{name}: {line}\n{text}");
         }
     }
-    let output = folder.ilon(&["inspect", &robot("swerve4.urdf"), "--ros2-controllers", "c.yaml"]);
+    let output = folder.ilon(&[
+        "inspect",
+        &robot("swerve4.urdf"),
+        "--ros2-controllers",
+        "c.yaml",
+    ]);
     ended_with(2, &output);
 }
 
@@ -159,20 +200,29 @@ fn controllers_get_the_geometry_of_the_tyres() {
     &["tricycle_steering_controller/TricycleSteeringController", "traction_wheels_radius: 0.050000"]; "a tricycle driven behind")]
 #[test_case(&[("f", 0.3, 0.0, true), ("r", -0.1, 0.0, false)],
     &["bicycle_steering_controller/BicycleSteeringController", "traction_wheel_radius: 0.050000"]; "a bicycle")]
-fn steering_controllers_are_chosen_by_the_wheels(wheels: &[(&str, f64, f64, bool)], lines: &[&str]) {
+fn steering_controllers_are_chosen_by_the_wheels(
+    wheels: &[(&str, f64, f64, bool)],
+    lines: &[&str],
+) {
     let folder = Folder::new();
     let mut text = "name = \"car\"\n[chassis]\nshape.box.size_m = [0.5, 0.3, 0.1]\nmass_kg = 10\ncenter_m = [0.1, 0, 0.2]\n\
                     [tyres]\nradius_m = 0.05\nwidth_m = 0.03\nmass_kg = 0.5\nmotor_effort_n_m = 5\nmotor_velocity_rad_s = 30\n\
                     [steering]\nfork_mass_kg = 0.5\neffort_n_m = 5\nvelocity_rad_s = 5\nlimit_deg = 45\n"
         .to_owned();
     for (name, x, y, steered) in wheels {
-        text += &format!("[[wheels]]\nname = \"{name}\"\nposition_m = [{x}, {y}]\nsteered = {steered}\ndriven = {}\n", !steered);
+        text += &format!(
+            "[[wheels]]\nname = \"{name}\"\nposition_m = [{x}, {y}]\nsteered = {steered}\ndriven = {}\n",
+            !steered
+        );
     }
     if wheels.len() == 2 {
         text += "[[casters]]\nname = \"side\"\nposition_m = [0.1, 0.2]\nradius_m = 0.03\nwidth_m = 0.02\nmass_kg = 0.1\nfork_mass_kg = 0.1\ntrail_m = 0.02\n";
     }
     folder.write("car.toml", &text);
-    printed(&folder, &["inspect", "car.toml", "--ros2-controllers", "c.yaml"]);
+    printed(
+        &folder,
+        &["inspect", "car.toml", "--ros2-controllers", "c.yaml"],
+    );
     let yaml = std::fs::read_to_string(folder.path("c.yaml")).expect("YAML");
     for line in lines {
         assert!(yaml.contains(line), "{line}\n{yaml}");
@@ -183,16 +233,28 @@ fn steering_controllers_are_chosen_by_the_wheels(wheels: &[(&str, f64, f64, bool
 #[test]
 fn pathplanner_gets_the_modules_of_a_swerve_robot() {
     let folder = Folder::new();
-    printed(&folder, &["inspect", &robot("swerve4.urdf"), "--pathplanner", "s.json"]);
+    printed(
+        &folder,
+        &["inspect", &robot("swerve4.urdf"), "--pathplanner", "s.json"],
+    );
     let text = std::fs::read_to_string(folder.path("s.json")).expect("settings");
     let settings: Value = serde_json::from_str(&text).expect("JSON");
-    for (key, expected) in [("flModuleX", 0.25), ("flModuleY", 0.2), ("brModuleX", -0.25), ("maxDriveSpeed", 1.5), ("robotMass", 26.0)] {
+    for (key, expected) in [
+        ("flModuleX", 0.25),
+        ("flModuleY", 0.2),
+        ("brModuleX", -0.25),
+        ("maxDriveSpeed", 1.5),
+        ("robotMass", 26.0),
+    ] {
         let found = settings[key].as_f64().expect(key);
         assert!((found - expected).abs() < 1e-9, "{key}: {found}");
     }
     // 0.9 of the friction 0.6, in units of the planner's gravity.
     let friction = settings["wheelCOF"].as_f64().expect("friction");
-    assert!((friction - 0.9 * 0.6 * 9.81 / 9.8).abs() < 1e-9, "{friction}");
+    assert!(
+        (friction - 0.9 * 0.6 * 9.81 / 9.8).abs() < 1e-9,
+        "{friction}"
+    );
     let output = folder.ilon(&["inspect", &robot("tricycle.urdf"), "--choreo", "s.chor"]);
     ended_with(2, &output);
 }

@@ -68,7 +68,7 @@ impl Fault {
             Self::Unreadable { reason } if reason.contains("UTF-8") => "save it as UTF-8",
             Self::Unreadable { .. } => "give the path of a file that exists and may be read",
             Self::Toml { .. } => {
-                "every key is described in docs/format-robot.md; whole descriptions are in assets/robots"
+                "every key is described in docs/format-robot.md, of robots on tyres in docs/format-robot-on-tyres.md; whole descriptions are in assets/robots"
             }
             Self::NotADescription { .. } => {
                 "name the description from which the robot is generated, or leave these keys out"

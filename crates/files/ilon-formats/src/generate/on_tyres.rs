@@ -79,7 +79,12 @@ fn write_disc(
 fn write_fork(out: &mut String, link: &str, mass_kg: f64, radius_m: f64) -> std::fmt::Result {
     writeln!(out, "  <link name=\"{link}\">")?;
     let moments = cylinder_moments(mass_kg, radius_m, radius_m);
-    write_inertial(out, "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>", mass_kg, &moments)?;
+    write_inertial(
+        out,
+        "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+        mass_kg,
+        &moments,
+    )?;
     writeln!(out, "  </link>")
 }
 
@@ -122,7 +127,12 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
         None => "base_link".to_owned(),
         Some(_) => format!("{name}_fork"),
     };
-    write_joint(out, (&name, "continuous"), [&parent, &format!("{name}_link")], place)?;
+    write_joint(
+        out,
+        (&name, "continuous"),
+        [&parent, &format!("{name}_link")],
+        place,
+    )?;
     if wheel.driven {
         writeln!(
             out,
@@ -133,7 +143,11 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
     }
     write_dynamics(out, t.damping_n_m_s, t.friction_n_m)?;
     writeln!(out, "  </joint>")?;
-    write_disc(out, &format!("{name}_link"), (t.mass_kg, t.radius_m, t.width_m))
+    write_disc(
+        out,
+        &format!("{name}_link"),
+        (t.mass_kg, t.radius_m, t.width_m),
+    )
 }
 
 /// The joint that steers a wheel, and its fork.
@@ -148,7 +162,12 @@ fn write_steering(
         Some(_) => "revolute",
         None => "continuous",
     };
-    write_joint(out, (&joint, kind), ["base_link", &fork], (at_m, yaw_rad, "0 0 1"))?;
+    write_joint(
+        out,
+        (&joint, kind),
+        ["base_link", &fork],
+        (at_m, yaw_rad, "0 0 1"),
+    )?;
     write!(out, "    <limit")?;
     if let Some(limit_deg) = steering.limit_deg {
         let limit = num(limit_deg.to_radians());
@@ -175,7 +194,16 @@ fn write_caster(out: &mut String, caster: &CasterSpec) -> std::fmt::Result {
     writeln!(out, "  </joint>")?;
     write_fork(out, &fork, caster.fork_mass_kg, caster.radius_m)?;
     let roll = ([-caster.trail_m, 0.0, -caster.radius_m], 0.0, "0 1 0");
-    write_joint(out, (&format!("{name}_roll"), "continuous"), [&fork, &wheel], roll)?;
+    write_joint(
+        out,
+        (&format!("{name}_roll"), "continuous"),
+        [&fork, &wheel],
+        roll,
+    )?;
     writeln!(out, "  </joint>")?;
-    write_disc(out, &wheel, (caster.mass_kg, caster.radius_m, caster.width_m))
+    write_disc(
+        out,
+        &wheel,
+        (caster.mass_kg, caster.radius_m, caster.width_m),
+    )
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::{ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec};
+use super::{
+    ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec,
+};
 use crate::error::{Fault, RobotError};
 
 const POSITIVE: &str = "a finite number above 0";

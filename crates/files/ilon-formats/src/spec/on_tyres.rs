@@ -186,7 +186,8 @@ impl SpecOnTyres {
                 })?
             }
         };
-        spec.check().map_err(|fault| RobotError::new(&spec.name, fault))?;
+        spec.check()
+            .map_err(|fault| RobotError::new(&spec.name, fault))?;
         Ok(spec)
     }
 
@@ -256,7 +257,10 @@ impl SpecOnTyres {
     }
 
     fn check_names(&self) -> Result<(), Fault> {
-        let wheels = self.wheels.iter().map(|wheel| ("wheels: name", &wheel.name));
+        let wheels = self
+            .wheels
+            .iter()
+            .map(|wheel| ("wheels: name", &wheel.name));
         let casters = self.casters.iter().map(|of| ("casters: name", &of.name));
         let mut known = BTreeSet::new();
         for (key, name) in wheels.chain(casters) {

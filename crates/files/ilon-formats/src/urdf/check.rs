@@ -2,10 +2,10 @@
 
 use nalgebra::{Unit, Vector2, Vector3};
 
-use super::from_options::BareWheel;
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::faults::Faults;
+use super::from_options::BareWheel;
 use super::geometry::primitive;
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
@@ -28,6 +28,9 @@ const REMARKED_TILT_DEG: f64 = 0.05;
 const MOST_GYRATION: f64 = 5.0;
 /// Density of steel, in kg/m^3; a denser wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
+
+/// Why a joint that turns as a wheel does is none.
+const BARE: &str = "could be a wheel, but carries no rollers";
 
 /// Rejects fewer than three wheels, or two on tyres, with a report of what was found instead.
 pub(super) fn check_wheel_count(
@@ -101,15 +104,20 @@ pub(super) fn check_wheel_count(
     if let Some(error) = schema::of_old_xacro(source) {
         return Err(error);
     }
+    let wheels = candidates.iter().map(|c| c.hub);
+    let wheels = wheels.chain(given.iter().map(|of| of.like.joint));
+    let wheels: Vec<String> = wheels
+        .map(|joint| tree.joints[joint].name.clone())
+        .collect();
+    let mut looked = looked(loading, survey);
+    looked.retain(|of| !wheels.contains(&of.joint));
+    for of in looked.iter_mut().filter(|of| on_tyres && of.reason == BARE) {
+        of.reason = "could be one too".to_owned();
+    }
     Err(source.robot_error(Fault::TooFewWheels {
-        wheels: candidates
-            .iter()
-            .map(|c| c.hub)
-            .chain(given.iter().map(|of| of.like.joint))
-            .map(|joint| tree.joints[joint].name.clone())
-            .collect(),
+        wheels,
         on_tyres,
-        looked: looked(loading, survey),
+        looked,
         has: match candidates {
             [] if given.is_empty() => format!(". The file has {}", inventory(tree)),
             _ => String::new(),
@@ -164,9 +172,7 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
         is_too_high: false,
     };
     let likely = survey.likely();
-    let likely = likely
-        .iter()
-        .map(|like| of(like, "could be a wheel, but carries no rollers"));
+    let likely = likely.iter().map(|like| of(like, BARE));
     let steered = survey
         .steered
         .iter()

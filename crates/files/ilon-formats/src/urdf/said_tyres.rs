@@ -13,7 +13,8 @@ pub(super) fn of(source: &Source) -> Option<TyreOptions> {
     let wheels = node.children().filter(|n| n.has_tag_name("wheel"));
     let named = wheels.filter_map(|n| Some((n.attribute("joint")?, n.attribute("driven"))));
     let (driven, free): (Vec<_>, Vec<_>) = named.partition(|(_, driven)| *driven != Some("false"));
-    let names = |of: Vec<(&str, Option<&str>)>| of.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let names =
+        |of: Vec<(&str, Option<&str>)>| of.iter().map(|(name, _)| (*name).to_owned()).collect();
     Some(TyreOptions {
         joints: names(driven),
         free: names(free),

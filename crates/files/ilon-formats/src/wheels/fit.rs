@@ -142,8 +142,8 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
         let mut known: Vec<(RollerForm, [f64; 3], RollerShape)> = Vec::new();
         let mut of_wheel = Vec::new();
         for (index, roller) in wheel.rollers.iter().enumerate() {
-            if let Some(shape) = super::tyres::shape(roller) {
-                of_wheel.push(shape);
+            if let Some(cylinder) = super::tyres::cylinder(roller) {
+                of_wheel.push(RollerShape::Solids(vec![cylinder]));
                 continue;
             }
             let target = Target::new(wheel, index);

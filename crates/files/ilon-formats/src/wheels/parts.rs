@@ -186,10 +186,7 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
 }
 
 /// The shapes of a roller or a tyre, in its frame.
-fn solids<'a>(
-    shape: &'a RollerShape,
-    meshes: &[&[[f64; 2]]],
-) -> Vec<(Isometry3<f64>, Shape<'a>)> {
+fn solids<'a>(shape: &'a RollerShape, meshes: &[&[[f64; 2]]]) -> Vec<(Isometry3<f64>, Shape<'a>)> {
     let identity = Isometry3::identity();
     match shape {
         RollerShape::Ellipsoid {

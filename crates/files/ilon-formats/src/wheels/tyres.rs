@@ -8,23 +8,22 @@ use std::fmt::Write;
 
 use nalgebra::Isometry3;
 
-use super::fit::RollerShape;
 use crate::generate::elements::{attribute, num};
 use crate::model::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
 
 /// The cylinder that stands for a tyre; `None` of a roller.
-pub(super) fn shape(roller: &Roller) -> Option<RollerShape> {
+pub(super) fn cylinder(roller: &Roller) -> Option<Collision> {
     let RollerForm::Tyre(solid) = &roller.form else {
         return None;
     };
     let shoulder_m = 0.5 * roller.length_m - solid.edge_radius_m();
-    Some(RollerShape::Solids(vec![Collision {
+    Some(Collision {
         body_from_shape: Isometry3::identity(),
         shape: CollisionShape::Cylinder {
             radius_m: roller.radius_m,
             length_m: 4.0 / 3.0 * shoulder_m,
         },
-    }]))
+    })
 }
 
 /// The element of URDF by which ilon reads the tyres as they are; empty on rollers.
@@ -39,7 +38,11 @@ pub(super) fn element(robot: &Robot) -> String {
     let Some((width_m, shoulder_m)) = tyres.next() else {
         return String::new();
     };
-    let mut out = format!("  <ilon_tyres width=\"{}\" shoulder_radius=\"{}\">\n", num(width_m), num(shoulder_m));
+    let mut out = format!(
+        "  <ilon_tyres width=\"{}\" shoulder_radius=\"{}\">\n",
+        num(width_m),
+        num(shoulder_m)
+    );
     for wheel in &robot.wheels {
         let driven = wheel.motor.effort_n_m > 0.0;
         let name = attribute(&wheel.name);

@@ -24,5 +24,5 @@ mod standing;
 mod strangers;
 mod traits;
 mod tyres;
-mod visual_meshes;
 mod tyres_in_short;
+mod visual_meshes;

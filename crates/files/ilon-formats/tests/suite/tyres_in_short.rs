@@ -19,7 +19,11 @@ fn the_described_tricycle_is_that_of_its_urdf() {
     assert_eq!(short.wheels.len(), long.wheels.len());
     for (a, b) in short.wheels.iter().zip(&long.wheels) {
         assert_eq!(a.name, b.name);
-        assert!((a.position_m() - b.position_m()).norm() < 1e-12, "{}", a.name);
+        assert!(
+            (a.position_m() - b.position_m()).norm() < 1e-12,
+            "{}",
+            a.name
+        );
         assert!((a.axis() - b.axis()).norm() < 1e-12 && a.radius_m == b.radius_m);
         assert_eq!(a.motor.effort_n_m, b.motor.effort_n_m);
         assert_eq!(a.motor.velocity_rad_s, b.motor.velocity_rad_s);
@@ -33,7 +37,11 @@ fn the_described_tricycle_is_that_of_its_urdf() {
         let (a, b) = (tyre(a), tyre(b));
         assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-12);
     }
-    let [a, b] = [&short, &long].map(|robot| robot.steering_of(&robot.wheels[0]).map(|at| &robot.joints[at]));
+    let [a, b] = [&short, &long].map(|robot| {
+        robot
+            .steering_of(&robot.wheels[0])
+            .map(|at| &robot.joints[at])
+    });
     let (a, b) = (a.expect("steered"), b.expect("steered"));
     // 1.3 rad are 74.4845 deg to four digits.
     assert!((a.limits[1] - b.limits[1]).abs() < 1e-6 && a.limits[0] == -a.limits[1]);
@@ -98,18 +106,36 @@ fn read(text: &str) -> Result<Robot, String> {
 #[test]
 fn modules_with_trail_and_casters_are_read_as_described() {
     let robot = read(SWERVE).expect("a good description");
-    for (wheel, [x, y, axis_deg]) in robot.wheels.iter().zip([[0.2, 0.0, 90.0_f64], [-0.1, 0.2, 45.0], [-0.1, -0.2, 90.0]]) {
+    for (wheel, [x, y, axis_deg]) in
+        robot
+            .wheels
+            .iter()
+            .zip([[0.2, 0.0, 90.0_f64], [-0.1, 0.2, 45.0], [-0.1, -0.2, 90.0]])
+    {
         let off = wheel.position_m() - nalgebra::Vector3::new(x, y, 0.05);
-        assert!(off.norm() < 1e-12, "{}: {:?}", wheel.name, wheel.position_m());
+        assert!(
+            off.norm() < 1e-12,
+            "{}: {:?}",
+            wheel.name,
+            wheel.position_m()
+        );
         let (sin, cos) = axis_deg.to_radians().sin_cos();
         assert!((wheel.axis() - nalgebra::Vector2::new(cos, sin)).norm() < 1e-12);
         let joint = &robot.joints[robot.steering_of(wheel).expect("steered")];
         let trail = wheel.position_m().xy() - joint.body_from_joint.translation.vector.xy();
         // Behind the axis along its way: u = n x k.
-        assert!((trail + 0.02 * nalgebra::Vector2::new(sin, -cos)).norm() < 1e-12, "{trail}");
+        assert!(
+            (trail + 0.02 * nalgebra::Vector2::new(sin, -cos)).norm() < 1e-12,
+            "{trail}"
+        );
         assert_eq!(joint.limits, [f64::NEG_INFINITY, f64::INFINITY]);
     }
-    let free: Vec<&str> = robot.joints.iter().filter(|of| matches!(of.role, JointRole::Free)).map(|of| of.name.as_str()).collect();
+    let free: Vec<&str> = robot
+        .joints
+        .iter()
+        .filter(|of| matches!(of.role, JointRole::Free))
+        .map(|of| of.name.as_str())
+        .collect();
     assert_eq!(free.len(), 2, "{free:?}");
     assert!((robot.mass_kg() - (20.0 + 3.0 * 1.0 + 0.3)).abs() < 1e-12);
 }
@@ -118,7 +144,9 @@ fn modules_with_trail_and_casters_are_read_as_described() {
 #[test]
 fn the_generated_urdf_is_read_as_the_description() {
     let file = shipped("tricycle.toml");
-    let spec = SpecOnTyres::load(&file).expect("readable").expect("on tyres");
+    let spec = SpecOnTyres::load(&file)
+        .expect("readable")
+        .expect("on tyres");
     let urdf = generate_on_tyres(&spec).expect("written");
     let read = Robot::from_urdf_str(&urdf, "tricycle").expect("good");
     assert_eq!(read.wheels, Robot::load(&file).expect("good").wheels);
@@ -128,12 +156,24 @@ fn the_generated_urdf_is_read_as_the_description() {
 fn what_is_out_of_range_is_refused_by_its_key() {
     for (good, bad, key) in [
         ("width_m = 0.03", "width_m = -1", "tyres.width_m"),
-        ("shoulder_radius_m = 0.01", "shoulder_radius_m = 0.02", "tyres"),
-        ("fork_mass_kg = 0.5", "fork_mass_kg = 0", "steering.fork_mass_kg"),
+        (
+            "shoulder_radius_m = 0.01",
+            "shoulder_radius_m = 0.02",
+            "tyres",
+        ),
+        (
+            "fork_mass_kg = 0.5",
+            "fork_mass_kg = 0",
+            "steering.fork_mass_kg",
+        ),
         ("trail_m = 0.025", "trail_m = 0", "casters.trail_m"),
         ("name = \"b\"", "name = \"a\"", "wheels: name"),
         ("mass_kg = 20", "mass_kg = nan", "chassis.mass_kg"),
-        ("axis_deg = 45", "axis = 45\nplace = 3", "unknown too: `place`"),
+        (
+            "axis_deg = 45",
+            "axis = 45\nplace = 3",
+            "unknown too: `place`",
+        ),
     ] {
         let text = SWERVE.replacen(good, bad, 1);
         let error = read(&text).expect_err(key);

@@ -176,7 +176,8 @@ pub(super) fn legend(header: &Header, decoupling_point_m: Option<Vector2<f64>>) 
         "axis of the roller on the ground, mirrored on top of the wheel".to_owned(),
     );
     let on_rollers = header.wheels.iter().any(|wheel| !wheel.has_tyre());
-    let mut marks: Vec<(Box<dyn Node>, String)> = on_rollers.then_some(roller).into_iter().collect();
+    let mut marks: Vec<(Box<dyn Node>, String)> =
+        on_rollers.then_some(roller).into_iter().collect();
     marks.extend::<[(Box<dyn Node>, String); 4]>([
         (
             line(left, right, B_H, 1.5)

@@ -21,9 +21,9 @@ use std::path::Path;
 
 use ilon_control::{Arrangement, ContactKinematics, Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
-use nalgebra::Vector2;
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
+use nalgebra::Vector2;
 
 use crate::figure::{Figure, Layout, Span, axis, exact_curve, layout, plot, wheel_pen};
 use crate::page::{self, Head, Section, escape, panels, side_by_side};

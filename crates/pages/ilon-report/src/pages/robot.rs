@@ -77,7 +77,10 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     if let Some(kinematics) = &kinematics
         && seen.speed_limits.is_some()
         && (on_tyres || rates_rad_s.iter().all(|rate| rate.is_finite()))
-        && seen.tyres.as_ref().is_none_or(|tyres| tyres.turning_radius_m.is_none_or(|m| m == 0.0))
+        && seen
+            .tyres
+            .as_ref()
+            .is_none_or(|tyres| tyres.turning_radius_m.is_none_or(|m| m == 0.0))
     {
         sections.push(design::reach_section(&[Reach {
             name: seen.name.clone(),
@@ -221,7 +224,8 @@ fn on_tyres(tyres: &TyresInspection) -> Vec<String> {
             escape(excluded)
         )),
         None => sentences.push(
-            "All its tyres are steered: it drives every twist once they have turned to it.".to_owned(),
+            "All its tyres are steered: it drives every twist once they have turned to it."
+                .to_owned(),
         ),
     }
     if let Some(radius_m) = tyres.turning_radius_m.filter(|radius_m| *radius_m > 0.0) {

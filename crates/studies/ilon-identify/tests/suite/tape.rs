@@ -196,13 +196,19 @@ fn a_differential_robot_is_fitted() {
     let free = ["radius_m.*", "lever_m"];
     let fit = fitted(&tape("differential.urdf", &robot, &free, &truth, 3));
     assert!(fit.held.is_empty(), "{:?}", fit.held);
-    for (name, truth) in ["radius_m.left", "radius_m.right", "lever_m"].iter().zip(truth) {
+    for (name, truth) in ["radius_m.left", "radius_m.right", "lever_m"]
+        .iter()
+        .zip(truth)
+    {
         let found = &fit.parameters[*name];
         let half = found.ci95[1].expect("an interval") - found.value;
         // 2 mm of 2 m and half a degree of three turns: each interval is below a hundredth.
         assert!(half < 0.01 * truth, "{name}: {found:?}");
         // One interval in twenty misses its truth; none by twice.
-        assert!((found.value - truth).abs() < 2.0 * half, "{name}: {found:?}");
+        assert!(
+            (found.value - truth).abs() < 2.0 * half,
+            "{name}: {found:?}"
+        );
     }
     assert_eq!(
         fit.controller.kind,
