@@ -34,15 +34,17 @@ pub(super) fn element(robot: &Robot) -> String {
             _ => None,
         })
     };
-    let mut tyres = robot.wheels.iter().filter_map(tyre);
-    let Some((width_m, shoulder_m)) = tyres.next() else {
+    let tyres: Vec<(f64, f64)> = robot.wheels.iter().filter_map(tyre).collect();
+    let Some((width_m, shoulder_m)) = tyres.first() else {
         return String::new();
     };
-    let mut out = format!(
-        "  <ilon_tyres width=\"{}\" shoulder_radius=\"{}\">\n",
-        num(width_m),
-        num(shoulder_m)
-    );
+    let mut out = "  <ilon_tyres".to_owned();
+    // The element has one tyre for all; unequal ones are taken from the wheels' shapes.
+    if tyres.iter().all(|of| *of == tyres[0]) {
+        let [width, shoulder] = [width_m, shoulder_m].map(|m| num(*m));
+        let _ = write!(out, " width=\"{width}\" shoulder_radius=\"{shoulder}\"");
+    }
+    out += ">\n";
     for wheel in &robot.wheels {
         let driven = wheel.motor.effort_n_m > 0.0;
         let name = attribute(&wheel.name);
