@@ -224,3 +224,29 @@ fn a_fixed_ball_carries_its_share_and_drags_nothing() {
     let slip_j = summary.slip_energy_j.expect("a loss");
     assert!((slip_j / scrub_j - 1.0).abs() < 0.05, "{slip_j} {scrub_j}");
 }
+
+/// Of a wheel that rolls along neither motor nor size is a cause, and the size of the only driven
+/// wheel is that of all: no two suspects are the same.
+#[test]
+fn only_driven_wheels_have_motors_and_sizes_of_their_own() {
+    let robot =
+        load_robot(&scenario("tricycle", "twist = {}\nrun.duration_s = 1")).expect("a robot");
+    let files = ilon_files::FileAccess::anywhere();
+    let lineup = ilon_sim::causes::Lineup::of(&robot, &[], &files, [None; 5]).expect("it drives");
+    let words: Vec<String> = lineup
+        .at_usual_amounts()
+        .into_iter()
+        .map(|of| of.words)
+        .collect();
+    let any = |part: &str| words.iter().any(|words| words.contains(part));
+    assert!(
+        any("all wheels 1 % smaller") && any("the motor of drive"),
+        "{words:?}"
+    );
+    assert!(!any("than the others"), "{words:?}");
+    assert!(
+        !any("the motor of left") && !any("the motor of right"),
+        "{words:?}"
+    );
+    assert!(any("dust under left"), "{words:?}");
+}

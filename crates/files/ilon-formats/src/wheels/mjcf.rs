@@ -160,7 +160,7 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
                 format!("type=\"ellipsoid\" size=\"{}\"", nums(&[*a, *a, *c]))
             }
             Shape::Mesh(mesh) => format!("type=\"mesh\" mesh=\"roller_{mesh}\""),
-            Shape::Solid(solid) => geom(solid, hulls),
+            Shape::Solid(solid) => geom(&solid.shape, hulls) + &friction(solid.friction),
         };
         let mut at = *at;
         if class == "body" && shape.contains("cylinder") {
@@ -188,6 +188,16 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
         body(out, hulls, parts, child, height_m);
     }
     let _ = writeln!(out, "    </body>");
+}
+
+/// The friction of a shape that has its own, such as of a ball: without priority the floor's, if greater, would hold.
+fn friction(of_shape: Option<f64>) -> String {
+    of_shape.map_or(String::new(), |friction| {
+        format!(
+            " priority=\"1\" friction=\"{} 0.005 0.0001\"",
+            num(friction)
+        )
+    })
 }
 
 fn geom(solid: &CollisionShape, hulls: &mut String) -> String {

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::fit::{FittedRobot, RollerShape};
-use crate::model::{Collision, CollisionShape, Joint, JointKind, JointRole, MassProperties};
+use crate::model::{Collision, Joint, JointKind, JointRole, MassProperties};
 
 /// A body and the joint on which it moves; all frames are at zero of all joints.
 pub(super) struct Part<'a> {
@@ -41,7 +41,7 @@ pub(super) enum Role<'a> {
 
 /// A shape of another format.
 pub(super) enum Shape<'a> {
-    Solid(&'a CollisionShape),
+    Solid(&'a Collision),
     Ellipsoid([f64; 2]),
     /// The mesh of a profile, by its place among [`meshes`].
     Mesh(usize),
@@ -202,7 +202,7 @@ fn solids<'a>(shape: &'a RollerShape, meshes: &[&[[f64; 2]]]) -> Vec<(Isometry3<
 }
 
 fn solid(of: &Collision) -> (Isometry3<f64>, Shape<'_>) {
-    (of.body_from_shape, Shape::Solid(&of.shape))
+    (of.body_from_shape, Shape::Solid(of))
 }
 
 impl Part<'_> {

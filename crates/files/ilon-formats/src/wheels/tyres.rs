@@ -18,6 +18,7 @@ pub(super) fn cylinder(roller: &Roller) -> Option<Collision> {
     };
     let shoulder_m = 0.5 * roller.length_m - solid.edge_radius_m();
     Some(Collision {
+        friction: None,
         body_from_shape: Isometry3::identity(),
         shape: CollisionShape::Cylinder {
             radius_m: roller.radius_m,
