@@ -100,7 +100,10 @@ fn read(text: &str) -> Result<Robot, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("short.toml");
     std::fs::write(&file, text).expect("written");
-    Robot::load_with(&file, &LoadOptions::default()).map_err(|error| format!("{error:?}"))
+    let loaded = Robot::load_with(&file, &LoadOptions::default());
+    loaded
+        .map(|loaded| loaded.robot)
+        .map_err(|error| error.to_string())
 }
 
 #[test]
