@@ -6,7 +6,8 @@ use ilon_robot::{Robot, Twist};
 
 use crate::Error;
 
-/// The names of the motions. Each covers one metre, or one turn on the spot.
+/// The names of the motions. Each covers one metre, or one turn on the spot, or what a slow robot
+/// does in [`LONGEST_S`].
 pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
 
 /// Each is driven at this share of the robot's top speed, within the limits in m/s and rad/s below.
@@ -18,6 +19,9 @@ const RATE_RAD_S: f64 = 1.0;
 const ARC_M: f64 = 0.5;
 /// The time from rest to full speed, in seconds. Chosen.
 const RAMP_S: f64 = 0.5;
+
+/// The longest time at full speed, in seconds. Chosen.
+const LONGEST_S: f64 = 60.0;
 
 /// One of the motions, at a speed that the robot reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +87,7 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
             name: MOTIONS[place],
             twist_in_body: Twist::new(twist[0], twist[1], twist[2]),
             // The ramp takes half its time of full speed.
-            duration_s: lasts_s + 0.5 * RAMP_S,
+            duration_s: lasts_s.min(LONGEST_S) + 0.5 * RAMP_S,
         })
     };
     Ok([
