@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_goes_a_metre_or_turns_once_within_what_the_motors_can() {
+    fn each_goes_a_metre_or_turns_once_or_a_minute_within_what_the_motors_can() {
         let mut robot =
             Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
         for limit_rad_s in [f64::INFINITY, 2.0] {
@@ -126,7 +126,10 @@ mod tests {
                 let turns = twist.omega_rad_s * (motion.duration_s - 0.25) / std::f64::consts::TAU;
                 let amount = if way_m > 0.0 { way_m } else { turns };
                 // Speeds have three digits.
-                assert!((amount - 1.0).abs() < 6e-3, "{motion:?}");
+                let is_whole = (amount - 1.0).abs() < 6e-3;
+                let is_cut = motion.duration_s == LONGEST_S + 0.25 && amount < 1.0;
+                assert!(is_whole || is_cut, "{motion:?}");
+                assert!(is_whole || limit_rad_s == 2.0, "{motion:?}");
                 let mut rates = [0.0; 4];
                 kinematics.wheel_rates(twist, &mut rates);
                 assert!(
