@@ -38,6 +38,11 @@ fn end(robot: &str, lines: &str) -> Pose {
 )]
 #[test_case("tricycle", "twist = { vx_m_s = 0.2, omega_rad_s = 0.3 }", None)]
 #[test_case("swerve4", "twist.vy_m_s = 0.2", None)]
+#[test_case(
+    "differential",
+    "wheel_loop.law = \"passive\"\n[reference.circle]\nradius_m = 1\nspeed_m_s = 0.2",
+    Some("passive law")
+)]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
     let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
     let robot = load_robot(&scenario).expect("a shipped robot");
