@@ -40,7 +40,7 @@ fn end(robot: &str, lines: &str) -> Pose {
 #[test_case("swerve4", "twist.vy_m_s = 0.2", None)]
 #[test_case(
     "differential",
-    "wheel_loop.law = \"passive\"\n[reference.circle]\nradius_m = 1\nspeed_m_s = 0.2",
+    "wheel_loop.law = \"passive\"\nreference.circle = { radius_m = 1, speed_m_s = 0.2 }",
     Some("passive law")
 )]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
