@@ -352,7 +352,7 @@ impl<'s> Checker<'s> {
         self.path.push(key.get_ref().to_string());
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let message = format!("unknown keys {}", quoted(&keys));
-        self.fault(FaultKind::Key, key.span(), message, helps.join("\n"))
+        self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
     }
 
     /// What an unknown key may be meant for.
