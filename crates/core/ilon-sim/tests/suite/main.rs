@@ -3,6 +3,7 @@
 mod attached;
 mod beliefs;
 mod budget_terms;
+mod casters;
 mod causes;
 mod contest;
 mod converge;
@@ -29,5 +30,7 @@ mod spin;
 mod stability;
 mod support;
 mod suspensions;
+mod tyre_causes;
+mod tyre_laws;
 mod tyres;
 mod wheels_to_spare;
