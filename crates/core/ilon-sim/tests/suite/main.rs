@@ -28,6 +28,7 @@ mod similarity;
 mod spheres;
 mod spin;
 mod stability;
+mod steered_rollers;
 mod support;
 mod suspensions;
 mod tyre_causes;

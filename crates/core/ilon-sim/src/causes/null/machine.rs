@@ -254,9 +254,9 @@ fn follow_at_once(robot: &mut Robot, joint: usize, rate_rad_s: f64) {
     }
 }
 
-/// The joints that steer wheels.
+/// The joints that steer tyres. Wheels on rollers roll wherever theirs hold them.
 pub(super) fn steering_joints(robot: &Robot) -> Vec<usize> {
-    let wheels = robot.wheels.iter();
+    let wheels = robot.wheels.iter().filter(|wheel| wheel.has_tyre());
     let mut joints: Vec<usize> = wheels
         .filter_map(|wheel| robot.steering_of(wheel))
         .collect();
