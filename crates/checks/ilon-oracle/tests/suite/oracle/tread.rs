@@ -83,7 +83,7 @@ fn place(course: &Course) -> String {
 const OF_THE_WAY: f64 = 1e-3;
 
 /// Asserts that both agree within their uncertainties.
-fn agree(case: &Case, stiffness_n_m: f64) {
+pub fn agree(case: &Case, stiffness_n_m: f64) {
     agree_on(case, Springs::of(stiffness_n_m));
 }
 
