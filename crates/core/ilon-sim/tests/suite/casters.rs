@@ -62,8 +62,7 @@ fn joints(robot: &Robot, ending: &str) -> Vec<usize> {
     found.map(|(index, _)| index).collect()
 }
 
-/// A caster whose wheel trails by d, and stands at the angle a from where it trails ahead of the
-/// motion, turns over by d a' = v sin(a): within (d / v) ln(tan(a1/2) / tan(a0/2)) from a0 to a1.
+/// A caster of trail d that stands at the angle a from where its wheel leads turns over by d a' = v sin(a): within (d / v) ln(tan(a1/2) / tan(a0/2)) from a0 to a1.
 ///
 /// Its wheel is a body that touches with the two ends of its width w, which scrub as it swivels. In
 /// balance about the swivel both slide askew, by w / (2 d) more to the side than along: the wheel
