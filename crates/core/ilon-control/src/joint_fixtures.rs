@@ -29,7 +29,6 @@ pub fn joint(
                 inertia_kg_m2: Matrix3::identity() * (0.4 * mass_kg * 0.1 * 0.1),
             },
             collisions: Vec::new(),
-            grip: 1.0,
         },
         role: JointRole::Free,
         limits: [f64::NEG_INFINITY, f64::INFINITY],

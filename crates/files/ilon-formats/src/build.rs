@@ -98,7 +98,6 @@ fn joint(of: &Carrier) -> BodyJoint {
             name: format!("{}_link", of.joint),
             mass: mass.moved(&(body_from_joint.inverse() * body_from_box)),
             collisions: Vec::new(),
-            grip: 1.0,
         },
         role: match of.stiffness {
             Some(stiffness) => JointRole::Sprung(spring(stiffness)),

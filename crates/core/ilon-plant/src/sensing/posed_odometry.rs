@@ -90,7 +90,6 @@ mod tests {
                 name: "carrier".to_owned(),
                 mass: MassProperties::point(1.0, Vector3::zeros()),
                 collisions: Vec::new(),
-                grip: 1.0,
             },
             role: JointRole::Free,
             limits: [-1.0, 1.0],

@@ -41,8 +41,6 @@ pub struct Body {
     /// Its collision geometry, in the body frame while all joints are at zero; it collides with
     /// ground and other bodies, not with its own robot.
     pub collisions: Vec<Collision>,
-    /// The share of the ground's friction that these shapes find, >= 0: 1 but in what-if runs.
-    pub grip: f64,
 }
 
 /// The motion of a joint.

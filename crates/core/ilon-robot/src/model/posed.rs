@@ -110,7 +110,6 @@ pub(super) mod tests {
                     inertia_kg_m2: Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.3)),
                 },
                 collisions: Vec::new(),
-                grip: 1.0,
             },
             role: JointRole::Free,
             limits: [-1.0, 2.0],

@@ -32,7 +32,9 @@ const THEN_LEFT: &str = "twist = { vx_m_s = 0.5, rest_s = 0, ramp_s = 0.1, \
 /// On feet without friction in place of its casters.
 fn on_feet(robot: &mut Robot) {
     for joint in robot.caster_joints() {
-        robot.joints[joint].body.grip = 0.0;
+        for shape in &mut robot.joints[joint].body.collisions {
+            shape.friction = Some(0.0);
+        }
     }
 }
 

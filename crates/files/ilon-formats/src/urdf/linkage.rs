@@ -352,7 +352,6 @@ pub(super) fn assemble(
                 name: collisions.name,
                 mass: collisions.mass.moved(&body_from_joint.inverse()),
                 collisions: collisions.collisions,
-                grip: 1.0,
             },
             role: role.role,
             limits: of.travel,

@@ -210,7 +210,6 @@ mod tests {
                     name: "arm".to_owned(),
                     mass: MassProperties::point(1.0, Vector3::zeros()),
                     collisions: vec![ball],
-                    grip: 1.0,
                 },
                 role: JointRole::Driven(JointServo {
                     target,

@@ -35,7 +35,6 @@ pub fn joint(
             name: "carrier".into(),
             mass: mass.moved(&body_from_joint.inverse()),
             collisions: Vec::new(),
-            grip: 1.0,
         },
         role,
         limits: [f64::NEG_INFINITY, f64::INFINITY],

@@ -216,14 +216,16 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
 pub(super) fn of_tyres(run: Run, list: &mut List) {
     let robot = run.robot;
     let casters = robot.caster_joints();
-    // rapier has no friction of a body's own.
+    // rapier does not know the friction of a shape of a robot.
     if !casters.is_empty() && run.scenario.world.solver.contacts == Contacts::Ilon {
         list.add(
             "casters",
             "its casters (feet without friction in their place)",
             move |_, robot| {
                 for joint in &casters {
-                    robot.joints[*joint].body.grip = 0.0;
+                    for shape in &mut robot.joints[*joint].body.collisions {
+                        shape.friction = Some(0.0);
+                    }
                 }
             },
         );

@@ -39,7 +39,6 @@ fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
 fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
     match part {
         Part::Roller(wheel, _) => scene.wheels[wheel].grip,
-        Part::Link(joint) => scene.robot.joints[joint].body.grip,
         _ => 1.0,
     }
 }

@@ -26,7 +26,6 @@ fn swinging() -> World {
             name: "arm".into(),
             mass,
             collisions: Vec::new(),
-            grip: 1.0,
         },
         role: JointRole::Driven(JointServo::for_inertia(0.05)),
         limits: [f64::NEG_INFINITY, f64::INFINITY],

@@ -37,7 +37,6 @@ pub fn joint(
             name: name.into(),
             mass: mass.moved(&body_from_joint.inverse()),
             collisions: Vec::new(),
-            grip: 1.0,
         },
         role,
         limits: [f64::NEG_INFINITY, f64::INFINITY],
