@@ -5,6 +5,7 @@ use ilon_sim::robot::Robot;
 use ilon_sim::{Scenario, Simulation, load_robot};
 use test_case::test_case;
 
+use crate::support::Folder;
 use crate::support::urdf::{ForkPart, Urdf, WheelPart};
 
 /// A caster of trail d under a robot.
@@ -48,11 +49,10 @@ fn on_casters(caster: Caster) -> String {
     urdf.text()
 }
 
-fn scenario(urdf: &str, lines: &str) -> Scenario {
-    let folder = tempfile::tempdir().expect("a folder").keep();
-    std::fs::write(folder.join("small.urdf"), urdf).expect("a file");
+fn scenario(folder: &Folder, urdf: &str, lines: &str) -> Scenario {
+    folder.write("small.urdf", urdf);
     let text = format!("robot.file = \"small.urdf\"\n{lines}\n");
-    Scenario::from_toml(&text, "casters", &folder).expect("a scenario")
+    Scenario::from_toml(&text, "casters", folder.path("")).expect("a scenario")
 }
 
 /// Indices of the joints whose names end so.
@@ -79,7 +79,8 @@ fn casters_turn_over_as_their_trail_says(trail_m: f64, width_m: f64) {
     // An arc sets the casters askew, and then it backs off.
     let lines = "twist = { vx_m_s = 0.3, omega_rad_s = 0.3, rest_s = 0, ramp_s = 0.2, schedule = [\
                  { from_s = 2, vx_m_s = -0.3, omega_rad_s = 0 }] }\nrun.duration_s = 5";
-    let scenario = scenario(&on_casters(caster), lines);
+    let folder = Folder::new();
+    let scenario = scenario(&folder, &on_casters(caster), lines);
     let swivels = joints(&load_robot(&scenario).expect("a robot"), "_swivel");
     let mut simulation = Simulation::new(&scenario).expect("it drives");
     // The way of the swivels while a goes from 30 to 150 degrees.
@@ -116,7 +117,8 @@ fn casters_do_not_turn_at_rest() {
     };
     let lines = "twist = { vx_m_s = 0.3, omega_rad_s = 0.6, rest_s = 0, ramp_s = 0.2, schedule = [\
                  { from_s = 2, vx_m_s = 0, omega_rad_s = 0 }] }\nrun.duration_s = 4";
-    let scenario = scenario(&on_casters(caster), lines);
+    let folder = Folder::new();
+    let scenario = scenario(&folder, &on_casters(caster), lines);
     let swivels = joints(&load_robot(&scenario).expect("a robot"), "_swivel");
     let mut simulation = Simulation::new(&scenario).expect("it drives");
     let mut at_rest = None;
@@ -159,7 +161,8 @@ fn a_caster_shimmies_where_its_trail_is_shorter_than_the_relaxation_length(
          twist = {{ vx_m_s = 1.5, rest_s = 0, ramp_s = 1 }}\nrun = {{ duration_s = 3.5, physics_dt_s = 5e-4 }}\n\
          faults = [{{ push = {{ impulse_y_n_s = 4, from_s = 1.5, lasts_s = 0.05 }} }}]"
     );
-    let scenario = scenario(&on_casters(caster), &lines);
+    let folder = Folder::new();
+    let scenario = scenario(&folder, &on_casters(caster), &lines);
     let swivels = joints(&load_robot(&scenario).expect("a robot"), "_swivel");
     let mut simulation = Simulation::new(&scenario).expect("it drives");
     let mut largest_rad = 0.0_f64;

@@ -6,13 +6,13 @@ use ilon_sim::robot::Twist;
 use ilon_sim::{Plant, Scenario, Simulation, WheelCommand};
 use test_case::test_case;
 
+use crate::support::Folder;
 use crate::support::urdf::{ForkPart, Urdf, WheelPart};
 
-fn written(urdf: Urdf, lines: &str) -> Scenario {
-    let folder = tempfile::tempdir().expect("a folder").keep();
-    std::fs::write(folder.join("small.urdf"), urdf.text()).expect("a file");
+fn written(folder: &Folder, urdf: Urdf, lines: &str) -> Scenario {
+    folder.write("small.urdf", &urdf.text());
     let text = format!("robot.file = \"small.urdf\"\n{lines}\n");
-    Scenario::from_toml(&text, "tyre_laws", &folder).expect("a scenario")
+    Scenario::from_toml(&text, "tyre_laws", folder.path("")).expect("a scenario")
 }
 
 /// Drives for some seconds at wheel rates that are reached within one, and returns the twist of the
@@ -104,8 +104,9 @@ fn ackermann_steering_goes_round_where_the_axles_meet(radius_m: f64) {
         // 0.4 m/s in the middle of the rear axle.
         rates.extend([0.0, 0.4 * (1.0 - y_m / radius_m) / wheel_m]);
     }
+    let folder = Folder::new();
     // Servos so stiff that they give by 30 microradians to what the tyres scrub.
-    let (twist, _) = driven(&written(urdf, &lines), &rates, 4.0);
+    let (twist, _) = driven(&written(&folder, urdf, &lines), &rates, 4.0);
     let (round_m, aside) = circle(twist, 0.0);
     assert!(
         (round_m / radius_m - 1.0).abs() < 1e-3,
@@ -149,7 +150,8 @@ fn a_heavy_robot_turns_on_its_casters() {
         });
     }
     let lines = "twist = { omega_rad_s = 0.5, rest_s = 0, ramp_s = 1 }\nrun.duration_s = 7";
-    let mut simulation = Simulation::new(&written(urdf, lines)).expect("it drives");
+    let folder = Folder::new();
+    let mut simulation = Simulation::new(&written(&folder, urdf, lines)).expect("it drives");
     let mut turned_rad = 0.0;
     while !simulation.is_done() {
         simulation.step();
