@@ -20,7 +20,7 @@ pub(super) const TOUCHES: f64 = 1e-3;
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
 /// reach the floor. Returns whether it does.
 pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
-    if !robot.wheels.iter().any(Wheel::has_tyre) || stands_on_wheels(robot) {
+    if !robot.has_tyres() || stands_on_wheels(robot) {
         return false;
     }
     let raised_m = raise_rounded(robot);
@@ -57,6 +57,11 @@ pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
         ),
     ));
     true
+}
+
+/// Whether a robot rolls on two tyres alone, which do not carry it.
+pub(super) fn is_lone_pair(wheels: &[Wheel]) -> bool {
+    wheels.len() < 3 && wheels.iter().any(Wheel::has_tyre)
 }
 
 /// Whether the wheels carry the robot without its chassis.
