@@ -45,10 +45,10 @@ impl Urdf {
         [xx, yy, zz]: [f64; 3],
         shape: &str,
     ) {
-        write!(
+        writeln!(
             self.0,
             "<link name=\"{name}\"><inertial><origin xyz=\"{x} {y} {z}\"/><mass value=\"{mass_kg}\"/>\
-             <inertia ixx=\"{xx}\" iyy=\"{yy}\" izz=\"{zz}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>{shape}</link>\n"
+             <inertia ixx=\"{xx}\" iyy=\"{yy}\" izz=\"{zz}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>{shape}</link>"
         )
         .expect("written to memory");
     }
@@ -56,10 +56,10 @@ impl Urdf {
     fn joint(&mut self, name: &str, between: [&str; 2], at_m: [f64; 3], further: &str) {
         let [parent, child] = between;
         let [x, y, z] = at_m;
-        write!(
+        writeln!(
             self.0,
             "<joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
-             <origin xyz=\"{x} {y} {z}\"/>{further}</joint>\n"
+             <origin xyz=\"{x} {y} {z}\"/>{further}</joint>"
         )
         .expect("written to memory");
     }
