@@ -36,7 +36,7 @@ pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
 pub(crate) use reading::is_computable;
-pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_toml};
+pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_text, read_toml};
 pub use robot::{Robot, RollerBodies};
 pub use rollers::{RollerSurface, Tread};
 pub use run::{Auto, Run, Step, TIME_SLACK_S};
