@@ -13,6 +13,7 @@
 mod asked_joint;
 mod body;
 mod candidates;
+mod casters;
 mod check;
 mod dae;
 mod disc;

@@ -430,13 +430,13 @@ fn of_stretch(
             lines.push(format!(
                 "{direction} it reached {did}; its wheel speeds give {} by the ideal kinematics: <b>{share}</b>. {}.",
                 unit(ideal),
-                capital(&of_contacts(terms, mean))
+                capital(&of_contacts(header, terms, mean))
             ));
             continue;
         }
         let before = [
             ("saturation", terms.guidance),
-            ("the command's compensation", terms.compensation),
+            (compensation(header), terms.compensation),
             ("what the controller believes of the robot", terms.belief),
             (stretch.behind_targets(), terms.servo),
         ];
@@ -445,10 +445,19 @@ fn of_stretch(
             "{direction} the command was {}, the wheel speeds give {}, and it reached {did}: <b>{share}</b> of the command. {}.",
             unit(asked),
             axis.did(ideal, base),
-            capital(&format!("{before}{}", of_contacts(terms, mean)))
+            capital(&format!("{before}{}", of_contacts(header, terms, mean)))
         ));
     }
     lines
+}
+
+/// Returns the name of what the command adds in advance: of tyres that are steered, how far their
+/// modules are off the angles of the twist.
+pub(super) fn compensation(header: &Header) -> &'static str {
+    match header.is_on_tyres() {
+        true => "the modules' way to their angles",
+        false => "the command's compensation",
+    }
 }
 
 /// Returns the loss by each term that is large enough to show, each preceded by a comma.
@@ -463,7 +472,7 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
 }
 
 /// Reports the difference between the wheels' rates and the robot's motion.
-fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
+fn of_contacts(header: &Header, terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
         (
             "lift-off (wheels in the air or with little load)",
@@ -471,10 +480,18 @@ fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
         ),
         ("the conflict between the wheels' rates", terms.conflict),
     ];
+    let incline = [(
+        "the incline (the way up is longer than on a map)",
+        terms.incline,
+    )];
+    let geometry = match header.is_on_tyres() {
+        true => taken([("the tyres' width", terms.geometry)], mean),
+        false => format!("roller geometry {}, ", takes(mean(terms.geometry))),
+    };
     format!(
-        "roller geometry {}, {}slip {}",
-        takes(mean(terms.geometry)),
+        "{geometry}{}{}slip {}",
         taken(rare, mean),
+        taken(incline, mean),
         takes(mean(terms.slip))
     )
 }
