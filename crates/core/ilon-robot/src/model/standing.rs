@@ -23,8 +23,8 @@ pub struct StandingPose {
     /// Pitch of the body, about the y axis and after the roll, in radians; positive if its front is
     /// lowered.
     pub pitch_rad: f64,
-    /// What it stands on, by the indices of wheels in [`Robot::wheels`], followed by those of the
-    /// chassis's shapes.
+    /// The wheels that it stands on, by their indices in [`Robot::wheels`]; an index beyond them is a
+    /// place of the chassis.
     pub supporting: [usize; 3],
 }
 
@@ -93,9 +93,7 @@ impl Robot {
         let mut supporting = [0; 3];
         for step in 0..MOST_STEPS {
             let wheels = self.wheels.iter().map(|w| w.lowest_point_m(&up));
-            let of_shapes = shapes
-                .iter()
-                .map(|of| of.farthest(&-up.into_inner()).coords);
+            let of_shapes = shapes.iter().flat_map(|shape| low_places_m(shape, &up));
             let lowest: Vec<Vector3<f64>> = wheels.chain(of_shapes).collect();
             supporting = triangle_under(&lowest, &center, &up)?;
             let three = supporting.map(|i| lowest[i]);
@@ -124,6 +122,21 @@ impl Robot {
             supporting,
         })
     }
+}
+
+/// Returns the places at which a shape of the chassis may stand, in metres: its lowest point, and
+/// those that are lowest if it leans a little, as the corners of a box.
+fn low_places_m(shape: &Collision, up: &Unit<Vector3<f64>>) -> [Vector3<f64>; 9] {
+    /// How much, in radians (chosen).
+    const LEANS_RAD: f64 = 0.1;
+    std::array::from_fn(|way| {
+        let (sin, cos) = libm::sincos(way as f64 * std::f64::consts::FRAC_PI_4);
+        let leans = match way {
+            8 => Vector3::zeros(),
+            _ => LEANS_RAD * Vector3::new(cos, sin, 0.0),
+        };
+        shape.farthest(&(leans - up.into_inner())).coords
+    })
 }
 
 impl Wheel {

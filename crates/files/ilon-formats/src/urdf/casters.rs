@@ -59,6 +59,11 @@ pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
     true
 }
 
+/// Whether a robot rolls on two tyres alone, which do not carry it.
+pub(super) fn is_lone_pair(wheels: &[Wheel]) -> bool {
+    wheels.len() < 3 && wheels.iter().any(Wheel::has_tyre)
+}
+
 /// Whether the wheels carry the robot without its chassis.
 fn stands_on_wheels(robot: &Robot) -> bool {
     let mut bare = robot.clone();

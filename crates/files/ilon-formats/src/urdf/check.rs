@@ -1,19 +1,22 @@
 //! Checks of the whole robot: its chassis, and relations between its wheels.
 
-use nalgebra::{Unit, Vector2, Vector3};
+use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::casters::{self, TOUCHES};
 use super::faults::Faults;
-use super::geometry::primitive;
+use super::geometry::{mesh_points, primitive};
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
 use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
-use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
+use crate::model::{
+    Chassis, Collision, CollisionShape, MassProperties, Remark, Robot, StandingPose, Wheel,
+};
 
 /// Smallest number of wheels that control all three degrees of freedom of the plane.
 pub(super) const LEAST_WHEELS: usize = 3;
@@ -174,8 +177,13 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
         .collect()
 }
 
-/// Builds the chassis from the body of the root link.
-pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis, RobotError> {
+/// Builds the chassis from the body of the root link, or a body on a joint. `reads_meshes` takes
+/// meshes as their convex hulls; else they touch nothing.
+pub(super) fn chassis(
+    loading: &mut Loading,
+    body: RigidBody,
+    reads_meshes: bool,
+) -> Result<Chassis, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let name = tree.links[body.link].name.clone();
     let mass = body
@@ -188,7 +196,16 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
         geometry,
     } in body.shapes
     {
-        let Some(shape) = primitive(&geometry) else {
+        let hull = || match &geometry {
+            Geometry::Mesh { filename, scale } if reads_meshes => {
+                let place = Isometry3::identity();
+                let points = mesh_points(&loading.meshes, filename, *scale, &place).ok()?;
+                let points_m = points.into();
+                Some(CollisionShape::ConvexHull { points_m })
+            }
+            _ => None,
+        };
+        let Some(shape) = primitive(&geometry).or_else(hull) else {
             meshes += 1;
             continue;
         };
@@ -266,6 +283,10 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
         Some(pose) => check_standing(source, &robot, pose, &mut remarks)?,
         // It stands on its casters too.
         None if robot.wheels.iter().any(Wheel::has_tyre) && !robot.joints.is_empty() => {}
+        None if casters::is_lone_pair(&robot.wheels) => {
+            let fault = Fault::NoCaster { lean_deg: None };
+            return Err(source.link_error(&robot.chassis.name, fault));
+        }
         None => remarks.push(Remark::new(
             format!("link `{}`", robot.chassis.name),
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
@@ -279,12 +300,18 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     Ok(robot)
 }
 
-/// Checks that a robot that stands on its casters stands on all of its wheels too.
+/// Checks that a robot that stands on its casters hardly leans, and stands on all of its wheels
+/// too.
 fn check_wheels_carry(
     source: &Source,
     robot: &Robot,
     pose: &StandingPose,
 ) -> Result<(), RobotError> {
+    let lean_deg = pose.tilt_rad().to_degrees();
+    if lean_deg > MOST_TILT_DEG {
+        let lean_deg = Some(lean_deg);
+        return Err(source.link_error(&robot.chassis.name, Fault::NoCaster { lean_deg }));
+    }
     let near_m = TOUCHES * casters::least_radius_m(robot);
     if robot.wheels.iter().all(|wheel| pose.gap_m(wheel) < near_m) {
         return Ok(());

@@ -182,3 +182,35 @@ fn a_chassis_that_lifts_the_wheels_is_refused() {
     let error = Robot::from_urdf_str(&skid, "robot.urdf").unwrap_err();
     assert!(error.to_string().contains("touches the floor"), "{error}");
 }
+
+/// Without anything that reaches the floor besides its two wheels a robot would swing about its
+/// axle. A mesh of the chassis may show what does: here a block down to the floor, whose corners
+/// behind the axle carry the centre of mass.
+#[test]
+fn two_wheels_alone_are_refused_and_a_mesh_may_show_the_casters() {
+    let alone = on_balls(&[]);
+    let error = Robot::from_urdf_str(&alone, "robot.urdf").unwrap_err();
+    assert!(error.to_string().contains("two wheels alone"), "{error}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let corners = |k: usize| {
+        let pick = |bit: usize, low: f32, high: f32| if k & bit == 0 { low } else { high };
+        [pick(1, -0.2, 0.0), pick(2, -0.1, 0.1), pick(4, 0.0, 0.1)]
+    };
+    let mut stl = vec![0_u8; 80];
+    stl.extend(6_u32.to_le_bytes());
+    for k in 0..6 {
+        let triangle = [[0.0; 3], corners(k), corners(k + 1), corners(k + 2)];
+        stl.extend(triangle.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        stl.extend([0, 0]);
+    }
+    std::fs::write(folder.path().join("block.stl"), stl).expect("a mesh");
+    let meshed = alone.replace(
+        r#"<collision><origin xyz="0 0 0.12"/><geometry><box size="0.3 0.25 0.05"/>"#,
+        r#"<collision><geometry><mesh filename="block.stl"/>"#,
+    );
+    let file = folder.path().join("robot.urdf");
+    std::fs::write(&file, meshed).expect("a file");
+    let robot = Robot::load(file.to_str().expect("a path")).expect("it stands");
+    let pose = robot.standing_pose().expect("on wheels and block");
+    assert!(pose.tilt_rad() < 1e-9 && glides(&robot) == 1, "{pose:?}");
+}
