@@ -79,7 +79,7 @@ impl Robot {
     /// [`Self::ride_height_m`].
     pub fn standing_pose(&self) -> Option<StandingPose> {
         let on_wheels = self.pose_on(&[]);
-        let has_casters = self.joints.is_empty() && self.wheels.iter().any(Wheel::has_tyre);
+        let has_casters = self.joints.is_empty() && self.has_tyres();
         match on_wheels {
             None if has_casters => self.pose_on(&self.chassis.collisions),
             pose => pose,

@@ -38,6 +38,11 @@ fn end(robot: &str, lines: &str) -> Pose {
 )]
 #[test_case("tricycle", "twist = { vx_m_s = 0.2, omega_rad_s = 0.3 }", None)]
 #[test_case("swerve4", "twist.vy_m_s = 0.2", None)]
+#[test_case(
+    "differential",
+    "wheel_loop.law = \"passive\"\nreference.circle = { radius_m = 1, speed_m_s = 0.2 }",
+    Some("passive law")
+)]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
     let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
     let robot = load_robot(&scenario).expect("a shipped robot");
@@ -223,4 +228,28 @@ fn a_fixed_ball_carries_its_share_and_drags_nothing() {
     let scrub_j = 0.8 * load_n * 0.02 / 4.0 * turned_rad;
     let slip_j = summary.slip_energy_j.expect("a loss");
     assert!((slip_j / scrub_j - 1.0).abs() < 0.05, "{slip_j} {scrub_j}");
+}
+
+/// Omni wheels in front of driven tyres: nothing contradicts, so the robot goes as fast as its
+/// wheels turn, and turns about the tyres' axle. Rollers on rigid contacts as soft as tyres would
+/// roll on a radius smaller by what they sink in, 5e-3, and the robot half of that slower. Soft
+/// rollers lose a tenth of it where one follows the other, and turning more by scrub.
+#[test]
+fn omni_wheels_beside_tyres_roll_on_their_own_radius() {
+    let wheels = "[robot]\nfile = \"skid4.urdf\"\n[robot.wheels]\nrollers = 12\ngamma.all_deg = 0\n\
+         joints = [\"front_left\", \"front_right\"]\n[robot.tyres]\n\
+         joints = [\"rear_left\", \"rear_right\"]\n";
+    for (twist, near) in [
+        ("vx_m_s = 0.3", 5e-4),
+        ("vx_m_s = 0.3\nomega_rad_s = 0.5", 2e-3),
+    ] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+        let text = format!("{wheels}[twist]\n{twist}\n[run]\nduration_s = 3\n");
+        let scenario = Scenario::from_toml(&text, "mixed", folder).expect("a scenario");
+        let summary = Simulation::new(&scenario).expect("it drives").run().summary;
+        let ratios = &summary.twist_ratio_ideal;
+        for ratio in [ratios.vx, ratios.omega].into_iter().flatten() {
+            assert!((ratio - 1.0).abs() < near, "{twist}: {ratio}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
 /// reach the floor. Returns whether it does.
 pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
-    if !robot.wheels.iter().any(Wheel::has_tyre) || stands_on_wheels(robot) {
+    if !robot.has_tyres() || stands_on_wheels(robot) {
         return false;
     }
     let raised_m = raise_rounded(robot);

@@ -280,7 +280,7 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
         Some(pose) if has_casters => check_wheels_carry(source, &robot, pose)?,
         Some(pose) => check_standing(source, &robot, pose, &mut remarks)?,
         // It stands on its casters too.
-        None if robot.wheels.iter().any(Wheel::has_tyre) && !robot.joints.is_empty() => {}
+        None if robot.has_tyres() && !robot.joints.is_empty() => {}
         None if casters::is_lone_pair(&robot.wheels) => {
             let fault = Fault::NoCaster { lean_deg: None };
             return Err(source.link_error(&robot.chassis.name, fault));
