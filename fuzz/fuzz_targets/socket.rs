@@ -122,9 +122,9 @@ fn messages(bytes: &[u8]) {
 fn request(server: &Server, bytes: &[u8]) {
     let address = server.url().replace("http://", "").replace('/', "");
     let text = String::from_utf8_lossy(bytes).replace("HOST", &address);
-    let exchange = |bytes: &[u8]| -> std::io::Result<Vec<u8>> {
+    let exchange = |bytes: &[u8], wait_ms: u64| -> std::io::Result<Vec<u8>> {
         let mut stream = TcpStream::connect(&address)?;
-        stream.set_read_timeout(Some(Duration::from_millis(20)))?;
+        stream.set_read_timeout(Some(Duration::from_millis(wait_ms)))?;
         stream.write_all(bytes)?;
         stream.shutdown(Shutdown::Write)?;
         let mut answer = vec![0; 16];
@@ -133,9 +133,10 @@ fn request(server: &Server, bytes: &[u8]) {
         Ok(answer)
     };
     // A reset connection is a valid response.
-    let _ = exchange(text.as_bytes());
+    let _ = exchange(text.as_bytes(), 20);
     let page = format!("GET / HTTP/1.1\r\nHost: {address}\r\n\r\n");
+    // On a busy machine the server's threads wait for their turn.
     let is_served =
-        || exchange(page.as_bytes()).is_ok_and(|answer| answer.starts_with(b"HTTP/1.1 200"));
-    assert!((0..100).any(|_| is_served()), "nobody is served any more");
+        || exchange(page.as_bytes(), 1000).is_ok_and(|answer| answer.starts_with(b"HTTP/1.1 200"));
+    assert!((0..60).any(|_| is_served()), "nobody is served any more");
 }
