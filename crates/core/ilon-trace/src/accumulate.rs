@@ -274,7 +274,8 @@ impl Figures {
         let span_s = record.t_s - before.t_s;
         let real = before.truth.pose.displacement_to(&record.truth.pose);
         let terms = Terms::between(before, record);
-        let contact = real + (terms.slip + terms.conflict + terms.lift_off).scaled(span_s);
+        let contact =
+            real + (terms.incline + terms.slip + terms.conflict + terms.lift_off).scaled(span_s);
         self.twist.add(real, span_s);
         self.twist_asked
             .add(real + terms.total.scaled(span_s), span_s);

@@ -19,6 +19,7 @@ impl Chain {
             contact: record.twist_contact.scaled(time_s),
             carried: record.twist_contact.scaled(time_s),
             settled: record.twist_contact.scaled(time_s),
+            along: record.truth.twist_in_body.scaled(time_s),
             real: record.truth.twist_in_body.scaled(time_s),
         }
     }

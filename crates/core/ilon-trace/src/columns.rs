@@ -376,7 +376,7 @@ fn of_columns<T: 'static>(
 pub(crate) fn signals(header: &Header) -> Vec<Signal> {
     let mut all = of_columns(&RECORD, "", false, Source::Record);
     for (place, term) in std::iter::once("total").chain(NAMES).enumerate() {
-        if term == "belief" && header.knows_its_robot() {
+        if !header.has_term(term) {
             continue;
         }
         let begins = format!("budget_{}_", term.replace('-', "_"));

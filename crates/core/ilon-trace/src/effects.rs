@@ -62,16 +62,23 @@ impl Ablation<'_> {
         self.effects.iter().any(|it| of_way(&it.key) && it.differs)
     }
 
-    /// Whether the robot would have been further from its reference without it, or in open loop from what was asked of it, by a part that is worth a word.
+    /// Whether without it the robot would have been further from its reference, or in open loop
+    /// from what was asked of it, in place or in heading, by a part that is worth a word, and in
+    /// neither nearer.
     pub fn helped(&self) -> bool {
         /// A smaller part of the error is not.
         const WORTH: f64 = 0.05;
-        let of = |key: &str| self.get(key).filter(|effect| effect.with.is_some());
-        of("position_error_max_m")
-            .or_else(|| of("ledger.total.path_m"))
-            .is_some_and(|effect| {
-                effect.differs && -effect.difference > WORTH * effect.with.unwrap_or(0.0)
-            })
+        let errors = |keys: [&str; 2]| keys.map(|key| self.get(key)?.with.and(self.get(key)));
+        let of = match errors(["position_error_max_m", "heading_error_max_rad"]) {
+            [None, None] => errors(["ledger.total.path_m", "ledger.total.turned_rad"]),
+            tracked => tracked,
+        };
+        let differs = |by: &Effect, more: f64| {
+            let worth = WORTH * by.with.unwrap_or(0.0).abs();
+            by.differs && more * by.difference > worth
+        };
+        let is_any = |more: f64| of.iter().flatten().any(|by| differs(by, more));
+        is_any(-1.0) && !is_any(1.0)
     }
 
     /// The effect on a figure, by its key.
@@ -298,6 +305,36 @@ mod tests {
             });
             let effect = summary.effects.get(key, "end_x_m").expect("an effect");
             assert_eq!(effect.differs, differs, "{effect:?}");
+        }
+    }
+
+    /// In open loop, by the way and the turn of asked minus real without a cause over those with
+    /// it: what brought the robot nearer in one and further off in the other did not help.
+    #[test]
+    fn what_helped_brought_the_robot_nearer_in_place_or_heading_and_in_neither_further() {
+        for (path, turned, helped) in [
+            (1.2, 1.0, true),
+            (1.0, 1.2, true),
+            (1.2, 0.8, false),
+            (0.8, 1.2, false),
+            (1.03, 1.0, false),
+            (0.8, 1.0, false),
+        ] {
+            let mut trace = made_up_trace(1, 40, true);
+            trace.header.open_loop = true;
+            trace.header.wheels[0].position_m = [0.0, 0.4];
+            let mut alone = Summary::of(&trace, &Settings::default());
+            (alone.position_error_max_m, alone.heading_error_max_rad) = (None, None);
+            alone.ledger.total.path_m = 0.1;
+            alone.ledger.total.turned_rad = 0.2;
+            let mut twin = twin(without("push"), &alone, 0.0);
+            twin.figures
+                .insert("ledger.total.path_m".to_owned(), 0.1 * path);
+            twin.figures
+                .insert("ledger.total.turned_rad".to_owned(), 0.2 * turned);
+            trace.header.twins = vec![twin];
+            let found = of_causes(&alone, &trace.header);
+            assert_eq!(found[0].helped(), helped, "{path} {turned}");
         }
     }
 

@@ -224,6 +224,13 @@ pub struct Ground {
     pub relief: Option<GroundRelief>,
 }
 
+impl Ground {
+    /// Whether a robot on it may stand on anything but the plane of the floor.
+    pub fn is_uneven(&self) -> bool {
+        !self.boxes.is_empty() || !self.ramps.is_empty() || self.relief.is_some()
+    }
+}
+
 /// A rectangle of floor along the world's axes with its own friction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroundPatch {
@@ -349,6 +356,20 @@ impl Header {
     pub fn knows_its_robot(&self) -> bool {
         let is_scaled = |fault: &Fault| matches!(fault.kind, FaultKind::EncoderScaled { .. });
         self.belief.is_none() && !self.faults.iter().flatten().any(is_scaled)
+    }
+
+    /// Whether the run records a term of the ledger (see [`crate::ledger::NAMES`]).
+    pub fn has_term(&self, term: &str) -> bool {
+        match term {
+            "belief" => !self.knows_its_robot(),
+            "incline" => self.ground.as_ref().is_some_and(Ground::is_uneven),
+            _ => true,
+        }
+    }
+
+    /// Whether all its wheels roll on tyres.
+    pub fn is_on_tyres(&self) -> bool {
+        !self.wheels.is_empty() && self.wheels.iter().all(WheelHeader::has_tyre)
     }
 
     /// The farthest wheel's distance from the body's origin, in metres; 0 without wheels.

@@ -2,7 +2,8 @@
 //!
 //! Over any time, in the body frame,
 //!
-//! asked - real = guidance + compensation + belief + servo + geometry + lift-off + conflict + slip
+//! asked - real = guidance + compensation + belief + servo + geometry + lift-off + conflict + slip +
+//! incline
 //!
 //! | term | is | why |
 //! |---|---|---|
@@ -13,13 +14,15 @@
 //! | geometry | ideal(rates) - contact(rates) | the touching roller is tilted and stands off the wheel's middle |
 //! | lift-off | contact(rates) - carried(rates) | wheels are in the air, or carry less than others |
 //! | conflict | carried(rates) - settled | the rates belong to no one motion, so that wheels slide against each other |
-//! | slip | settled - real | the contacts slide besides |
+//! | slip | settled - along | the contacts slide besides |
+//! | incline | along - real | on a ramp the way along the ground is longer than its projection on the level; zero on a plane floor |
 //!
 //! where counted are the rates by encoders without noise, ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
 //! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
 //! less than half of its weight. Rates q' that eq. (9) maps from no twist
 //! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
-//! settled is the motion nearest to the real one, on the way to it from carried, at which no wheel's slide has turned round.
+//! settled is the motion nearest to along, on the way to it from carried, at which no wheel's slide has turned round. Along is the real motion
+//! in the robot's own plane.
 //!
 //! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first four terms are zero.
 //!
@@ -55,6 +58,10 @@ pub struct Parts<T> {
     pub conflict: T,
     /// Lost to other sliding.
     pub slip: T,
+    /// The way along inclined ground minus its projection on the level; not written where there
+    /// is none of it.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub incline: T,
 }
 
 fn is_nothing<T: Default + PartialEq>(term: &T) -> bool {
@@ -62,7 +69,7 @@ fn is_nothing<T: Default + PartialEq>(term: &T) -> bool {
 }
 
 /// The number of terms.
-pub const TERMS: usize = 8;
+pub const TERMS: usize = 9;
 
 /// The names of the terms, in the order of the chain from asked to real.
 pub const NAMES: [&str; TERMS] = [
@@ -74,7 +81,11 @@ pub const NAMES: [&str; TERMS] = [
     "lift-off",
     "conflict",
     "slip",
+    "incline",
 ];
+
+/// The terms that most runs have not, and that these do not record.
+pub const RARE: [&str; 2] = ["belief", "incline"];
 
 /// The terms of the ledger over some time, as mean twists or displacements in the body frame.
 pub type Terms = Parts<Twist>;
@@ -106,7 +117,9 @@ pub struct Chain {
     pub carried: Twist,
     /// The motion after wheels that contradict each other have slid against each other.
     pub settled: Twist,
-    /// The real displacement.
+    /// The real displacement along the robot's own axes, which lie in the ground that it stands on.
+    pub along: Twist,
+    /// The real displacement, on the level.
     pub real: Twist,
 }
 
@@ -122,7 +135,8 @@ impl Chain {
             geometry: self.ideal - self.contact,
             lift_off: self.contact - self.carried,
             conflict: self.carried - self.settled,
-            slip: self.settled - self.real,
+            slip: self.settled - self.along,
+            incline: self.along - self.real,
         }
     }
 }
@@ -147,14 +161,14 @@ impl<T: Copy> Parts<T> {
     }
 
     /// The terms with their index in [`NAMES`] and their names, without the belief if the
-    /// controller knows its robot.
+    /// controller knows its robot, and without the incline on a plane floor.
     pub fn shown(&self) -> impl Iterator<Item = (usize, &'static str, T)>
     where
         T: Default + PartialEq,
     {
         let terms = self.named().into_iter().enumerate();
         let is_shown =
-            |term: &(usize, (&str, T))| NAMES[term.0] != "belief" || term.1.1 != T::default();
+            |term: &(usize, (&str, T))| !RARE.contains(&NAMES[term.0]) || term.1.1 != T::default();
         (terms.filter(is_shown)).map(|(place, (name, term))| (place, name, term))
     }
 
@@ -186,6 +200,7 @@ impl<T> Parts<T> {
             &mut self.lift_off,
             &mut self.conflict,
             &mut self.slip,
+            &mut self.incline,
         ]
     }
 }
@@ -249,7 +264,7 @@ mod tests {
 
     /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
     /// for larger ones mean 0.75, the encoders count 0.72 of it while the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
-    /// each other 0.56, and slip 0.53.
+    /// each other 0.56, slip 0.53 along the ground, and the incline 0.5.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {
@@ -262,7 +277,8 @@ mod tests {
             contact: left(0.69),
             carried: left(0.64),
             settled: left(0.56),
-            real: left(0.53),
+            along: left(0.53),
+            real: left(0.5),
         }
     }
 
@@ -283,7 +299,8 @@ mod tests {
             (ledger.lift_off, 0.1),
             (ledger.conflict, 0.16),
             (ledger.slip, 0.06),
-            (ledger.total, 0.94),
+            (ledger.incline, 0.06),
+            (ledger.total, 1.0),
         ] {
             // Differences of decimals near 1: a few 1e-16 each, four of them.
             let near = |a: f64, b: f64| (a - b).abs() < 1e-14;
@@ -310,6 +327,7 @@ mod tests {
                 contact: some(k + 0.4),
                 carried: some(k + 0.5),
                 settled: some(k + 0.6),
+                along: some(k + 0.65),
                 real: some(k + 0.7),
             };
             ledger.count(&chain, [k, k + 0.01]);

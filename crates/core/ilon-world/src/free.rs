@@ -246,6 +246,7 @@ impl FreeBody {
                     inertia_kg_m2: self.mass_kg * self.shape.inertia_m2(),
                 },
                 collisions: vec![Collision {
+                    friction: None,
                     body_from_shape: Isometry3::identity(),
                     shape: self.shape.collision(),
                 }],

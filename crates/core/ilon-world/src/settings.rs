@@ -8,7 +8,7 @@
 //! motion.
 
 use ilon_robot::tread::TYRE_SAG;
-use ilon_robot::{Robot, Scale, Wheel};
+use ilon_robot::{Robot, Scale};
 
 /// Deflection of a rigid contact under a wheel's load, relative to the wheel's radius. Chosen.
 const SAG: f64 = 5.5e-6;
@@ -28,7 +28,7 @@ pub fn contact_stiffness_n_m(scale: &Scale) -> f64 {
 /// [`contact_stiffness_n_m`] of a robot; of one on tyres so much less that its casters and its
 /// chassis give as its tyres do, and share the load.
 pub fn contact_stiffness_of_robot_n_m(robot: &Robot, scale: &Scale) -> f64 {
-    if robot.wheels.iter().any(Wheel::has_tyre) {
+    if robot.has_tyres() {
         scale.stiffness_n_m(TYRE_SAG)
     } else {
         contact_stiffness_n_m(scale)

@@ -134,6 +134,7 @@ fn chassis(said: &ChassisSpec) -> Chassis {
             inertia_kg_m2: Matrix3::from_diagonal(&moments),
         },
         collisions: vec![Collision {
+            friction: None,
             body_from_shape: Isometry3::from_parts(
                 Translation3::from(center_m),
                 UnitQuaternion::identity(),

@@ -477,11 +477,12 @@ fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
             text::speed(largest_m_s)
         )
     };
-    figures.extend([
-        contacts::residual(shown),
-        contacts::roller_spin(shown),
-        rollers::hand_over(shown),
-    ]);
+    figures.push(contacts::residual(shown));
+    if trace.header.is_on_tyres() {
+        let cards: String = figures.iter().map(card).collect();
+        return quiet + &side_by_side(&(cards + &tables::wheel_table(summary)));
+    }
+    figures.extend([contacts::roller_spin(shown), rollers::hand_over(shown)]);
     if slides {
         figures.push(rollers::slip_within_a_pitch(shown));
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use ilon_robot::Twist;
 use ilon_trace::effects::{Ablation, FLOORS};
-use ilon_trace::ledger::Integral;
+use ilon_trace::ledger::{Integral, TERMS};
 use ilon_trace::quantities;
 use ilon_trace::{Convergence, Quantity, Summary, Trace};
 use serde_json::Value;
@@ -100,7 +100,7 @@ fn percent_fine(x: f64) -> String {
 
 /// Returns the ledger in numbers, as HTML.
 pub(super) fn ledger_table(shown: &RunInput, summary: &Summary) -> String {
-    let causes = [
+    let causes: [&str; TERMS] = [
         "a task was saturated",
         "the command compensated roller geometry in advance",
         "the controller took the robot for another than it is, or its encoders counted wrong",
@@ -109,6 +109,7 @@ pub(super) fn ledger_table(shown: &RunInput, summary: &Summary) -> String {
         "wheels were in the air, or carried less than others",
         "the wheels' rates belong to no one motion, so that they slid against each other",
         "the contacts slid besides",
+        "the way along ramps and obstacles is longer than on a map",
     ];
     let cells = |i: &Integral, first: usize| {
         let all = [

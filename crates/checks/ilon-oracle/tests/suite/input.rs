@@ -75,6 +75,7 @@ fn rollers_with_the_shapes_of_their_file_are_refused_by_name() {
     };
     robot.wheels[1].rollers[3].form = RollerForm::AsModelled(ModelledRoller {
         shapes: vec![Collision {
+            friction: None,
             body_from_shape: Isometry3::identity(),
             shape: CollisionShape::Sphere { radius_m: 0.012 },
         }],

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist, wrap_angle};
-use ilon_scenario::scenario::Scenario;
+use ilon_scenario::scenario::{Joint, Scenario};
 use nalgebra::{Isometry3, Vector3};
 
 /// A wheel that is asked to move slower than this keeps its angle, in m/s (chosen): a robot that
@@ -32,13 +32,18 @@ struct Module {
 }
 
 impl Modules {
-    /// Those of a robot but for joints that have setpoints; `None` without any.
+    /// The tyres of a robot that are steered, but for joints with a target or setpoints; `None`
+    /// without any. A wheel on rollers moves in every direction at every angle: its joint stays
+    /// where it is sent.
     pub fn of(robot: &Robot, scenario: &Scenario) -> Option<Self> {
         let module = |wheel: usize| {
-            let joint = robot.steering_of(&robot.wheels[wheel])?;
+            let on_tyre = Some(&robot.wheels[wheel]).filter(|wheel| wheel.has_tyre())?;
+            let joint = robot.steering_of(on_tyre)?;
             let of = &robot.joints[joint];
             let asked = scenario.robot.joints.get(&of.name);
-            if asked.is_some_and(|asked| !asked.setpoints.is_empty()) {
+            let holds =
+                |asked: &Joint| asked.options.target_rad.is_some() || !asked.setpoints.is_empty();
+            if asked.is_some_and(holds) {
                 return None;
             }
             Some(Module {
@@ -169,6 +174,27 @@ mod tests {
             aimed(Twist::new(1e-4, 1e-4, 0.0), [0.3; 4], [0.4; 4]),
             [0.4; 4]
         );
+    }
+
+    /// Two modules are left: one has a target, another setpoints. On omni wheels none is steered.
+    #[test]
+    fn joints_that_are_sent_elsewhere_and_wheels_on_rollers_are_not_steered() {
+        let modules = |keys: &str| {
+            let text =
+                format!("robot.file = \"swerve4.urdf\"\ntwist = {{}}\nrun.duration_s = 1\n{keys}");
+            let scenario = Scenario::from_toml(&text, "sent", ROBOTS).expect("a scenario");
+            let robot = load_robot(&scenario).expect("a shipped robot");
+            Modules::of(&robot, &scenario).map_or(0, |modules| modules.0.len())
+        };
+        let sent = "[robot.joints]\nfront_left_steer = { role = \"driven\", target_rad = 0.5 }\n\
+             rear_left_steer = { role = \"driven\", setpoints = [{ t_s = 0, position_rad = 1 }] }\n";
+        assert_eq!(modules(""), 4);
+        assert_eq!(modules(sent), 2);
+        let omni = "[robot.wheels]\nrollers = 8\ngamma.all_deg = 0\njoints = [\"front_left_drive\", \
+             \"front_right_drive\", \"rear_left_drive\", \"rear_right_drive\"]\n";
+        let driven = ["front_left", "front_right", "rear_left", "rear_right"]
+            .map(|at| format!("[robot.joints.{at}_steer]\nrole = \"driven\"\n"));
+        assert_eq!(modules(&format!("{omni}{}", driven.concat())), 0);
     }
 
     #[test]

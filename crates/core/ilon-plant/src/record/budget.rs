@@ -4,7 +4,8 @@ use ilon_control::{ContactKinematics, Kinematics};
 use ilon_robot::{Pose, Twist, Wheel, wrap_angle};
 use ilon_trace::Ledger;
 use ilon_trace::ledger::Chain;
-use ilon_world::World;
+use ilon_world::{BodyState, World};
+use nalgebra::Vector3;
 
 use crate::pilot::contradiction::{Contradiction, Sizes};
 
@@ -20,6 +21,10 @@ const SLACK: f64 = 1e-6;
 pub(crate) struct Budget {
     ledger: Ledger,
     weight_n: f64,
+    /// The height and attitude of the robot at the start of the current span, where the ground is
+    /// uneven; `None` before the first span, in which the robot rests.
+    stood: Option<BodyState>,
+    is_uneven: bool,
     /// Twists in the body frame that hold until the next decision: asked for, granted, and those of
     /// the wheels' targets, as the controller believes and as they are; `None` if there are no rate
     /// targets.
@@ -47,10 +52,13 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// For a robot of a weight in N that begins at a pose with all wheel angles zero.
-    pub fn new(start: Pose, wheels: usize, weight_n: f64) -> Self {
+    /// For a robot of a weight in N that begins at a pose with all wheel angles zero; `is_uneven`
+    /// says whether it may stand on anything but the plane of the floor.
+    pub fn new(start: Pose, wheels: usize, weight_n: f64, is_uneven: bool) -> Self {
         Self {
             weight_n,
+            stood: None,
+            is_uneven,
             ledger: Ledger::default(),
             decided: Some([Twist::default(); 4]),
             contradiction: Contradiction::new(wheels),
@@ -132,18 +140,21 @@ impl Budget {
             *middle = now - 0.5 * *turned;
             *before = *now;
         }
-        let pose = world.robot().state().pose;
+        let state = world.robot().state();
+        let pose = state.pose;
         let before = std::mem::replace(&mut self.pose, pose);
         let turned_rad = wrap_angle(pose.heading_rad - before.heading_rad);
         let moved = Twist::new(pose.x_m - before.x_m, pose.y_m - before.y_m, turned_rad);
         let real = moved.rotated(-(before.heading_rad + 0.5 * turned_rad));
+        let stood = self.stood.replace(state).filter(|_| self.is_uneven);
+        let along = stood.map_or(real, |stood| along(&stood, &state));
         let ideal = kinematics.twist(&self.turned_rad);
         let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad);
-        let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, real);
-        let carried = real + (carried - real).scaled(self.hold(span_s));
+        let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, along);
+        let carried = along + (carried - along).scaled(self.hold(span_s));
         let all_carry = self.loads_n_s.iter().all(|load| *load > 0.0);
         self.loads_n_s.fill(0.0);
-        let settled = self.settled(kinematics, (span_s, all_carry), [carried, real]);
+        let settled = self.settled(kinematics, (span_s, all_carry), [carried, along]);
         let decided = self
             .decided
             .map(|twists| twists.map(|twist| twist.scaled(span_s)));
@@ -163,6 +174,7 @@ impl Budget {
             contact: of_contacts,
             carried,
             settled,
+            along,
             real,
         };
         self.ledger
@@ -193,7 +205,7 @@ impl Budget {
         }
     }
 
-    /// The motion, on the way from `carried` to `real`, that the robot takes as wheels with
+    /// The motion, on the way from `carried` to `along`, that the robot takes as wheels with
     /// inconsistent rates allow: as long as each wheel slides in the sense of its part of r.
     ///
     /// A wheel's slide along its roller's axis is in the sense of s = r + a g, with g the change of
@@ -203,7 +215,7 @@ impl Budget {
         &mut self,
         kinematics: &Kinematics,
         (span_s, all_carry): (f64, bool),
-        [carried, real]: [Twist; 2],
+        [carried, along]: [Twist; 2],
     ) -> Twist {
         let wheels = self.turned_rad.iter().zip(&mut self.rates_rad_s);
         wheels.for_each(|(turned, rate)| *rate = turned / span_s);
@@ -216,7 +228,7 @@ impl Budget {
         }
         self.conflict.of_no_motion += sizes.of_no_motion * span_s;
         self.conflict.of_all += sizes.of_all * span_s;
-        let off = (carried - real).scaled(1.0 / span_s);
+        let off = (carried - along).scaled(1.0 / span_s);
         kinematics.wheel_rates(off, &mut self.rates_rad_s);
         let largest = |rates: &[f64]| {
             rates
@@ -236,4 +248,18 @@ impl Budget {
         }
         carried - off.scaled(part * span_s)
     }
+}
+
+/// The displacement from one state to a later one along the robot's own axes, at the mean of both
+/// attitudes: the error is of second order in the rotation between them.
+fn along(before: &BodyState, after: &BodyState) -> Twist {
+    let moved_m = Vector3::new(
+        after.pose.x_m - before.pose.x_m,
+        after.pose.y_m - before.pose.y_m,
+        after.height_m - before.height_m,
+    );
+    let [from, to] = [before, after].map(|state| state.world_from_body);
+    let in_body_m = 0.5 * (from.inverse() * moved_m + to.inverse() * moved_m);
+    let turned_rad = (from.inverse() * to).scaled_axis();
+    Twist::new(in_body_m.x, in_body_m.y, turned_rad.z)
 }

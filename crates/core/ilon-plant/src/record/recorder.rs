@@ -82,6 +82,7 @@ impl Recorder {
         );
         let of_belief = resolved.kinematics(believed)?;
         let weight_n = header.mass_kg * scenario.world.gravity_m_s2;
+        let is_uneven = header.has_term("incline");
         let roller_angles_hz = scenario.run.roller_angles_hz;
         let figures =
             (header.record_every > 1).then(|| Figures::new(&header, &Settings::default()));
@@ -97,7 +98,7 @@ impl Recorder {
             period: Period::new(wheel_count, robot.joints.len()),
             joined: Joined::default(),
             figures,
-            budget: Budget::new(start, wheel_count, weight_n),
+            budget: Budget::new(start, wheel_count, weight_n, is_uneven),
             samples: vec![WheelSample::default(); wheel_count],
             rollers_every_s: roller_angles_hz.map(|rate_hz| 1.0 / rate_hz),
             rollers_taken: 0,

@@ -11,6 +11,8 @@ pub struct Collision {
     pub body_from_shape: Isometry3<f64>,
     /// The shape.
     pub shape: CollisionShape,
+    /// Its friction on the ground, such as 0 of a ball caster; `None` for that of the ground.
+    pub friction: Option<f64>,
 }
 
 /// The collision shapes of URDF; all except the hull are centred on their own frame.
@@ -131,6 +133,7 @@ mod tests {
         for shape in shapes {
             let body_from_shape = Isometry3::from_parts(vector![0.5, -0.4, 0.3].into(), turned);
             let collision = Collision {
+                friction: None,
                 body_from_shape,
                 shape,
             };
@@ -157,6 +160,7 @@ mod tests {
         let at = |shape| {
             let body_from_shape = Isometry3::translation(0.1, 0.2, 0.3);
             Collision {
+                friction: None,
                 body_from_shape,
                 shape,
             }

@@ -145,6 +145,7 @@ pub(super) mod tests {
         });
         // A ball about its centre, in the body frame.
         arm.body.collisions.push(Collision {
+            friction: None,
             body_from_shape: Isometry3::translation(0.6, 0.1, 0.8),
             shape: CollisionShape::Sphere { radius_m: 0.05 },
         });

@@ -206,6 +206,11 @@ impl Robot {
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }
 
+    /// Whether any of its wheels rolls on a tyre.
+    pub fn has_tyres(&self) -> bool {
+        self.wheels.iter().any(Wheel::has_tyre)
+    }
+
     /// Returns the joint that steers a wheel, by its index in [`Robot::joints`]: the nearest one
     /// above it that a servo turns about an upright axis. `None` for a wheel that is not steered.
     pub fn steering_of(&self, wheel: &Wheel) -> Option<usize> {

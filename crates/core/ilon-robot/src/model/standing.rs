@@ -11,7 +11,7 @@
 
 use nalgebra::{Matrix2, Unit, UnitQuaternion, Vector2, Vector3};
 
-use super::{Robot, RollerForm, Wheel};
+use super::{Collision, Robot, RollerForm, Wheel};
 
 /// How a robot stands on a level plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,8 @@ pub struct StandingPose {
     /// Pitch of the body, about the y axis and after the roll, in radians; positive if its front is
     /// lowered.
     pub pitch_rad: f64,
-    /// The wheels that it stands on, by their indices in [`Robot::wheels`].
+    /// The wheels that it stands on, by their indices in [`Robot::wheels`]; an index beyond them is a
+    /// place of the chassis.
     pub supporting: [usize; 3],
 }
 
@@ -71,17 +72,29 @@ impl StandingPose {
 impl Robot {
     /// Returns how the robot stands on a level plane, at wheel angles zero. `None` if it cannot
     /// stand: its centre of mass lies outside the area of its wheels, or the wheels are in one
-    /// line.
+    /// line. A robot on tyres without joints stands on its wheels and its chassis then, whose lowest
+    /// points are its casters.
     ///
     /// A robot whose supporting wheels are equally low stands exactly level, at its
     /// [`Self::ride_height_m`].
     pub fn standing_pose(&self) -> Option<StandingPose> {
+        let on_wheels = self.pose_on(&[]);
+        let has_casters = self.joints.is_empty() && self.has_tyres();
+        match on_wheels {
+            None if has_casters => self.pose_on(&self.chassis.collisions),
+            pose => pose,
+        }
+    }
+
+    /// The same on the wheels and on shapes of the chassis.
+    fn pose_on(&self, shapes: &[Collision]) -> Option<StandingPose> {
         let center = self.center_of_mass_m();
         let mut up = Vector3::z_axis();
         let mut supporting = [0; 3];
         for step in 0..MOST_STEPS {
-            let lowest: Vec<Vector3<f64>> =
-                self.wheels.iter().map(|w| w.lowest_point_m(&up)).collect();
+            let wheels = self.wheels.iter().map(|w| w.lowest_point_m(&up));
+            let of_shapes = shapes.iter().flat_map(|shape| low_places_m(shape, &up));
+            let lowest: Vec<Vector3<f64>> = wheels.chain(of_shapes).collect();
             supporting = triangle_under(&lowest, &center, &up)?;
             let three = supporting.map(|i| lowest[i]);
             if step == 0 && spread_m(three) < LEVEL_M {
@@ -100,14 +113,30 @@ impl Robot {
                 break;
             }
         }
-        let reaches = self.wheels.iter().map(|w| w.lowest_point_m(&up).dot(&up));
+        let wheels = self.wheels.iter().map(|w| w.lowest_point_m(&up).dot(&up));
+        let of_shapes = shapes.iter().map(|of| -of.reach_m(&-up.into_inner()));
         Some(StandingPose {
-            height_m: -reaches.fold(f64::INFINITY, f64::min),
+            height_m: -wheels.chain(of_shapes).fold(f64::INFINITY, f64::min),
             roll_rad: libm::atan2(up.y, up.z),
             pitch_rad: libm::atan2(-up.x, libm::hypot(up.y, up.z)),
             supporting,
         })
     }
+}
+
+/// Returns the places at which a shape of the chassis may stand, in metres: its lowest point, and
+/// those that are lowest if it leans a little, as the corners of a box.
+fn low_places_m(shape: &Collision, up: &Unit<Vector3<f64>>) -> [Vector3<f64>; 9] {
+    /// How much, in radians (chosen).
+    const LEANS_RAD: f64 = 0.1;
+    std::array::from_fn(|way| {
+        let (sin, cos) = libm::sincos(way as f64 * std::f64::consts::FRAC_PI_4);
+        let leans = match way {
+            8 => Vector3::zeros(),
+            _ => LEANS_RAD * Vector3::new(cos, sin, 0.0),
+        };
+        shape.farthest(&(leans - up.into_inner())).coords
+    })
 }
 
 impl Wheel {

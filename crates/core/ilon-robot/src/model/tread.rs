@@ -103,10 +103,11 @@ impl RollerSurface {
     /// Rollers that can slide along their axles and have no tread get one that deflects by 5.5e-5 of
     /// the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over two
     /// rollers carry the wheel while one slides, and with rigid ones their shares are undetermined.
-    /// A tyre without a tread gets one of which each place would deflect by 5e-3 of the radius under
-    /// the whole load of a wheel, so that all of its places carry it.
-    pub fn touching_tread(&self, scale: &Scale, is_tyre: bool) -> Option<Tread> {
-        if is_tyre && self.tread.is_none() {
+    /// On a robot with tyres (`beside_tyres`) every wheel without a tread gets one of which each place
+    /// would deflect by 5e-3 of the radius under the whole load of a wheel, so that all places of its
+    /// tyres, and all of its wheels, carry it.
+    pub fn touching_tread(&self, scale: &Scale, beside_tyres: bool) -> Option<Tread> {
+        if beside_tyres && self.tread.is_none() {
             return Some(Tread::new(scale.stiffness_n_m(TYRE_SAG)));
         }
         let stiff = (self.axial_play_m > 0.0).then(|| {

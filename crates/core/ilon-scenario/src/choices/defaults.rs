@@ -229,7 +229,7 @@ fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     let treads = robot
         .wheels
         .iter()
-        .filter_map(|wheel| wheel.surface.touching_tread(scale, wheel.has_tyre()));
+        .filter_map(|wheel| wheel.surface.touching_tread(scale, robot.has_tyres()));
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     Need {
         longest_s: seen_s

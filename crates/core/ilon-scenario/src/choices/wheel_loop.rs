@@ -84,10 +84,16 @@ pub fn dynamic_model(robot: &Robot) -> Result<DynamicModel, Error> {
 /// gains that follow from them.
 ///
 /// # Errors
-/// [`Error::Control`] if the robot has no such law.
+/// [`Error::Control`] if the robot has no such law, also on tyres.
 pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Error> {
     if scenario.wheel_loop.law != WheelLaw::Passive {
         return Ok(());
+    }
+    if robot.has_tyres() {
+        return Err(Error::invalid(
+            "the passive law holds a robot by springs in every direction, and tyres resist all but one",
+            "leave `wheel_loop.law` out",
+        ));
     }
     let dt_s = match (scenario.wheel_loop.period_s, scenario.run.physics_dt_s) {
         (Some(period_s), _) => period_s,

@@ -87,3 +87,33 @@ fn what_scaled_encoders_take_is_belief() {
     assert!(servo_m.abs() < 0.02 * belief_m.abs(), "{ledger:?}");
     assert!(!found.trace.header.knows_its_robot());
 }
+
+/// Up a ramp of 10 degrees the robot does not slide: what its way on a map lacks is the incline,
+/// 1 - cos 10 degrees of the way along the ramp.
+#[test]
+fn what_the_way_up_a_ramp_takes_is_not_slip() {
+    let angle_rad = 10_f64.to_radians();
+    let rise_m = 3.0 * angle_rad.tan();
+    let found = driven(&format!(
+        "twist = {{ vx_m_s = 0.3 }}\nrun.duration_s = 6\n\
+         [[world.floor.ramps]]\nx_m = 0.6\ny_m = 0\nlength_m = 3\nwidth_m = 1.5\nrise_m = {rise_m}\n"
+    ));
+    assert!(found.summary.slip_energy_j.expect("a figure") < 1e-3);
+    // From 4 s on all wheels are on the ramp.
+    let on_ramp: Vec<_> = (found.trace.records().iter())
+        .filter(|row| row.t_s > 4.0)
+        .collect();
+    let (first, last) = (&on_ramp[0], &on_ramp[on_ramp.len() - 1]);
+    let map_m = last.truth.pose.x_m - first.truth.pose.x_m;
+    let taken = last.ledger.since(&first.ledger);
+    let expected_m = map_m / angle_rad.cos() * (1.0 - angle_rad.cos());
+    // Contacts give by micrometres, differently at both axles: 1e-5 of the wheelbase in the tilt,
+    // 3e-6 of the way by tan 10 degrees; and those that hold the robot on the ramp creep as much.
+    let near_m = 1e-5 * map_m;
+    let off_m = taken.incline.x_m - expected_m;
+    assert!(off_m.abs() < near_m, "{off_m} {expected_m}");
+    assert!(taken.slip.path_m < near_m, "{taken:?}");
+    assert!(map_m > 0.5 && expected_m > 7e-3);
+    // At the foot, where the axles stand on two planes, wheels contradict each other instead.
+    assert!(found.summary.ledger.slip.path_m < 1e-3);
+}

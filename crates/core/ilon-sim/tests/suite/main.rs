@@ -27,6 +27,7 @@ mod similarity;
 mod spheres;
 mod spin;
 mod stability;
+mod steered_rollers;
 mod support;
 mod suspensions;
 mod tyres;

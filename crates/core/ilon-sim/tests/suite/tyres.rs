@@ -38,6 +38,11 @@ fn end(robot: &str, lines: &str) -> Pose {
 )]
 #[test_case("tricycle", "twist = { vx_m_s = 0.2, omega_rad_s = 0.3 }", None)]
 #[test_case("swerve4", "twist.vy_m_s = 0.2", None)]
+#[test_case(
+    "differential",
+    "wheel_loop.law = \"passive\"\nreference.circle = { radius_m = 1, speed_m_s = 0.2 }",
+    Some("passive law")
+)]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
     let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
     let robot = load_robot(&scenario).expect("a shipped robot");
@@ -180,4 +185,71 @@ fn a_tyre_turns_on_the_spot_from_its_scrub_on(share: f64, turns: bool) {
     let turned_rad = plant.world().robot().joint_positions()[0];
     assert_eq!(turned_rad > 0.5, turns, "{turned_rad} rad");
     assert!(turns || turned_rad < 0.05, "{turned_rad} rad");
+}
+
+/// A chassis of 5 kg, with its centre of mass 0.1 m behind the axle, and a ball 0.2 m behind it:
+/// the ball carries half of the chassis. It has no friction, so a turn on the spot neither drags
+/// it nor loses anything but the tyres' scrub.
+#[test]
+fn a_fixed_ball_carries_its_share_and_drags_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let wheel = |side: &str, y_m: f64| {
+        format!(
+            r#"<link name="{side}"><inertial><mass value="0.4"/><inertia ixx="3e-4" ixy="0" ixz="0" iyy="5e-4" iyz="0" izz="3e-4"/></inertial>
+            <collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+            <joint name="{side}_wheel" type="continuous"><parent link="base"/><child link="{side}"/>
+            <origin xyz="0.1 {y_m} 0.05"/><axis xyz="0 1 0"/><limit effort="2" velocity="20"/></joint>"#
+        )
+    };
+    let urdf = format!(
+        r#"<robot name="ball"><link name="base"><inertial><origin xyz="0 0 0.1"/><mass value="5"/>
+        <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.08"/></inertial>
+        <collision><origin xyz="-0.1 0 0.02"/><geometry><sphere radius="0.02"/></geometry></collision></link>{}{}</robot>"#,
+        wheel("left", 0.15),
+        wheel("right", -0.15)
+    );
+    std::fs::write(folder.path().join("ball.urdf"), urdf).expect("a file");
+    let text = "robot.file = \"ball.urdf\"\nworld.floor.friction = 0.8\ntwist = { omega_rad_s = 1.0 }\n\
+        run.duration_s = 4\n";
+    let scenario = Scenario::from_toml(text, "ball", folder.path()).expect("a scenario");
+    let found = Simulation::new(&scenario).expect("it drives").run();
+    let summary = &found.summary;
+    let share = summary.chassis_load_share.expect("loads");
+    // Turning about the axle throws the centre of mass, 0.1 m up, back onto the ball: m omega^2 r
+    // h / 0.2 m more, and less of it at rest and while the turn begins.
+    let thrown = 5.0 * 0.1 * 0.1 / 0.2 / (5.8 * 9.81);
+    let more = share - 2.5 / 5.8;
+    assert!(0.5 * thrown < more && more < thrown, "{share} {thrown}");
+    let ratio = summary.twist_ratio_ideal.omega.expect("it turned");
+    assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
+    // Scrub alone: two tyres of moment mu N w / 4 turn by the robot's angle.
+    let turned_rad = summary.turned_rad;
+    let load_n = (5.8 - 2.5) * 9.81;
+    let scrub_j = 0.8 * load_n * 0.02 / 4.0 * turned_rad;
+    let slip_j = summary.slip_energy_j.expect("a loss");
+    assert!((slip_j / scrub_j - 1.0).abs() < 0.05, "{slip_j} {scrub_j}");
+}
+
+/// Omni wheels in front of driven tyres: nothing contradicts, so the robot goes as fast as its
+/// wheels turn, and turns about the tyres' axle. Rollers on rigid contacts as soft as tyres would
+/// roll on a radius smaller by what they sink in, 5e-3, and the robot half of that slower. Soft
+/// rollers lose a tenth of it where one follows the other, and turning more by scrub.
+#[test]
+fn omni_wheels_beside_tyres_roll_on_their_own_radius() {
+    let wheels = "[robot]\nfile = \"skid4.urdf\"\n[robot.wheels]\nrollers = 12\ngamma.all_deg = 0\n\
+         joints = [\"front_left\", \"front_right\"]\n[robot.tyres]\n\
+         joints = [\"rear_left\", \"rear_right\"]\n";
+    for (twist, near) in [
+        ("vx_m_s = 0.3", 5e-4),
+        ("vx_m_s = 0.3\nomega_rad_s = 0.5", 2e-3),
+    ] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+        let text = format!("{wheels}[twist]\n{twist}\n[run]\nduration_s = 3\n");
+        let scenario = Scenario::from_toml(&text, "mixed", folder).expect("a scenario");
+        let summary = Simulation::new(&scenario).expect("it drives").run().summary;
+        let ratios = &summary.twist_ratio_ideal;
+        for ratio in [ratios.vx, ratios.omega].into_iter().flatten() {
+            assert!((ratio - 1.0).abs() < near, "{twist}: {ratio}");
+        }
+    }
 }

@@ -82,7 +82,7 @@ pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
 }
 
 /// Figures without a stated accuracy that are still compared between a run and its twins.
-const COMPARED_TOO: [&str; 12] = [
+const COMPARED_TOO: [&str; 13] = [
     "position_converged_s",
     "heading_converged_s",
     "twist_mean.vx_m_s",
@@ -95,6 +95,7 @@ const COMPARED_TOO: [&str; 12] = [
     "seen_position_error_rms_m",
     "hub_ripple_m",
     "ledger.total.path_m",
+    "ledger.total.turned_rad",
 ];
 
 /// The quantities that are compared between a run and its twins, in the order of [`all`].

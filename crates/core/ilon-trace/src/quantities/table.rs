@@ -108,6 +108,12 @@ macro_rules! budget {
                 $line!(ledger.lift_off.$component, "lift-off", $unit, $decimals),
                 $line!(ledger.conflict.$component, "conflict", $unit, $decimals),
                 $line!(ledger.slip.$component, "slip", $unit, $decimals),
+                $line!(
+                    ledger.incline.$component if |s: &Summary| s.ledger.incline != Integral::default(),
+                    "incline",
+                    $unit,
+                    $decimals
+                ),
                 $line!(ledger.total.$component, "total", $unit, $decimals),
             ],
         }

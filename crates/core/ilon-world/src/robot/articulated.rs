@@ -162,6 +162,7 @@ impl Articulated {
         let first_hub = robot.joints.len();
         let wheels = wheels.enumerate().map(|(index, (wheel, rollers))| {
             // The hubs are the last joints of the tree.
+            let wheel = (wheel, robot.has_tyres());
             WheelBody::new(wheel, first_hub + index, rollers, &scale)
         });
         let still = vec![MotorTorque::constant(0.0); count];

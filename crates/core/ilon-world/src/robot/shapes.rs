@@ -11,7 +11,7 @@ use crate::ContactSolver;
 use crate::contact::search::solid::Solid;
 use crate::engine::{convert, groups};
 use crate::ground::{self, Ground};
-use crate::robot::shared_robot::SharedRobot;
+use crate::robot::shared_robot::{BodyShape, SharedRobot};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
 
@@ -79,12 +79,12 @@ impl Shapes {
     pub fn of_bodies(
         &self,
         robot: &SharedRobot,
-        mut show: impl FnMut(Option<usize>, Vector3<f64>, Vector3<f64>, f64),
+        mut show: impl FnMut(&BodyShape, Vector3<f64>, Vector3<f64>, f64),
     ) {
         if let Some(near) = self.near.as_ref().filter(|_| self.is_near) {
             for (collider, of) in near.bodies.iter().zip(robot.shapes()) {
                 near.show(*collider, &mut |place_m, normal, gap_m| {
-                    show(of.joint, place_m, normal, gap_m)
+                    show(of, place_m, normal, gap_m)
                 });
             }
         }

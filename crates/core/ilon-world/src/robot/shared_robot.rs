@@ -50,7 +50,7 @@ pub(crate) struct BodyShape {
     /// Its pose in the frame of that joint, or in the body frame.
     pub carrier_from_shape: Isometry3<f64>,
     pub shape: SharedShape,
-    /// The friction of the shape of a user body; `None` if the body's applies.
+    /// Its own friction; `None` if the ground's or the body's applies.
     pub friction: Option<f64>,
 }
 
@@ -92,16 +92,18 @@ impl SharedRobot {
 
 fn shapes_of(robot: &Robot) -> Vec<BodyShape> {
     let of = |collisions: &[Collision], joint: Option<usize>, carrier_from_body: Isometry3<f64>| {
-        let shapes = collisions.iter().filter_map(shape_of);
-        let shapes = shapes.map(|(body_from_shape, shape)| BodyShape {
-            joint,
-            // No change for the chassis, whose frame it is.
-            carrier_from_shape: match joint {
-                Some(_) => carrier_from_body * body_from_shape,
-                None => body_from_shape,
-            },
-            shape,
-            friction: None,
+        let shapes = collisions.iter().filter_map(|collision| {
+            let (body_from_shape, shape) = shape_of(collision)?;
+            Some(BodyShape {
+                joint,
+                // No change for the chassis, whose frame it is.
+                carrier_from_shape: match joint {
+                    Some(_) => carrier_from_body * body_from_shape,
+                    None => body_from_shape,
+                },
+                shape,
+                friction: collision.friction,
+            })
         });
         shapes.collect::<Vec<_>>()
     };

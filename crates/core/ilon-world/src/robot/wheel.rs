@@ -50,7 +50,7 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    fn of((surface, is_tyre): (&RollerSurface, bool), scale: &Scale) -> Self {
+    fn of((surface, beside_tyres): (&RollerSurface, bool), scale: &Scale) -> Self {
         let load_kg = scale.load_kg;
         let law = |tread: &Tread| TreadLaw {
             normal: Spring {
@@ -67,7 +67,10 @@ impl Surface {
             load_kg,
         };
         Self {
-            tread: surface.touching_tread(scale, is_tyre).as_ref().map(law),
+            tread: surface
+                .touching_tread(scale, beside_tyres)
+                .as_ref()
+                .map(law),
             rolling_resistance: surface.rolling_resistance,
             axle_drag_m: surface.axle_drag_n_m(1.0),
             load_kg,
@@ -101,8 +104,14 @@ impl WheelBody {
         self.surface.tread.is_some()
     }
 
-    /// A wheel on a joint of its robot's tree, with its rollers. `scale` has the robot's units.
-    pub fn new(wheel: &Wheel, joint: usize, rollers: Vec<RollerState>, scale: &Scale) -> Self {
+    /// A wheel on a joint of its robot's tree, with its rollers. `scale` has the robot's units, and
+    /// `beside_tyres` says whether the robot has tyres.
+    pub fn new(
+        (wheel, beside_tyres): (&Wheel, bool),
+        joint: usize,
+        rollers: Vec<RollerState>,
+        scale: &Scale,
+    ) -> Self {
         let play_m = wheel.surface.axial_play_m;
         let reach_m = |roller: &RollerState| {
             let center_m = roller.hub_from_roller.translation.vector.norm();
@@ -111,7 +120,7 @@ impl WheelBody {
         Self {
             joint,
             reach_m: rollers.iter().map(reach_m).fold(0.0, f64::max),
-            surface: Surface::of((&wheel.surface, wheel.has_tyre()), scale),
+            surface: Surface::of((&wheel.surface, beside_tyres), scale),
             grip: 1.0,
             is_round: wheel.is_round() && play_m == 0.0 && !wheel.has_tyre(),
             has_play: play_m > 0.0,

@@ -12,6 +12,7 @@ use support::mecanum4;
 fn low() -> Robot {
     let mut robot = mecanum4();
     robot.chassis.collisions = vec![Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.0, 0.0, 0.05),
         shape: CollisionShape::Box {
             half_extents_m: Vector3::new(0.15, 0.08, 0.02),

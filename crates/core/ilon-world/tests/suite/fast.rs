@@ -103,6 +103,7 @@ fn wheels_that_fall_fast_stop_at_the_surface() {
 fn an_edge_that_a_robot_swings_on_is_held_to_second_order() {
     let mut robot = mecanum4();
     robot.chassis.collisions = vec![Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.0, 0.0, 0.101),
         shape: CollisionShape::Box {
             half_extents_m: Vector3::new(0.21, 0.1, 0.1),

@@ -16,6 +16,7 @@ const TOP_M: f64 = 0.11;
 pub fn robot() -> Robot {
     let mut robot = mecanum4();
     robot.chassis.collisions.push(Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.0, 0.0, 0.06),
         shape: CollisionShape::Box {
             half_extents_m: Vector3::new(FRONT_M, 0.12, 0.05),

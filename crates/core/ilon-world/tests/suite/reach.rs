@@ -30,6 +30,7 @@ fn with_arm(axis: Vector3<f64>, servo: JointServo) -> Robot {
     let mut arm = joint("arm", law, (pivot_m, axis), moves);
     let at_m = pivot_m + Vector3::x() * REACH_M;
     arm.body.collisions.push(Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(at_m.x, at_m.y, at_m.z),
         shape: CollisionShape::Sphere { radius_m: BALL_M },
     });
@@ -276,6 +277,7 @@ fn an_arm_pushes_another_robot() {
     };
     let mut other = mecanum4();
     other.chassis.collisions.push(Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.0, 0.0, 0.13),
         shape: CollisionShape::Box {
             half_extents_m: Vector3::new(0.2, 0.12, 0.1),

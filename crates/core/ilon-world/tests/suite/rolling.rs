@@ -281,6 +281,7 @@ fn ball() -> RollerForm {
     };
     RollerForm::AsModelled(ModelledRoller {
         shapes: vec![Collision {
+            friction: None,
             body_from_shape: Isometry3::identity(),
             shape: CollisionShape::Sphere { radius_m: BALL_M },
         }],

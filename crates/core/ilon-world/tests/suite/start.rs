@@ -270,6 +270,7 @@ fn beside_a_high_point_of_relief_it_stands_on_what_is_flat() {
 fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
     let mut robot = mecanum4();
     robot.chassis.collisions = vec![Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.0, 0.0, 0.0),
         shape: CollisionShape::Box {
             half_extents_m: Vector3::new(0.15, 0.1, 0.01),
@@ -294,6 +295,7 @@ fn where_only_its_chassis_would_bear_it_or_a_wheel_would_hang_it_is_refused() {
 fn what_reaches_out_of_a_chassis_comes_down_where_the_robot_heads() {
     let mut robot = mecanum4();
     robot.chassis.collisions = vec![Collision {
+        friction: None,
         body_from_shape: Isometry3::translation(0.5, 0.0, 0.1),
         shape: CollisionShape::Sphere { radius_m: 0.04 },
     }];

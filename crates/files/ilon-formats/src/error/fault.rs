@@ -367,6 +367,16 @@ pub enum Fault {
         /// The position in the body frame, in metres.
         at_m: [f64; 2],
     },
+    /// Two wheels on tyres, and nothing else that the robot stands on.
+    #[error(
+        "it stands on two wheels alone{}: nothing of the file reaches the floor as a caster does",
+        lean_deg.map_or_else(String::new, |deg| format!(", or leans on its chassis by {deg:.1} deg"))
+    )]
+    NoCaster {
+        /// By how much it leans where its chassis reaches the floor, in degrees; `None` if it does
+        /// not.
+        lean_deg: Option<f64>,
+    },
     /// A roller's axis is parallel to its hub's.
     #[error("gamma = 90 deg: the roller turns about the hub axis, and the wheel cannot drive")]
     GammaRightAngle,

@@ -199,6 +199,10 @@ impl Fault {
             }
             Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
             Self::RollersDoNotTurn { .. } => "make the joints of the rollers `continuous`",
+            Self::NoCaster { .. } => {
+                "add the collision geometry of its caster: a ball that is fixed to the chassis and reaches the floor, or a wheel on joints that swivel freely; \
+                 if its meshes show it, let them be found"
+            }
             Self::ChassisBelowFloor { .. } => {
                 "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
             }

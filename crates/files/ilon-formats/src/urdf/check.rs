@@ -1,18 +1,22 @@
 //! Checks of the whole robot: its chassis, and relations between its wheels.
 
-use nalgebra::{Unit, Vector2, Vector3};
+use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
+use super::casters::{self, TOUCHES};
 use super::faults::Faults;
-use super::geometry::primitive;
+use super::geometry::{mesh_points, primitive};
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
 use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
-use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
+use crate::model::{
+    Chassis, Collision, CollisionShape, MassProperties, Remark, Robot, StandingPose, Wheel,
+};
 
 /// Smallest number of wheels that control all three degrees of freedom of the plane.
 pub(super) const LEAST_WHEELS: usize = 3;
@@ -21,7 +25,7 @@ const LARGEST_WHEEL_M: f64 = 5.0;
 /// The largest accepted lean of a robot on its wheels, in degrees.
 const MOST_TILT_DEG: f64 = 5.0;
 /// A smaller lean is not remarked, in degrees.
-const REMARKED_TILT_DEG: f64 = 0.05;
+pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 /// A radius of gyration above this multiple of the body's reach is rejected; above the reach it is
 /// doubted.
 const MOST_GYRATION: f64 = 5.0;
@@ -173,8 +177,13 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
         .collect()
 }
 
-/// Builds the chassis from the body of the root link.
-pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis, RobotError> {
+/// Builds the chassis from the body of the root link, or a body on a joint. `reads_meshes` takes
+/// meshes as their convex hulls; else they touch nothing.
+pub(super) fn chassis(
+    loading: &mut Loading,
+    body: RigidBody,
+    reads_meshes: bool,
+) -> Result<Chassis, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
     let name = tree.links[body.link].name.clone();
     let mass = body
@@ -187,11 +196,21 @@ pub(super) fn chassis(loading: &mut Loading, body: RigidBody) -> Result<Chassis,
         geometry,
     } in body.shapes
     {
-        let Some(shape) = primitive(&geometry) else {
+        let hull = || match &geometry {
+            Geometry::Mesh { filename, scale } if reads_meshes => {
+                let place = Isometry3::identity();
+                let points = mesh_points(&loading.meshes, filename, *scale, &place).ok()?;
+                let points_m = points.into();
+                Some(CollisionShape::ConvexHull { points_m })
+            }
+            _ => None,
+        };
+        let Some(shape) = primitive(&geometry).or_else(hull) else {
             meshes += 1;
             continue;
         };
         collisions.push(Collision {
+            friction: None,
             body_from_shape,
             shape,
         });
@@ -257,11 +276,17 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     }
     faults.into_result()?;
     let mut remarks = Vec::new();
+    let has_casters = casters::stand_on(&mut robot, &mut remarks);
     let pose = robot.standing_pose();
     match &pose {
+        Some(pose) if has_casters => check_wheels_carry(source, &robot, pose)?,
         Some(pose) => check_standing(source, &robot, pose, &mut remarks)?,
         // It stands on its casters too.
-        None if robot.wheels.iter().any(Wheel::has_tyre) && !robot.joints.is_empty() => {}
+        None if robot.has_tyres() && !robot.joints.is_empty() => {}
+        None if casters::is_lone_pair(&robot.wheels) => {
+            let fault = Fault::NoCaster { lean_deg: None };
+            return Err(source.link_error(&robot.chassis.name, fault));
+        }
         None => remarks.push(Remark::new(
             format!("link `{}`", robot.chassis.name),
             "the robot's centre of mass lies outside the area of its wheels: it does not stand on them",
@@ -273,6 +298,26 @@ pub(super) fn check(source: &Source, mut robot: Robot) -> Result<Robot, RobotErr
     plausibility::remark(&robot, &mut remarks);
     robot.remarks.extend(remarks);
     Ok(robot)
+}
+
+/// Checks that a robot that stands on its casters hardly leans, and stands on all of its wheels
+/// too.
+fn check_wheels_carry(
+    source: &Source,
+    robot: &Robot,
+    pose: &StandingPose,
+) -> Result<(), RobotError> {
+    let lean_deg = pose.tilt_rad().to_degrees();
+    if lean_deg > MOST_TILT_DEG {
+        let lean_deg = Some(lean_deg);
+        return Err(source.link_error(&robot.chassis.name, Fault::NoCaster { lean_deg }));
+    }
+    let near_m = TOUCHES * casters::least_radius_m(robot);
+    if robot.wheels.iter().all(|wheel| pose.gap_m(wheel) < near_m) {
+        return Ok(());
+    }
+    let level_m = -robot.ride_height_m();
+    chassis_on_floor(source, robot, (&Vector3::z_axis(), level_m), |_| true)
 }
 
 /// Checks that all wheels reach the floor, or nearly, and that the robot hardly leans on them.
@@ -333,27 +378,30 @@ fn check_chassis_above_floor(
     robot: &Robot,
     pose: Option<&StandingPose>,
 ) -> Result<(), RobotError> {
-    /// In radii of a wheel: with less clearance the first bump or the deflection of a tread puts
-    /// the chassis on the floor.
-    const TOUCHES: f64 = 1e-3;
     let up: Unit<Vector3<f64>> = pose.map_or_else(Vector3::z_axis, StandingPose::up_in_body);
     let floor_m = -pose.map_or_else(|| robot.ride_height_m(), |pose| pose.height_m);
+    let is_no_caster = |shape: &Collision| shape.friction.is_none();
+    chassis_on_floor(source, robot, (&up, floor_m), is_no_caster)
+}
+
+/// The error of a chassis of which some shapes reach a floor, given by its normal and height: with
+/// less clearance than [`TOUCHES`] the first bump or the deflection of a tread puts it there.
+fn chassis_on_floor(
+    source: &Source,
+    robot: &Robot,
+    (up, floor_m): (&Unit<Vector3<f64>>, f64),
+    counts: impl Fn(&Collision) -> bool,
+) -> Result<(), RobotError> {
     let down = -up.into_inner();
-    let heights = robot
-        .chassis
-        .collisions
-        .iter()
+    let shapes = robot.chassis.collisions.iter();
+    let heights = shapes
+        .filter(|shape| counts(shape))
         .map(|collision| (-collision.reach_m(&down), collision));
     let Some((lowest_m, lowest)) = heights.min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return Ok(());
     };
-    let radius_m = robot
-        .wheels
-        .iter()
-        .map(|w| w.radius_m)
-        .fold(f64::INFINITY, f64::min);
     let above_m = lowest_m - floor_m;
-    if above_m >= TOUCHES * radius_m {
+    if above_m >= TOUCHES * casters::least_radius_m(robot) {
         return Ok(());
     }
     let at = lowest.farthest(&down);

@@ -393,6 +393,7 @@ pub(super) fn as_modelled(
             (None, _) => continue,
         };
         shapes.push(Collision {
+            friction: None,
             body_from_shape: roller_from_seen * body_from_shape,
             shape,
         });

@@ -336,7 +336,7 @@ pub(super) fn assemble(
             );
             return Err(refused(loading, *joint, words));
         }
-        let collisions = check::chassis(loading, body)?;
+        let collisions = check::chassis(loading, body, false)?;
         let body_from_joint = frame(of.origin.coords, &of.axis);
         let mut above = tree.joints_above(*joint);
         joints.push(BodyJoint {

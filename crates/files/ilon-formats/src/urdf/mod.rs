@@ -13,6 +13,7 @@
 mod asked_joint;
 mod body;
 mod candidates;
+mod casters;
 mod check;
 mod dae;
 mod disc;
@@ -402,7 +403,9 @@ fn assemble(
         let reach = (reach_m(mass), if has_meshes { 2.5 } else { 1.0 });
         check::check_gyration(source, link, mass, reach, &mut loading.remarks)?;
     }
-    let chassis = check::chassis(&mut loading, body)?;
+    // Meshes may show the casters on which a pair of wheels stands.
+    let reads_meshes = casters::is_lone_pair(&wheels);
+    let chassis = check::chassis(&mut loading, body, reads_meshes)?;
     let (joints, couplings) = linkage::assemble(&mut loading, linkage, &moving, &mut wheels)?;
     remark_hubs(&mut loading, candidates, &moving);
     let Loading {

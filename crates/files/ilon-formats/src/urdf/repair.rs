@@ -388,6 +388,7 @@ fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)>
                 continue;
             };
             let collision = Collision {
+                friction: None,
                 body_from_shape: shape.body_from_shape,
                 shape: primitive,
             };

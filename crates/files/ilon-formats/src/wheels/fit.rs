@@ -319,6 +319,7 @@ impl<'a> Target<'a> {
         let one = |shape| {
             let body_from_shape = Isometry3::identity();
             RollerShape::Solids(vec![Collision {
+                friction: None,
                 body_from_shape,
                 shape,
             }])
@@ -391,6 +392,7 @@ impl<'a> Target<'a> {
                 let t_m = share * along * barrel.half_length_m;
                 let radius_m = barrel.sphere_radius_m(t_m) + grown_m;
                 Collision {
+                    friction: None,
                     body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
                     shape: CollisionShape::Sphere { radius_m },
                 }

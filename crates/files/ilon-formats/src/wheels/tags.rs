@@ -189,6 +189,7 @@ fn sdf_geometry(at: &Isometry3<f64>, shape: &Shape, meshes: &[String]) -> (Isome
 /// The box around a solid, in the axes of its frame, and its sides in metres.
 fn boxed(at: &Isometry3<f64>, solid: &CollisionShape) -> (Isometry3<f64>, [f64; 3]) {
     let collision = crate::model::Collision {
+        friction: None,
         body_from_shape: Isometry3::identity(),
         shape: solid.clone(),
     };

@@ -100,3 +100,117 @@ fn a_tyre_that_is_none_is_refused_with_its_numbers() {
         assert!(error.to_string().contains("tyre"), "{error}");
     }
 }
+
+/// A pair of wheels of radius 50 mm on an axle 0.1 m ahead of a chassis's middle, and balls of
+/// radius 20 mm fixed to it, each at a place x and with its lowest point at a height, in metres.
+fn on_balls(balls_m: &[[f64; 2]]) -> String {
+    let ball = |(k, [x_m, low_m]): (usize, &[f64; 2])| {
+        format!(
+            r#"<link name="ball{k}"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+            <joint name="hold{k}" type="fixed"><parent link="base"/><child link="ball{k}"/><origin xyz="{x_m} 0 {z_m}"/></joint>"#,
+            z_m = low_m + 0.02
+        )
+    };
+    let wheel = |(side, y_m): (&str, f64)| {
+        format!(
+            r#"<link name="{side}"><inertial><mass value="0.4"/><inertia ixx="3e-4" ixy="0" ixz="0" iyy="5e-4" iyz="0" izz="3e-4"/></inertial>
+            <collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+            <joint name="{side}_wheel" type="continuous"><parent link="base"/><child link="{side}"/>
+            <origin xyz="0.1 {y_m} 0.05"/><axis xyz="0 1 0"/><limit effort="2" velocity="20"/></joint>"#
+        )
+    };
+    let balls: String = balls_m.iter().enumerate().map(ball).collect();
+    let wheels: String = [("left", 0.15), ("right", -0.15)].map(wheel).concat();
+    format!(
+        r#"<robot name="balls"><link name="base"><inertial><origin xyz="0 0 0.1"/><mass value="5"/>
+        <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.08"/></inertial>
+        <collision><origin xyz="0 0 0.12"/><geometry><box size="0.3 0.25 0.05"/></geometry></collision></link>{wheels}{balls}</robot>"#
+    )
+}
+
+fn glides(robot: &Robot) -> usize {
+    let shapes = robot.chassis.collisions.iter();
+    shapes.filter(|shape| shape.friction == Some(0.0)).count()
+}
+
+fn said(robot: &Robot, words: &str) -> bool {
+    robot
+        .remarks
+        .iter()
+        .any(|remark| remark.to_string().contains(words))
+}
+
+#[test]
+fn balls_fixed_to_the_chassis_are_casters() {
+    let robot = load(&on_balls(&[[-0.1, 0.0], [0.25, 0.0]]));
+    assert_eq!(glides(&robot), 2);
+    let pose = robot.standing_pose().expect("on wheels and a ball");
+    assert!(pose.tilt_rad() < 1e-12 && said(&robot, "taken for ball casters"));
+    // One that is rounded to 0.4 mm too low reaches just down to the floor.
+    let robot = load(&on_balls(&[[-0.1, -4e-4]]));
+    let pose = robot.standing_pose().expect("on wheels and a ball");
+    assert!(pose.tilt_rad() < 1e-9 && glides(&robot) == 1);
+    assert!(said(&robot, "up to 0.40 mm below"));
+}
+
+/// The ball's lowest point at (-0.2, -0.01) m from that of the axle: the robot pitches until both
+/// are level. The wheels roll on their rims, the ball on its own: atan by lowest points, to second
+/// order in the angle.
+#[test]
+fn a_caster_that_is_longer_or_shorter_than_the_wheels_tilts_the_robot() {
+    for low_m in [-0.01, 0.01] {
+        let robot = load(&on_balls(&[[-0.1, low_m]]));
+        let pose = robot.standing_pose().expect("on wheels and a ball");
+        // Positive pitch lowers the front.
+        let expected_rad = f64::atan2(-low_m, 0.2);
+        let off_rad = pose.pitch_rad - expected_rad;
+        assert!(off_rad.abs() < 0.1 * expected_rad.abs(), "{pose:?}");
+        for wheel in &robot.wheels {
+            assert!(pose.gap_m(wheel).abs() < 1e-9, "{pose:?}");
+        }
+        assert_eq!(glides(&robot), 1);
+    }
+}
+
+#[test]
+fn a_chassis_that_lifts_the_wheels_is_refused() {
+    let both_low = on_balls(&[[-0.1, -0.01], [0.25, -0.01]]);
+    let error = Robot::from_urdf_str(&both_low, "robot.urdf").unwrap_err();
+    assert!(error.to_string().contains("10.0 mm below"), "{error}");
+    // Four wheels stand alone: what else reaches the floor would rub.
+    let skid = SKID.replace("0 0 0.12", "0 0 0.05");
+    let error = Robot::from_urdf_str(&skid, "robot.urdf").unwrap_err();
+    assert!(error.to_string().contains("touches the floor"), "{error}");
+}
+
+/// Without anything that reaches the floor besides its two wheels a robot would swing about its
+/// axle. A mesh of the chassis may show what does: here a block down to the floor, whose corners
+/// behind the axle carry the centre of mass.
+#[test]
+fn two_wheels_alone_are_refused_and_a_mesh_may_show_the_casters() {
+    let alone = on_balls(&[]);
+    let error = Robot::from_urdf_str(&alone, "robot.urdf").unwrap_err();
+    assert!(error.to_string().contains("two wheels alone"), "{error}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let corners = |k: usize| {
+        let pick = |bit: usize, low: f32, high: f32| if k & bit == 0 { low } else { high };
+        [pick(1, -0.2, 0.0), pick(2, -0.1, 0.1), pick(4, 0.0, 0.1)]
+    };
+    let mut stl = vec![0_u8; 80];
+    stl.extend(6_u32.to_le_bytes());
+    for k in 0..6 {
+        let triangle = [[0.0; 3], corners(k), corners(k + 1), corners(k + 2)];
+        stl.extend(triangle.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        stl.extend([0, 0]);
+    }
+    std::fs::write(folder.path().join("block.stl"), stl).expect("a mesh");
+    let meshed = alone.replace(
+        r#"<collision><origin xyz="0 0 0.12"/><geometry><box size="0.3 0.25 0.05"/>"#,
+        r#"<collision><geometry><mesh filename="block.stl"/>"#,
+    );
+    let file = folder.path().join("robot.urdf");
+    std::fs::write(&file, meshed).expect("a file");
+    let robot = Robot::load(file.to_str().expect("a path")).expect("it stands");
+    let pose = robot.standing_pose().expect("on wheels and block");
+    assert!(pose.tilt_rad() < 1e-9 && glides(&robot) == 1, "{pose:?}");
+}

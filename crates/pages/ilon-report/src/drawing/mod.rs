@@ -197,6 +197,7 @@ mod tests {
         let with_ball_at = |x_m: f64, y_m: f64, target: f64| {
             let mut robot = Robot::from_urdf_str(urdf, "mecanum4").unwrap();
             let ball = Collision {
+                friction: None,
                 body_from_shape: Isometry3::translation(x_m, y_m, 0.2),
                 shape: CollisionShape::Sphere { radius_m: 0.05 },
             };

@@ -25,6 +25,7 @@ pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@lift-off",
     "@conflict",
     "@slip",
+    "@incline",
 ];
 
 /// The ledger: net bars, and the growth of the terms.
@@ -236,7 +237,7 @@ fn growth(
 ) -> Figure {
     let mut traces: Vec<Curve> = Vec::new();
     for (term, (name, color)) in NAMES.into_iter().zip(TERM_COLORS).enumerate() {
-        if name == "belief" && shown.trace.header.knows_its_robot() {
+        if !shown.trace.header.has_term(name) {
             continue;
         }
         let grown = shown.all.grown().iter();
@@ -258,7 +259,7 @@ mod tests {
             error_m: 0.1,
             ahead_m: 0.0,
             before_m: -0.02,
-            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0915],
+            parts_m: [0.0005, 0.03, -0.002, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0915, 0.0],
             rest_m: 0.0,
             from_s: 0.0,
             at_s: 1.0,
@@ -310,7 +311,7 @@ mod tests {
                 error_m: 0.1,
                 ahead_m: 0.0,
                 before_m: 0.0,
-                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                parts_m: [0.1 - rest_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 rest_m,
                 from_s: 0.0,
                 at_s: 1.0,

@@ -27,6 +27,7 @@ pub(crate) const PARTS: [&str; 1 + TERMS] = {
         lift_off,
         conflict,
         slip,
+        incline,
     ] = NAMES;
     let (correction, saturation) = ("correction by guidance", "saturation");
     [
@@ -39,6 +40,7 @@ pub(crate) const PARTS: [&str; 1 + TERMS] = {
         lift_off,
         conflict,
         slip,
+        incline,
     ]
 };
 

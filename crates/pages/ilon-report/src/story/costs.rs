@@ -239,7 +239,8 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
     const LEAST: f64 = 1e-3;
     let mut moved: Vec<&JointTravel> = summary.joints.iter().collect();
     let way = |of: &JointTravel| of.most - of.least;
-    moved.retain(|of| way(of) > LEAST);
+    // What rolls on, such as a caster's wheel, is not between two angles.
+    moved.retain(|of| way(of) > LEAST && (of.slides || way(of) < std::f64::consts::TAU));
     moved.sort_by(|a, b| way(b).total_cmp(&way(a)));
     let first = moved.first()?;
     let said = |of: &JointTravel| {
@@ -267,7 +268,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
         text += &format!(", {}", said(second));
     }
     if moved.len() > 2 {
-        text += &format!(", {} more by less", moved.len() - 2);
+        text += &format!(", {} more no further", moved.len() - 2);
     }
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
@@ -280,9 +281,15 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
 }
 
 /// Reports the drift of dead reckoning.
-pub(super) fn reckoning(summary: &Summary) -> Option<String> {
+pub(super) fn reckoning(header: &Header, summary: &Summary) -> Option<String> {
     let ideal = summary.odometry_ideal.m_per_m?;
     let contact = summary.odometry_contact.m_per_m?;
+    if header.is_on_tyres() {
+        return Some(format!(
+            "Wheel odometry drifts by {} per metre.",
+            length(contact)
+        ));
+    }
     Some(format!(
         "Wheel odometry drifts by {} per metre with the ideal kinematics, by {} with the kinematics of the touching rollers.",
         length(ideal),
@@ -323,7 +330,7 @@ mod tests {
         assert!(said.starts_with("<b>rocker</b> turned between "), "{said}");
         assert!(said.contains("on a stop for 25"), "{said}");
         assert!(
-            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm, 1 more by less."),
+            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm, 1 more no further."),
             "{said}"
         );
         assert!(

@@ -83,7 +83,7 @@ impl Story {
         lines.extend(
             budget
                 .as_ref()
-                .map(|b| excursion(b, &start, header.storage, known("position_error_max_m"))),
+                .map(|b| excursion(b, &start, header, known("position_error_max_m"))),
         );
         match header.twins.is_empty() {
             true => lines.extend(on_purpose(header).into_iter().chain(believed(header))),
@@ -105,7 +105,7 @@ impl Story {
                 costs::joints(summary),
                 costs::slipping(summary, header, &events),
                 costs::saturation(summary, header, &events),
-                costs::reckoning(summary),
+                costs::reckoning(header, summary),
             ];
             let room = MOST_LINES.saturating_sub(lines.len());
             lines.extend(costs.into_iter().flatten().take(room));
@@ -251,7 +251,7 @@ fn believed(header: &Header) -> Option<String> {
 }
 
 /// Reports the largest error and its parts.
-fn excursion(budget: &Budget, start: &Start, is_spring: bool, floor_m: Option<f64>) -> String {
+fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f64>) -> String {
     let length = |x_m: f64| length_to(x_m, floor_m);
     let after = match (start.is_off, start.has_arrived) {
         (false, _) => "",
@@ -262,13 +262,13 @@ fn excursion(budget: &Budget, start: &Start, is_spring: bool, floor_m: Option<f6
         "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
         length(budget.error_m),
         time(budget.at_s),
-        shares(budget, is_spring, &length)
+        shares(budget, header, &length)
     )
 }
 
 /// Returns the parts of the error, the largest first. Under a passive law, which pulls the robot
 /// like a spring and commands no wheel rates, the forces that stretch the spring cause the error.
-fn shares(budget: &Budget, is_spring: bool, length: &dyn Fn(f64) -> String) -> String {
+fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> String {
     let mut grew: Vec<(&str, f64)> = PARTS.into_iter().zip(budget.parts_m).collect();
     grew.sort_by(|a, b| b.1.total_cmp(&a.1));
     let causes: Vec<String> = grew
@@ -278,7 +278,7 @@ fn shares(budget: &Budget, is_spring: bool, length: &dyn Fn(f64) -> String) -> S
         .map(|(name, m)| {
             format!(
                 "{} carried it {}",
-                in_words(name, budget, is_spring),
+                in_words(name, budget, header),
                 length(*m)
             )
         })
@@ -287,7 +287,7 @@ fn shares(budget: &Budget, is_spring: bool, length: &dyn Fn(f64) -> String) -> S
         return String::new();
     }
     let corrected_m = budget.parts_m[0];
-    let back = if !is_spring && corrected_m < -0.15 * budget.error_m {
+    let back = if !header.storage && corrected_m < -0.15 * budget.error_m {
         format!("; the guidance brought it back by {}", length(-corrected_m))
     } else {
         String::new()
@@ -300,12 +300,14 @@ fn shares(budget: &Budget, is_spring: bool, length: &dyn Fn(f64) -> String) -> S
 }
 
 /// Returns a part of the budget as text.
-fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
+fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
     /// Wheels count as ahead of their targets, or behind them, for this share of the servo term.
     const CLEARLY: f64 = 0.5;
     let servo_m = budget.parts_m[4];
     match part {
-        "correction by guidance" if is_spring => "forces against the spring of the passive law",
+        "correction by guidance" if header.storage => {
+            "forces against the spring of the passive law"
+        }
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",
@@ -313,8 +315,9 @@ fn in_words<'a>(part: &'a str, budget: &Budget, is_spring: bool) -> &'a str {
         "servo" if budget.ahead_m > CLEARLY * servo_m => "wheels that run ahead of their targets",
         "servo" if budget.ahead_m < -CLEARLY * servo_m => "wheels that lag their targets",
         "servo" => "wheels that are off their targets",
-        "compensation" => "the command's compensation",
+        "compensation" => shortfall::compensation(header),
         "belief" => "what the controller believes of the robot",
+        "incline" => "the incline, whose way is longer than on a map,",
         other => other,
     }
 }

@@ -43,12 +43,13 @@ struct Stretch {
     moved: Twist,
     terms: Terms,
     /// Deviation of the wheels from their targets, in rad, summed over all; the part with a motor
-    /// at its limit, the part of that with a wheel at its rate limit, and the part in which dry
-    /// friction takes most of the torque.
+    /// at its limit, the part of that with a wheel at its rate limit, the part in which dry friction
+    /// takes most of the torque, and that of wheels without a motor.
     off_rad: f64,
     at_limit_rad: f64,
     at_rate_limit_rad: f64,
     held_rad: f64,
+    undriven_rad: f64,
 }
 
 /// Commanded and actual motion, in the window of the means, and in each stretch of a schedule.
@@ -96,6 +97,10 @@ impl Stretch {
             let [gives_all, turns_fastest] = limits_met(header, wheel, sample, share);
             let where_it_is = |is_so: bool| if is_so { off_rad } else { 0.0 };
             self.off_rad += off_rad;
+            if wheel.torque_limit_n_m == Some(0.0) {
+                self.undriven_rad += off_rad;
+                continue;
+            }
             self.at_limit_rad += where_it_is(gives_all || turns_fastest);
             self.at_rate_limit_rad += where_it_is(turns_fastest);
             self.held_rad += where_it_is(is_held(wheel, sample));
@@ -127,12 +132,13 @@ impl Stretch {
         self.mean(self.moved + slip + conflict + lift_off + geometry)
     }
 
-    /// Returns what kept the wheels from their targets: the motors' limits, if they account for
-    /// most of the deviation, dry friction, or the wheel loops.
+    /// Returns what kept the wheels from their targets: that no motor drives them, the motors'
+    /// limits, if they account for most of the deviation, dry friction, or the wheel loops.
     fn behind_targets(&self) -> &'static str {
         let is_most = |rad: f64| 2.0 * rad > self.off_rad;
         let by_rate = 2.0 * self.at_rate_limit_rad > self.at_limit_rad;
         match (is_most(self.at_limit_rad), is_most(self.held_rad)) {
+            _ if is_most(self.undriven_rad) => "the rolling of wheels without a motor",
             (true, _) if by_rate => "the motors' rate limit",
             // Also of a motor that gives all it can, most of which friction takes.
             (_, true) => "the dry friction of bearings and gears",
@@ -430,13 +436,13 @@ fn of_stretch(
             lines.push(format!(
                 "{direction} it reached {did}; its wheel speeds give {} by the ideal kinematics: <b>{share}</b>. {}.",
                 unit(ideal),
-                capital(&of_contacts(terms, mean))
+                capital(&of_contacts(header, terms, mean))
             ));
             continue;
         }
         let before = [
             ("saturation", terms.guidance),
-            ("the command's compensation", terms.compensation),
+            (compensation(header), terms.compensation),
             ("what the controller believes of the robot", terms.belief),
             (stretch.behind_targets(), terms.servo),
         ];
@@ -445,10 +451,19 @@ fn of_stretch(
             "{direction} the command was {}, the wheel speeds give {}, and it reached {did}: <b>{share}</b> of the command. {}.",
             unit(asked),
             axis.did(ideal, base),
-            capital(&format!("{before}{}", of_contacts(terms, mean)))
+            capital(&format!("{before}{}", of_contacts(header, terms, mean)))
         ));
     }
     lines
+}
+
+/// Returns the name of what the command adds in advance: of tyres that are steered, how far their
+/// modules are off the angles of the twist.
+pub(super) fn compensation(header: &Header) -> &'static str {
+    match header.is_on_tyres() {
+        true => "the modules' way to their angles",
+        false => "the command's compensation",
+    }
 }
 
 /// Returns the loss by each term that is large enough to show, each preceded by a comma.
@@ -463,7 +478,7 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
 }
 
 /// Reports the difference between the wheels' rates and the robot's motion.
-fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
+fn of_contacts(header: &Header, terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
         (
             "lift-off (wheels in the air or with little load)",
@@ -471,10 +486,18 @@ fn of_contacts(terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
         ),
         ("the conflict between the wheels' rates", terms.conflict),
     ];
+    let incline = [(
+        "the incline (the way up is longer than on a map)",
+        terms.incline,
+    )];
+    let geometry = match header.is_on_tyres() {
+        true => taken([("the tyres' width", terms.geometry)], mean),
+        false => format!("roller geometry {}, ", takes(mean(terms.geometry))),
+    };
     format!(
-        "roller geometry {}, {}slip {}",
-        takes(mean(terms.geometry)),
+        "{geometry}{}{}slip {}",
         taken(rare, mean),
+        taken(incline, mean),
         takes(mean(terms.slip))
     )
 }

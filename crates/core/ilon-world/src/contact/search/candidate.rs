@@ -39,7 +39,8 @@ pub(crate) struct Candidate {
     /// Its gap at the end of the step by the rates of its beginning, in metres, with the sign of
     /// `gap_m`; equal to that if it is not needed.
     pub gap_ahead_m: f64,
-    /// The friction of B's shape there; `None` if the ground's or the bodies' applies.
+    /// The friction of B's shape there, or of a shape of A on the ground; `None` if the ground's or
+    /// the bodies' applies.
     pub friction: Option<f64>,
 }
 

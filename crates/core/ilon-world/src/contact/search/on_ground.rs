@@ -94,12 +94,14 @@ impl Scene<'_> {
         let shared = &self.body.robot;
         self.step
             .shapes
-            .of_bodies(shared, |joint, place_m, normal, gap_m| {
+            .of_bodies(shared, |of, place_m, normal, gap_m| {
                 let axes = frame(normal, Vector3::x());
-                let gained_m_s = along_frame(&axes, &self.gained_by_turning_m_s(joint, &place_m));
-                let between = (self.member(Part::of_body(joint)), Partner::Ground);
+                let gained_m_s =
+                    along_frame(&axes, &self.gained_by_turning_m_s(of.joint, &place_m));
+                let between = (self.member(Part::of_body(of.joint)), Partner::Ground);
                 found.push(Candidate {
                     turning: Turning::in_each_half(0.5 * gained_m_s),
+                    friction: of.friction,
                     ..Candidate::new(between, (place_m, normal, gap_m))
                 });
             });

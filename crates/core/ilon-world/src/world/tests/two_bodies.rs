@@ -31,6 +31,7 @@ fn center_of_mass_m(robot: &Robot) -> Vector3<f64> {
 fn in_a_ball(name: &str) -> Robot {
     let mut robot = shipped(name);
     robot.chassis.collisions = vec![Collision {
+        friction: None,
         body_from_shape: Isometry3::from(center_of_mass_m(&robot)),
         shape: CollisionShape::Sphere { radius_m: RADIUS_M },
     }];

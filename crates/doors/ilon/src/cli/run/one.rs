@@ -74,12 +74,27 @@ pub fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Fai
 }
 
 /// What is printed about a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
+#[derive(Debug)]
+pub enum Told<'a> {
     /// Its answer, its figures and the location of its files.
     InFull,
-    /// Only notes: the caller prints all runs together.
-    Together,
+    /// Only notes that no run before had: the caller prints all runs together. Holds the notes so
+    /// far.
+    Together(&'a mut Vec<String>),
+}
+
+impl Told<'_> {
+    /// Whether no run before had this note.
+    fn is_new(&mut self, note: &str) -> bool {
+        let Self::Together(known) = self else {
+            return true;
+        };
+        let is_new = !known.iter().any(|known| known == note);
+        if is_new {
+            known.push(note.to_owned());
+        }
+        is_new
+    }
 }
 
 /// Simulates one scenario, writes and prints; returns its summary as JSON and as a value.
@@ -88,7 +103,7 @@ pub fn one(
     scenario: &Scenario,
     out: PathBuf,
     arguments: &Arguments,
-    told: Told,
+    mut told: Told,
 ) -> Result<(String, Summary), Failure> {
     let inputs = output::inputs(path, scenario);
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
@@ -99,7 +114,9 @@ pub fn one(
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
     for warning in gathered(simulation.warnings()) {
-        bar.note(&format!("note: {warning}"));
+        if told.is_new(&warning) {
+            bar.note(&format!("note: {warning}"));
+        }
     }
     if let Err(fault) = scenario.expect.check_windows(&simulation.scenario().run) {
         bar.note(&format!("note: {fault}"));
@@ -128,7 +145,7 @@ pub fn one(
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         bar.note(&format!("note: expected {verdict}"));
     }
-    if !arguments.json && told == Told::InFull {
+    if !arguments.json && matches!(told, Told::InFull) {
         let page = if arguments.no_report {
             ""
         } else {

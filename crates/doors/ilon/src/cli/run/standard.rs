@@ -56,14 +56,14 @@ pub(super) fn run(
         let scenario = load(&path, arguments, files)?;
         scenarios.push((motion.name, path, scenario));
     }
-    let (mut told, mut summaries) = (Vec::new(), Vec::new());
+    let (mut told, mut summaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for (motion, path, scenario) in &scenarios {
         let (json, summary) = one(
             path,
             scenario,
             folder.join(motion),
             arguments,
-            Told::Together,
+            Told::Together(&mut notes),
         )?;
         summaries.push(json);
         told.push((*motion, summary));

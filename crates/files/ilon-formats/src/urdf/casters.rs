@@ -1,0 +1,117 @@
+//! Casters that are fixed to the chassis: the balls and skids on which robots on tyres stand.
+//!
+//! Files model a ball caster as a sphere, or a box, that is part of the chassis and just reaches
+//! the floor. A robot that its wheels alone do not carry stands on it. As a ball caster rolls in
+//! every direction, its place has no friction on the ground.
+
+use nalgebra::{Unit, Vector3};
+
+use super::check::REMARKED_TILT_DEG;
+use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
+
+/// By how much a caster may reach below the wheels' floor in a file and still be taken to reach
+/// just down to it, in metres: files hold rounded numbers, and simulators with soft contacts press
+/// it in. Chosen. A caster that reaches deeper tilts the robot.
+const ROUNDED_M: f64 = 2e-3;
+
+/// A shape of the chassis within this distance of the floor stands on it, in wheel radii (chosen).
+pub(super) const TOUCHES: f64 = 1e-3;
+
+/// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
+/// reach the floor. Returns whether it does.
+pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
+    if !robot.has_tyres() || stands_on_wheels(robot) {
+        return false;
+    }
+    let raised_m = raise_rounded(robot);
+    let near_m = TOUCHES * least_radius_m(robot);
+    let floor = Floor::of(robot);
+    let mut places = Vec::new();
+    for shape in &mut robot.chassis.collisions {
+        if floor.height_m(shape) < near_m {
+            shape.friction = Some(0.0);
+            let at = shape.farthest(&-floor.up.into_inner());
+            places.push(format!("x = {:.3} m, y = {:.3} m", at.x, at.y));
+        }
+    }
+    if places.is_empty() {
+        return false;
+    }
+    let raised = match raised_m > 0.0 {
+        true => format!(
+            " In the file it reaches up to {:.2} mm below the wheels' floor: raised to it.",
+            1e3 * raised_m
+        ),
+        false => String::new(),
+    };
+    let tilt_deg = floor.up.angle(&Vector3::z_axis()).to_degrees();
+    let tilted = match tilt_deg > REMARKED_TILT_DEG {
+        true => format!("; on them it leans by {tilt_deg:.2} deg"),
+        false => String::new(),
+    };
+    remarks.push(Remark::new(
+        format!("link `{}`", robot.chassis.name),
+        format!(
+            "stands on its wheels and its chassis, at {}: taken for ball casters, without friction{tilted}.{raised}",
+            places.join("; ")
+        ),
+    ));
+    true
+}
+
+/// Whether a robot rolls on two tyres alone, which do not carry it.
+pub(super) fn is_lone_pair(wheels: &[Wheel]) -> bool {
+    wheels.len() < 3 && wheels.iter().any(Wheel::has_tyre)
+}
+
+/// Whether the wheels carry the robot without its chassis.
+fn stands_on_wheels(robot: &Robot) -> bool {
+    let mut bare = robot.clone();
+    bare.chassis.collisions.clear();
+    bare.standing_pose().is_some()
+}
+
+pub(super) fn least_radius_m(robot: &Robot) -> f64 {
+    let radii = robot.wheels.iter().map(|wheel| wheel.radius_m);
+    radii.fold(f64::INFINITY, f64::min)
+}
+
+/// Raises shapes that reach below the level floor of the wheels by rounding, to this floor, unless
+/// others reach deeper. Returns by how much at most, in metres.
+fn raise_rounded(robot: &mut Robot) -> f64 {
+    /// A smaller depth is none.
+    const EXACT_M: f64 = 1e-9;
+    let floor_m = -robot.ride_height_m();
+    let deep_m = |shape: &Collision| floor_m + shape.reach_m(&-Vector3::z());
+    let depths = robot.chassis.collisions.iter().map(deep_m);
+    let most_m = depths.fold(0.0, f64::max);
+    if !(EXACT_M..=ROUNDED_M).contains(&most_m) {
+        return 0.0;
+    }
+    for shape in &mut robot.chassis.collisions {
+        let by_m = deep_m(shape).max(0.0);
+        shape.body_from_shape.translation.vector.z += by_m;
+    }
+    most_m
+}
+
+/// The floor on which a robot stands: tilted to its pose, or level below its wheels.
+struct Floor {
+    up: Unit<Vector3<f64>>,
+    height_m: f64,
+}
+
+impl Floor {
+    fn of(robot: &Robot) -> Self {
+        let pose = robot.standing_pose();
+        Self {
+            up: (pose.as_ref()).map_or_else(Vector3::z_axis, StandingPose::up_in_body),
+            height_m: pose.map_or_else(|| robot.ride_height_m(), |pose| pose.height_m),
+        }
+    }
+
+    /// The height of the lowest point of a shape above it, in metres.
+    fn height_m(&self, shape: &Collision) -> f64 {
+        self.height_m - shape.reach_m(&-self.up.into_inner())
+    }
+}
