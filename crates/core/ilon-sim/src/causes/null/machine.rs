@@ -285,3 +285,77 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
         scenario.run.control_dt_s /= f64::from(parts);
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    fn scenario(lines: &str) -> Scenario {
+        let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+        Scenario::from_toml(&text, "test", "").expect("a scenario")
+    }
+
+    fn robot() -> Robot {
+        let urdf = include_str!("../../../../../../assets/robots/mecanum4.urdf");
+        Robot::from_urdf_str(urdf, "mecanum4").expect("a robot")
+    }
+
+    #[test]
+    fn without_sliding_no_ground_creeps() {
+        let patch = "{ friction = 0.2, creep = 0.01, x_m = 1.0, y_m = 0.0, length_x_m = 1.0, length_y_m = 1.0 }";
+        let mut scenario = scenario(&format!(
+            "world.floor = {{ creep = 0.02, patches = [{patch}] }}"
+        ));
+        never_slides(&mut scenario);
+        let floor = &scenario.world.floor;
+        assert_eq!((floor.creep, floor.patches[0].creep), (None, None));
+        assert_eq!(floor.patches[0].friction, Some(HOLDS));
+    }
+
+    #[test]
+    fn without_drag_neither_hubs_nor_rollers_have_any() {
+        let (scenario, mut robot) = (scenario(""), robot());
+        for wheel in &mut robot.wheels {
+            wheel.joint.friction_n_m = 0.1;
+            for roller in &mut wheel.rollers {
+                roller.joint.damping_n_m_s = 0.1;
+            }
+        }
+        let mut list = List::default();
+        of_rollers(&scenario, &robot, &mut list);
+        let bearings = list.0.iter().find(|(cause, _)| cause.key == "bearings");
+        let mut scenario = scenario;
+        bearings.expect("every robot has them").1(&mut scenario, &mut robot);
+        for wheel in &robot.wheels {
+            assert_eq!(wheel.joint, Joint::default());
+            assert!(
+                wheel
+                    .rollers
+                    .iter()
+                    .all(|roller| roller.joint == Joint::default())
+            );
+        }
+    }
+
+    /// A period of 10 ms of steps of 1 ms is cut into ten parts, one of 12 ms into six, and one of
+    /// 13 ms into none.
+    #[test]
+    fn a_control_period_is_cut_into_as_many_parts_as_steps_allow() {
+        for (period_ms, parts) in [(10, Some(10)), (12, Some(6)), (13, None)] {
+            let mut scenario = scenario(&format!(
+                "run.control_dt_s = {}",
+                1e-3 * f64::from(period_ms)
+            ));
+            let (before_s, mut robot) = (scenario.run.control_dt_s, robot());
+            let mut list = List::default();
+            of_control(&scenario, 1e-3, &mut list);
+            assert_eq!(list.0.len(), usize::from(parts.is_some()));
+            if let (Some(parts), Some((_, null))) = (parts, list.0.first()) {
+                null(&mut scenario, &mut robot);
+                assert_eq!(scenario.run.control_dt_s, before_s / f64::from(parts));
+            }
+        }
+    }
+}
