@@ -4,9 +4,9 @@
 
 use std::sync::LazyLock;
 
-use ilon_formats::LoadRobot;
 use ilon::Scenario;
 use ilon::simulate::{Driver, Plant, Simulation, resolve_for};
+use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 

@@ -4,7 +4,14 @@
 //! elements, TOML lines), names are swapped and numbers take values that often cause errors.
 //! Accepted results are driven from outside by [`drive`].
 
-use ilon::simulate::{Plant, WheelCommand};
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+use ilon::Scenario;
+use ilon::inspect::Inspection;
+use ilon::simulate::{Driver, Plant, Simulation, WheelCommand, resolve_for};
+use ilon_formats::{Handedness, LoadOptions, LoadRobot, WheelOptions};
+use ilon_robot::Robot;
 use libfuzzer_sys::fuzzer_mutate;
 
 /// Numbers that often cause errors.
@@ -168,3 +175,61 @@ pub fn drive(plant: &mut Plant) {
             .is_err()
     );
 }
+
+/// More rollers than this are slow to simulate, which is known.
+const MOST_ROLLERS_SIMULATED: usize = 40;
+
+static SIDEWAYS: LazyLock<Scenario> = LazyLock::new(|| {
+    let text = "[robot]\nfile = \"robot.urdf\"\nroller_bodies = \"near\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 1";
+    Scenario::from_toml(text, "sideways", ".").expect("the scenario is a good one")
+});
+
+/// A small robot that is loaded and simulated quickly.
+pub static SMALL: LazyLock<Robot> = LazyLock::new(|| {
+    let urdf = include_str!("../seeds/urdf/spheres.urdf");
+    Robot::from_urdf_str(urdf, "robot.urdf").expect("the robot is a good one")
+});
+
+/// The ways in which a robot's file is read: as it is, repaired, and with given wheels.
+pub fn ways() -> [LoadOptions; 3] {
+    let mut repaired = LoadOptions::default();
+    repaired.repair = true;
+    let mut given = repaired.clone();
+    given.wheels = Some(WheelOptions::new(5, Handedness::AllDeg(45.0)));
+    [LoadOptions::default(), repaired, given]
+}
+
+/// Inspects a robot, places it in a world and drives it.
+pub fn use_robot(robot: &Robot) {
+    if let Ok(inspection) = Inspection::of(robot) {
+        assert!(inspection.wheels.iter().all(|wheel| wheel.radius_m > 0.0));
+    }
+    let rollers: usize = robot.wheels.iter().map(|wheel| wheel.rollers.len()).sum();
+    if rollers > MOST_ROLLERS_SIMULATED {
+        return;
+    }
+    let resolved = resolve_for(&SIDEWAYS, robot, Driver::Guidance);
+    if let Ok(mut plant) = resolved.and_then(|resolved| Plant::new(&resolved, robot)) {
+        drive(&mut plant);
+    }
+}
+
+/// Takes the first steps of a scenario with a robot, if it can be simulated. The pose stays finite
+/// in every step that succeeds.
+pub fn use_scenario(scenario: &Scenario, robot: &Robot) {
+    match Simulation::with_robot(scenario, robot) {
+        Ok(mut simulation) => {
+            for _ in 0..3 {
+                simulation.step();
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// A folder of this process, for files that are read by their paths.
+pub static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = std::env::temp_dir().join(format!("ilon-fuzz-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("the folder for temporary files can be written to");
+    folder
+});

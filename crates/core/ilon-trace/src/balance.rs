@@ -102,3 +102,41 @@ fn least_turned_over_j(header: &Header) -> f64 {
     let radii = header.wheels.iter().map(|wheel| wheel.radius_m);
     LEAST_LIFT * header.mass_kg * GRAVITY_M_S2 * radii.fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(rows: &[Record]) -> Energy {
+        let mut balance = Balance::default();
+        rows.iter().for_each(|row| balance.add(row));
+        balance.finish(&Header::default())
+    }
+
+    /// A robot slides to rest: its 10 J of motion are lost, and all that is turned over is that.
+    #[test]
+    fn energy_that_was_stored_and_is_lost_is_turned_over() {
+        let moving = Record {
+            kinetic_energy_j: 10.0,
+            ..Record::default()
+        };
+        let stands = Record {
+            slip_energy_j: 10.0,
+            ..Record::default()
+        };
+        let energy = of(&[moving, stands]);
+        assert_eq!(energy.stored_j, Some(-10.0));
+        assert_eq!(energy.unexplained_share, Some(0.0));
+    }
+
+    /// Heights count from the first row, also below the world's origin.
+    #[test]
+    fn a_fall_is_from_where_the_robot_was() {
+        let at = |potential_energy_j| Record {
+            potential_energy_j,
+            ..Record::default()
+        };
+        assert_eq!(of(&[at(-5.0), at(-5.0)]).fall_j, Some(0.0));
+        assert_eq!(of(&[at(-5.0), at(-4.0), at(-7.0)]).fall_j, Some(3.0));
+    }
+}

@@ -117,6 +117,19 @@ mod tests {
         accumulator.finish()
     }
 
+    /// Half a radian to the left and back again is one radian of turning.
+    #[test]
+    fn turning_counts_in_both_directions() {
+        let at = |heading_rad| Pose {
+            heading_rad,
+            ..Pose::default()
+        };
+        let poses = [0.0, 0.5, 0.0].map(|heading_rad| (at(heading_rad), at(heading_rad)));
+        let drift = drift_of(&moved(&poses));
+        assert_eq!(drift.turned_rad, 1.0);
+        assert_eq!(drift.ideal.rad_per_turn, Some(0.0));
+    }
+
     fn moved(poses: &[(Pose, Pose)]) -> Trace {
         let mut trace = Trace::with_capacity(Header::default(), poses.len());
         for &(truth, odometry_ideal) in poses {

@@ -14,7 +14,7 @@ use ilon_control::Kinematics;
 use ilon_files::FileAccess;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_sim::Error;
-use ilon_sim::scenario::{MAX_BYTES, read_toml};
+use ilon_sim::scenario::{read_text, read_toml};
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -159,8 +159,7 @@ impl Tape {
     /// # Errors
     /// If the file or its robot cannot be read, or a run has no measurement.
     pub fn load_within(path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
-        let text = files.read_text(path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let text = read_text(path, files)?;
         let is_tape = |table: Table| table.contains_key("measured");
         if !toml::from_str(&text).is_ok_and(is_tape) {
             return Ok(None);

@@ -139,6 +139,7 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::fixtures::on_tyres;
+    use super::held_rows;
     use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
 
     fn close(one: Twist, other: Twist) -> bool {
@@ -194,6 +195,31 @@ mod tests {
         assert!(close(
             about.twist(&[-2.0, 2.0, -2.0, 2.0]),
             Twist::new(0.0, 0.0, omega)
+        ));
+    }
+
+    /// A module that stands parallel to others for a moment goes on to hold its own hub: n . v + x
+    /// omega = 0 each. Of axles that nothing steers the mean counts, x = 0.05 m here.
+    #[test]
+    fn steered_tyres_hold_a_row_each_where_they_stand_parallel() {
+        let robot = on_tyres(&[[0.2, 0.2], [0.2, -0.2], [-0.1, 0.2], [-0.1, -0.2]]);
+        let levers_m = |steered: [bool; 4]| -> Vec<f64> {
+            let rows = held_rows(robot.wheels.iter().zip(steered), Vector2::zeros());
+            rows.iter().map(|row| row.z * row.y.signum()).collect()
+        };
+        let close = |one: Vec<f64>, other: &[f64]| {
+            let off = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12;
+            one.len() == other.len() && one.iter().zip(other).all(off)
+        };
+        assert!(close(levers_m([true; 4]), &[0.2, 0.2, -0.1, -0.1]));
+        assert!(close(levers_m([false; 4]), &[0.05]));
+        assert!(close(
+            levers_m([true, true, false, false]),
+            &[0.2, 0.2, -0.1]
+        ));
+        assert!(close(
+            levers_m([false, false, true, true]),
+            &[0.2, -0.1, -0.1]
         ));
     }
 

@@ -94,6 +94,19 @@ impl ShareSearch {
         }
     }
 
+    /// The share to try after one at which so much slid, or the one that was found. A drive takes
+    /// time in inverse proportion to the share.
+    pub fn after(&mut self, share: f64, slid: f64) -> f64 {
+        let takes_s = 1.0 / share;
+        self.learn(Drive {
+            share,
+            slid,
+            takes_s,
+        });
+        let found = self.found().map(|found| found.share);
+        self.next().or(found).unwrap_or(share)
+    }
+
     /// Learns that the robot cannot be driven at a share, as it does not hold it on its slope.
     pub fn learn_too_little(&mut self, share: f64) {
         self.enough = Some(share);

@@ -9,7 +9,7 @@ use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist};
 use ilon_world::World;
 
-use crate::limits::share::{Drive, ShareSearch};
+use crate::limits::share::ShareSearch;
 use crate::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
 use crate::plant::Plant;
 use crate::resolve::{Driver, resolve_as_given};
@@ -46,8 +46,21 @@ impl Limits {
         }
         let mut sprinter = Sprinter::new(scenario, robot)?;
         let rows_of = limits.rows.chunk_by_mut(|a, b| a.motion == b.motion);
-        for (rows, (_, eighths, turning)) in rows_of.zip(MOTIONS) {
-            sprinter.lower(direction(eighths, turning), rows)?;
+        let mut motions: Vec<Motion<'_>> = rows_of
+            .zip(MOTIONS)
+            .map(|(rows, (_, eighths, turning))| Motion {
+                direction: direction(eighths, turning),
+                rows,
+            })
+            .collect();
+        while let Some(first) = motions.pop() {
+            let mut images = vec![first];
+            for at in (0..motions.len()).rev() {
+                if sprinter.is_mirrored(&images[0], &motions[at])? {
+                    images.push(motions.remove(at));
+                }
+            }
+            sprinter.lower(&mut images)?;
         }
         let at_rest = limits.rows.iter().filter(|row| row.speed == 0.0);
         let least = at_rest
@@ -99,20 +112,6 @@ impl Limit {
         self.share_held = share;
         self.largest = share * self.by_statics;
     }
-
-    /// Sets the share to try next after one at which so much slid, or the one that was found; says whether it is another one.
-    fn learn(&mut self, slid: f64, search: &mut ShareSearch) -> bool {
-        let share = self.share_held;
-        search.learn(Drive {
-            share,
-            slid,
-            // It speeds up in inverse proportion.
-            takes_s: 1.0 / share,
-        });
-        let next = search.next().or(search.found().map(|found| found.share));
-        self.set_share(next.unwrap_or(share));
-        self.share_held != share
-    }
 }
 
 /// Energy lost to sliding, and work that the motors gave and took, in J.
@@ -129,6 +128,13 @@ impl Slid {
             slip_j: world.slip_energy_j(),
             // Given plus taken: the taken work is the positive work minus the net work.
             work_j: 2.0 * world.motor_positive_energy_j() - world.motor_energy_j(),
+        }
+    }
+
+    fn plus(self, more: Self) -> Self {
+        Self {
+            slip_j: self.slip_j + more.slip_j,
+            work_j: self.work_j + more.work_j,
         }
     }
 
@@ -154,6 +160,36 @@ impl LimitRow {
             true => &mut self.speeding_up,
             false => &mut self.slowing_down,
         }
+    }
+}
+
+/// A direction and its rows of the table.
+struct Motion<'a> {
+    direction: Twist,
+    rows: &'a mut [LimitRow],
+}
+
+impl Motion<'_> {
+    /// Whether another direction is its image in a mirror along or across the robot, and has the
+    /// same limits by statics.
+    fn has_image(&self, other: &Motion<'_>) -> bool {
+        /// Relative, for rounding.
+        const SAME: f64 = 1e-9;
+        let parts = |twist: Twist| [twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s];
+        let pairs = parts(self.direction)
+            .into_iter()
+            .zip(parts(other.direction));
+        let mut limits = self.rows.iter().zip(other.rows.iter());
+        let is_same = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+        pairs
+            .into_iter()
+            .all(|(a, b)| (a.abs() - b.abs()).abs() <= SAME)
+            && limits.all(|(a, b)| {
+                is_same(a.speed, b.speed)
+                    && [true, false]
+                        .into_iter()
+                        .all(|up| is_same(a.limit(up).by_statics, b.limit(up).by_statics))
+            })
     }
 }
 
@@ -199,48 +235,86 @@ impl Sprinter {
         })
     }
 
-    /// Lowers the rows of a motion until the robot holds them: speeding up, and slowing down from
-    /// the speed reached.
-    fn lower(&mut self, direction: Twist, rows: &mut [LimitRow]) -> Result<(), Error> {
-        let at_rest = Moving {
+    /// Whether two motions are mirror images of one another for the simulated robot too: the table
+    /// by statics is the same, and so are sliding and work in the first moments of a sprint by it.
+    fn is_mirrored(&mut self, one: &Motion<'_>, other: &Motion<'_>) -> Result<bool, Error> {
+        /// Relative to the motors' work. Rounding differs, and grows from step to step.
+        const SAME: f64 = 1e-6;
+        if !one.has_image(other) {
+            return Ok(false);
+        }
+        let [one, other] = [self.first_moments(one)?, self.first_moments(other)?];
+        let most_j = SAME * one.work_j.max(other.work_j);
+        let is_same = |one_j: f64, other_j: f64| (one_j - other_j).abs() <= most_j;
+        Ok(is_same(one.work_j, other.work_j) && is_same(one.slip_j, other.slip_j))
+    }
+
+    /// Sliding and work while the acceleration of a sprint from rest comes.
+    fn first_moments(&mut self, motion: &Motion<'_>) -> Result<Slid, Error> {
+        let mut moving = self.at_rest();
+        let rows = (&*motion.rows, true);
+        let slid = self.sprint(&mut moving, motion.direction, rows, COMES_S)?;
+        Ok(slid.into_iter().fold(Slid::default(), Slid::plus))
+    }
+
+    fn at_rest(&self) -> Moving {
+        Moving {
             plant: self.standing.clone(),
             speed: 0.0,
-        };
-        let fast = self.lower_one_way(direction, rows, (&at_rest, true))?;
+        }
+    }
+
+    /// Lowers the rows of motions that are mirror images of one another until the robot holds them:
+    /// speeding up, and slowing down from the speed reached. All have the same rows then: what
+    /// slides is that of all together.
+    fn lower(&mut self, motions: &mut [Motion<'_>]) -> Result<(), Error> {
+        let at_rest = vec![self.at_rest(); motions.len()];
+        let fast = self.lower_one_way(motions, (&at_rest, true))?;
+        let rows = motions.first().and_then(|motion| motion.rows.last());
         // From rest it slows down like it speeds up the other way.
-        if fast.speed > 0.0 && rows.last().is_some_and(|row| row.speed > 0.0) {
-            self.lower_one_way(direction, rows, (&fast, false))?;
+        if fast.iter().all(|fast| fast.speed > 0.0) && rows.is_some_and(|row| row.speed > 0.0) {
+            self.lower_one_way(motions, (&fast, false))?;
         }
         Ok(())
     }
 
     /// Lowers the limits of speeding up, or of slowing down from a speed, until the robot holds
-    /// them. Returns its motion afterwards.
+    /// them. Returns its motions afterwards.
     fn lower_one_way(
         &mut self,
-        direction: Twist,
-        rows: &mut [LimitRow],
-        (from, is_up): (&Moving, bool),
-    ) -> Result<Moving, Error> {
+        motions: &mut [Motion<'_>],
+        (from, is_up): (&[Moving], bool),
+    ) -> Result<Vec<Moving>, Error> {
         const MOST_SPRINTS: usize = 16;
         /// What slides at a smaller share does not slide for the acceleration.
         const LEAST: f64 = 0.3;
-        let mut searches = vec![ShareSearch::new(1.0, LEAST); rows.len()];
-        let mut moving = from.clone();
+        let count = motions.first().map_or(0, |motion| motion.rows.len());
+        let mut searches = vec![ShareSearch::new(1.0, LEAST); count];
+        let mut moving = from.to_vec();
         for _ in 0..MOST_SPRINTS {
-            moving.clone_from(from);
-            let slid = self.sprint(&mut moving, direction, (rows, is_up))?;
+            moving.clone_from_slice(from);
+            let mut slid = vec![Slid::default(); count];
+            for (motion, moving) in motions.iter().zip(&mut moving) {
+                let rows = (&*motion.rows, is_up);
+                let of_it = self.sprint(moving, motion.direction, rows, f64::INFINITY)?;
+                slid.iter_mut()
+                    .zip(of_it)
+                    .for_each(|(slid, more)| *slid = slid.plus(more));
+            }
             let mut again = false;
-            for ((row, slid), search) in rows.iter_mut().zip(slid).zip(&mut searches) {
-                again |= row.limit_mut(is_up).learn(slid.share(), search);
+            for (at, (slid, search)) in slid.iter().zip(&mut searches).enumerate() {
+                let share = motions[0].rows[at].limit(is_up).share_held;
+                let next = search.after(share, slid.share());
+                again |= next != share;
+                set_shares(motions, (at, is_up), next);
             }
             if !again {
                 break;
             }
         }
-        for (row, search) in rows.iter_mut().zip(&searches) {
+        for (at, search) in searches.iter().enumerate() {
             if let Some(found) = search.found() {
-                row.limit_mut(is_up).set_share(found.share);
+                set_shares(motions, (at, is_up), found.share);
             }
         }
         Ok(moving)
@@ -256,19 +330,25 @@ impl Sprinter {
                 _ => -sides[axis],
             };
             let mut rows = [LimitRow::from_rest(held)];
-            self.lower(Twist::new(side(0), side(1), side(2)), &mut rows)?;
+            let direction = Twist::new(side(0), side(1), side(2));
+            let rows_of = &mut rows[..];
+            self.lower(&mut [Motion {
+                direction,
+                rows: rows_of,
+            }])?;
             held = rows[0].speeding_up.largest;
         }
         Ok(held)
     }
 
     /// Speeds up along a direction with the rows' accelerations, to beyond the speed of the last,
-    /// or slows down to rest; returns the sliding at each row.
+    /// or slows down to rest, for a time at most; returns the sliding at each row.
     fn sprint(
         &mut self,
         moving: &mut Moving,
         direction: Twist,
         (rows, is_up): (&[LimitRow], bool),
+        at_most_s: f64,
     ) -> Result<Vec<Slid>, Error> {
         /// Relative to the fastest row's speed, which is 0.9 of the top speed. Chosen.
         const BEYOND: f64 = 1.05;
@@ -278,6 +358,7 @@ impl Sprinter {
             true => (top, MOST_S),
             false => (f64::INFINITY, WITHOUT_END_S),
         };
+        let most_s = most_s.min(at_most_s);
         let mut since_s = 0.0;
         let Moving { plant, speed } = moving;
         while since_s < most_s && if is_up { *speed < until } else { *speed > 0.0 } {
@@ -298,6 +379,13 @@ impl Sprinter {
             of_row.work_j += after.work_j - before.work_j;
         }
         Ok(slid)
+    }
+}
+
+/// Sets the share of statics of one row of each motion.
+fn set_shares(motions: &mut [Motion<'_>], (row, is_up): (usize, bool), share: f64) {
+    for motion in motions {
+        motion.rows[row].limit_mut(is_up).set_share(share);
     }
 }
 
@@ -327,5 +415,38 @@ fn largest(rows: &[LimitRow], speed: f64, is_up: bool) -> f64 {
         }
         (Some(row), None) | (None, Some(row)) => of(row),
         (None, None) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    /// Motors and grip of all wheels are alike, so statics cannot tell the sides apart; the drag of
+    /// one bearing can.
+    #[test]
+    fn a_robot_with_one_stiff_bearing_is_not_its_own_mirror_image() {
+        let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
+        let scenario = Scenario::from_toml(text, "test", "").expect("a scenario");
+        let even = Robot::from_urdf_str(urdf, "mecanum4").expect("a robot");
+        let mut uneven = even.clone();
+        uneven.wheels[0].joint.damping_n_m_s += 0.01;
+        for (robot, is_expected) in [(even, true), (uneven, false)] {
+            let mut limits = Limits::of(&scenario, &robot).expect("it stands");
+            let mut sprinter = Sprinter::new(&scenario, &robot).expect("it is simulated");
+            let (left, right) = limits.rows.split_at_mut(27);
+            let motion = |rows, turning| Motion {
+                direction: Twist::new(0.0, 0.0, turning),
+                rows,
+            };
+            let (left, right) = (motion(&mut left[24..], 1.0), motion(right, -1.0));
+            assert_eq!(left.rows[0].motion, "turning left");
+            assert!(left.has_image(&right));
+            let found = sprinter.is_mirrored(&left, &right).expect("it sprints");
+            assert_eq!(found, is_expected);
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! Tables of numbers as text: a line with column names, and rows of numbers.
 
 use std::borrow::Cow;
-use std::io::{BufRead, BufReader, Read, Take};
+use std::cell::Cell;
+use std::io::{self, BufRead, BufReader, Read, Take};
 use std::path::Path;
+use std::rc::Rc;
 
 use ilon_files::{FileAccess, ReadError};
 
@@ -12,6 +14,10 @@ use crate::scenario::{SIZES, nearest};
 
 /// The most rows of a table, or messages of a bag, that are read. Chosen.
 pub const MOST_ROWS: usize = 20_000_000;
+
+/// The longest row that is held in memory, in bytes: that of a quote without an end may be the
+/// whole file. Chosen.
+const MOST_ROW_BYTES: usize = 16 << 20;
 
 /// The format of a table.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +47,26 @@ impl Default for TableFormat<'_> {
     }
 }
 
+/// A source that ends with an error within a row that is too long.
+struct RowByRow<R> {
+    source: R,
+    left: Rc<Cell<usize>>,
+}
+
+impl<R: Read> Read for RowByRow<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let most = bytes.len().min(self.left.get());
+        if most == 0 && !bytes.is_empty() {
+            let megabytes = MOST_ROW_BYTES >> 20;
+            let words = format!("a row is longer than {megabytes} MB, or a quote has no end");
+            return Err(io::Error::other(words));
+        }
+        let read = self.source.read(&mut bytes[..most])?;
+        self.left.set(self.left.get() - read);
+        Ok(read)
+    }
+}
+
 /// A column that is read.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -57,7 +83,9 @@ pub struct Table<'a> {
     names: Vec<String>,
     /// Whether numbers follow the names: nothing is shown of other files.
     is_log: bool,
-    reader: ::csv::Reader<BufReader<Take<Box<dyn Read>>>>,
+    reader: ::csv::Reader<RowByRow<BufReader<Take<Box<dyn Read>>>>>,
+    /// Bytes that may still be read for the row.
+    left: Rc<Cell<usize>>,
     record: ::csv::ByteRecord,
     /// The result of reading ahead the row in `record`.
     ahead: Option<Result<bool, ::csv::Error>>,
@@ -89,6 +117,11 @@ impl<'a> Table<'a> {
             }
         }
         let is_stated = format.section.is_some();
+        let left = Rc::new(Cell::new(0));
+        let source = RowByRow {
+            source: lines,
+            left: Rc::clone(&left),
+        };
         let mut table = Self {
             path,
             format,
@@ -100,7 +133,8 @@ impl<'a> Table<'a> {
                 .trim(::csv::Trim::All)
                 .flexible(is_stated)
                 .comment((!is_stated).then_some(b'#'))
-                .from_reader(lines),
+                .from_reader(source),
+            left,
             record: ::csv::ByteRecord::new(),
             ahead: None,
             rows: 0,
@@ -121,7 +155,7 @@ impl<'a> Table<'a> {
             table.names = texts(&table.record).map(Cow::into_owned).collect();
             table.refuse_another_delimiter()?;
         }
-        let first = table.reader.read_byte_record(&mut table.record);
+        let first = table.read_record();
         table.is_log =
             matches!(first, Ok(true)) && is_head_of_log(&table.names, texts(&table.record));
         table.ahead = Some(first);
@@ -210,11 +244,16 @@ impl<'a> Table<'a> {
         Error::contents(self.path, message, help)
     }
 
+    fn read_record(&mut self) -> Result<bool, ::csv::Error> {
+        self.left.set(MOST_ROW_BYTES);
+        self.reader.read_byte_record(&mut self.record)
+    }
+
     /// Reads a line; `false` at the end.
     fn advance(&mut self) -> Result<bool, Error> {
         let read = match self.ahead.take() {
             Some(read) => read,
-            None => self.reader.read_byte_record(&mut self.record),
+            None => self.read_record(),
         };
         read.map_err(|error| {
             self.fault(
@@ -347,4 +386,39 @@ impl<'a> Table<'a> {
 /// The cells of a line as text.
 fn texts(record: &::csv::ByteRecord) -> impl Iterator<Item = Cow<'_, str>> {
     record.iter().map(String::from_utf8_lossy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row, or a name in quotes, that fills 17 MB is refused after 16; one of 15 MB is read.
+    #[test]
+    fn a_row_without_an_end_is_refused() {
+        let of = |text: String| {
+            let path = Path::new("log.csv");
+            let files = FileAccess::of_memory([(path.into(), text.into_bytes())]);
+            let table = Table::open(path, &files, 1 << 30, TableFormat::default());
+            table.and_then(|mut table| {
+                while table.next_row()? {}
+                Ok(table.rows)
+            })
+        };
+        let wide = |megabytes: usize| "0".repeat(megabytes << 20);
+        let refused = [
+            wide(17),
+            format!("t_s,x_m\n\"{}", wide(17)),
+            format!("t_s,x_m\n0,1\n0,1\n{},1\n", wide(17)),
+        ];
+        for text in refused {
+            let error = of(text).expect_err("it is too long").to_string();
+            assert!(error.contains("a row is longer than 16 MB"), "{error}");
+        }
+        // Short rows may be many megabytes in all.
+        assert_eq!(
+            of(format!("t_s,x_m\n{}", "0,1\n".repeat(5 << 20))).ok(),
+            Some(5 << 20)
+        );
+        assert_eq!(of(format!("t_s,x_m\n{},1\n", wide(15))).ok(), Some(1));
+    }
 }

@@ -82,3 +82,29 @@ impl Path {
         apart
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The run ends at (2, 1) with a heading of 100 degrees, its twin at (1, 1) with 90 degrees: to
+    /// the twin +x is to the right.
+    #[test]
+    fn the_distance_at_the_end_is_in_the_twins_frame() {
+        let path = |x_m: f64, heading_deg: f64| Path {
+            marks: vec![(
+                1.0,
+                Pose {
+                    x_m,
+                    y_m: 1.0,
+                    heading_rad: heading_deg.to_radians(),
+                },
+            )],
+            ..Path::of(1, 1)
+        };
+        let apart = path(2.0, 100.0).apart(&path(1.0, 90.0));
+        assert!(apart.ahead_m.abs() < 1e-15 && (apart.left_m + 1.0).abs() < 1e-15);
+        assert!((apart.turned_rad - 10f64.to_radians()).abs() < 1e-12);
+        assert_eq!((apart.most_m, apart.most_at_s), (1.0, 1.0));
+    }
+}

@@ -122,3 +122,23 @@ fn lacks(summary: &Summary, link: Link) -> f64 {
     let shares = (0..3).filter(|axis| driven[*axis]).map(share);
     shares.filter(|share| share.is_finite()).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_robot::Twist;
+
+    use super::*;
+
+    /// Of 0.4 m/s commanded the loops leave 0.2, of which the rollers leave 0.19: half of the
+    /// command, and a twentieth of what is left of it. Only the component that was commanded counts.
+    #[test]
+    fn each_link_takes_its_share_of_what_reaches_it() {
+        let mut summary = Summary::default();
+        summary.twist_asked_mean = Some(Twist::new(0.4, 0.0, 0.0));
+        summary.twist_ideal_mean = Some(Twist::new(0.2, 0.1, 0.0));
+        summary.twist_contact_mean = Some(Twist::new(0.19, 0.0, 0.0));
+        summary.twist_ratio_ideal.vx = Some(0.5);
+        assert!((lacks(&summary, Link::Loops) - 0.5).abs() < 1e-12);
+        assert!((lacks(&summary, Link::Geometry) - 0.05).abs() < 1e-12);
+    }
+}

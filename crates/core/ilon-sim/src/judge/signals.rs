@@ -311,6 +311,18 @@ mod tests {
         assert!(verdict(&format!("{text}until_s = 0.5")).held);
     }
 
+    /// Nothing is recorded in the window, or at all: no bound holds by that.
+    #[test]
+    fn a_bound_on_what_was_never_seen_is_broken() {
+        for text in [
+            "signal = 'truth_x_m'\nmax = 9\nfrom_s = 5",
+            "signal = 'position_error_m'\nmax = 9",
+        ] {
+            let verdict = verdict(text);
+            assert_eq!((verdict.held, verdict.measured), (false, None), "{text}");
+        }
+    }
+
     #[test]
     fn settled_means_from_then_on_to_the_end() {
         let text = "signal = 'truth_x_m'\nmust = 'settle'\nmax = 3\n";

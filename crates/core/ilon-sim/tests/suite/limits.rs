@@ -973,6 +973,23 @@ fn what_is_printed_is_tried_by_the_robot() {
     // Points of an outline in the directions of the table are those of the table.
     let at_45 = &held.outlines[0].points[9].limit;
     assert_eq!(at_45.largest, held.rows[3].speeding_up.largest);
+    // The robot is its own image in a mirror along it and in one across it, so the shares are those
+    // of the motion's images too, to the last bit.
+    let shares = |motion: &str| -> Vec<[f64; 2]> {
+        let rows = held.rows.iter().filter(|row| row.motion == motion);
+        rows.map(|row| [row.speeding_up.share_held, row.slowing_down.share_held])
+            .collect()
+    };
+    for (one, image) in [
+        ("ahead", "back"),
+        ("left", "right"),
+        ("ahead and left", "ahead and right"),
+        ("ahead and left", "back and left"),
+        ("ahead and left", "back and right"),
+        ("turning left", "turning right"),
+    ] {
+        assert_eq!(shares(one), shares(image), "{one}, {image}");
+    }
 }
 
 /// Wheels of 50 mm at 30 rad/s give 1.5 m/s ahead and sideways. At 45 degrees two of them stand

@@ -1,5 +1,7 @@
 //! Ctrl-C and SIGTERM: nothing half-written is left, and the exit code names the signal.
 
+use std::fs;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -7,6 +9,7 @@ use std::time::Duration;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::console;
+use super::escape::path_in_line;
 
 /// The longest time until a signal is obeyed.
 const EVERY: Duration = Duration::from_millis(20);
@@ -58,6 +61,18 @@ fn end(signal: usize) -> ! {
 /// What an interruption leaves on purpose, to follow "interrupted".
 pub(super) fn leaves(words: impl FnOnce() -> String + Send + 'static) {
     *LEFT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(words));
+}
+
+/// An interruption leaves a trace that grows in a folder, and names it if any part of it is whole.
+pub(super) fn leaves_trace(growing: PathBuf) {
+    let is_part = |entry: fs::DirEntry| entry.path().extension() == Some("parquet".as_ref());
+    leaves(move || {
+        let holds_parts = fs::read_dir(&growing).is_ok_and(|of| of.flatten().any(is_part));
+        match holds_parts {
+            true => format!(": the trace until then is in {}", path_in_line(&growing)),
+            false => String::new(),
+        }
+    });
 }
 
 /// Leaves the end after the first signal to the caller, who asks whether it came; a second one ends the process at once.

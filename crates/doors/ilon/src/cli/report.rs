@@ -1,13 +1,14 @@
 //! `ilon report`: rebuilds the page of a run from its folder.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use ilon_trace::file::is_trace;
 use ilon_trace::{Recorded, Settings, Summary};
 
 use super::escape::{one_line, path_in_line};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::{compare, console, context, open, reserve};
+use super::{compare, console, context, flags, open, reserve};
 use crate::Scenario;
 use crate::cli::failure::Failure;
 use crate::judge::judge_rows;
@@ -29,15 +30,46 @@ pub(super) struct Arguments {
     sandbox: Sandbox,
 }
 
+/// The error for a path that is not the folder of a finished run.
+fn no_run(path: &Path) -> Failure {
+    let written = "name a folder that `ilon run` wrote: it holds trace.parquet and scenario.toml";
+    if !path.is_file() {
+        let message = format!("`{}` holds no finished run", path.display());
+        return Failure::usage(message, written);
+    }
+    let above = path.parent().unwrap_or(Path::new(""));
+    if above.join("trace.parquet").exists() && above.join("scenario.toml").exists() {
+        let above = match above.as_os_str().is_empty() {
+            true => ".".to_owned(),
+            false => above.display().to_string(),
+        };
+        return Failure::usage(
+            format!(
+                "`{}` is a file, and a page is made from the folder of a run",
+                path.display()
+            ),
+            format!("name the folder: `ilon report {}`", flags::shell(&above)),
+        );
+    }
+    if is_trace(path) {
+        return Failure::usage(
+            format!(
+                "`{}` is a trace without the scenario.toml of its run, and a page needs both",
+                path.display()
+            ),
+            format!("{written}; `ilon compare` reads traces alone"),
+        );
+    }
+    let message = format!("`{}` is a file, not the folder of a run", path.display());
+    Failure::usage(message, written)
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = &arguments.folder;
     let file = folder.join("trace.parquet");
     let resolved = folder.join("scenario.toml");
     if !file.exists() || !resolved.exists() {
-        return Err(Failure::usage(
-            format!("`{}` holds no finished run", folder.display()),
-            "name a folder that `ilon run` wrote: it holds trace.parquet and scenario.toml",
-        ));
+        return Err(no_run(folder));
     }
     let out = arguments
         .out

@@ -109,6 +109,27 @@ fn an_interrupted_run_leaves_whole_files_and_no_lock() {
     assert_eq!(folder.names("a").len(), 4, "{:?}", folder.names("a"));
 }
 
+/// An explained run leaves the same, and names it.
+#[test]
+#[cfg(unix)]
+fn an_interrupted_explanation_names_the_trace_that_it_leaves() {
+    let folder = Folder::new();
+    let explain = ["explain", "good.toml", "--out", "why"];
+    let part = "why/trace.partial/0000001.parquet";
+    let child = begun_until(&folder, &[&explain[..], &ENDLESS[..]].concat(), part);
+    let told = interrupted(child, "-INT", 130);
+    assert!(
+        told.contains("the trace until then is in why/trace.partial"),
+        "{told}"
+    );
+    assert_eq!(folder.names("why"), ["scenario.toml", "trace.partial"]);
+    let parts = folder.names("why/trace.partial");
+    assert!(
+        parts.iter().all(|name| name.ends_with(".parquet")),
+        "{parts:?}"
+    );
+}
+
 #[test]
 #[cfg(unix)]
 fn an_interrupted_check_leaves_nothing_and_an_interrupted_sweep_its_rows() {
@@ -147,6 +168,48 @@ fn an_interrupted_check_leaves_nothing_and_an_interrupted_sweep_its_rows() {
         assert!(told.contains("the same command continues"), "{told}");
         assert_eq!(folder.names("swept"), ["rows.log", "study.json"]);
     }
+}
+
+/// Of two commands that are started at the same moment one has the folder and the other is refused;
+/// or one begins after the other has ended. The results are always whole.
+#[test]
+fn of_two_runs_that_start_together_the_results_are_whole() {
+    let folder = Folder::new();
+    let run = ["run", "good.toml", "--out", "out", "--no-report"];
+    let short = ["--set", "run.duration_s=0.1"];
+    let run = [&run[..], &short[..]].concat();
+    let mut refused = 0;
+    for round in 0..50 {
+        if round % 2 == 0 {
+            let _ = fs::remove_dir_all(folder.path("out"));
+        }
+        let start = || {
+            let mut command = folder.command(&run);
+            let piped = command.stdout(Stdio::null()).stderr(Stdio::piped());
+            piped.spawn().expect("the command runs")
+        };
+        let both = [start(), start()].map(|child| child.wait_with_output().expect("it ends"));
+        let done = both.iter().filter(|output| output.status.success()).count();
+        assert!(done > 0, "{both:?}");
+        for output in both.iter().filter(|output| !output.status.success()) {
+            let told = support::stderr(output);
+            assert_eq!(output.status.code(), Some(2), "{told}");
+            assert!(
+                told.contains("`out` is being written to by another run"),
+                "{told}"
+            );
+            refused += 1;
+        }
+        assert_eq!(
+            folder.names("out"),
+            ["scenario.toml", "summary.json", "trace.parquet"]
+        );
+        let trace = ilon::trace::Trace::read_parquet(&folder.path("out/trace.parquet"));
+        let hash = ilon::trace::trace_hash(&trace.expect("a whole trace"));
+        let summary = folder.read("out/summary.json");
+        assert!(summary.contains(&hash), "{hash} {summary}");
+    }
+    assert!(refused > 0, "they never met");
 }
 
 #[test]
@@ -559,4 +622,37 @@ fn scenarios_of_one_name_have_files_of_their_own_or_are_refused() {
         junit.contains("name=\"all/a/x.toml\"") && junit.contains("name=\"all/b/x.toml\""),
         "{junit}"
     );
+}
+
+/// A page is made from a run's folder: each other path is named as what it is, with what to do.
+#[test]
+fn a_report_of_a_trace_names_the_folder_or_what_is_missing() {
+    let folder = Folder::new();
+    ended_with(
+        0,
+        &folder.ilon(&["run", "good.toml", "--out", "run", "--no-report"]),
+    );
+    fs::create_dir(folder.path("alone")).expect("a folder");
+    let copied = fs::copy(
+        folder.path("run/trace.parquet"),
+        folder.path("alone/trace.parquet"),
+    );
+    copied.expect("a copy");
+    for (path, words) in [
+        ("run/trace.parquet", "`ilon report run`"),
+        ("run/summary.json", "`ilon report run`"),
+        (
+            "alone/trace.parquet",
+            "is a trace without the scenario.toml of its run",
+        ),
+        ("alone", "`alone` holds no finished run"),
+        (
+            "good.toml",
+            "`good.toml` is a file, not the folder of a run",
+        ),
+        ("nowhere", "`nowhere` holds no finished run"),
+    ] {
+        let told = ended_with(2, &folder.ilon(&["report", path]));
+        assert!(told.contains(words), "{path}: {told}");
+    }
 }

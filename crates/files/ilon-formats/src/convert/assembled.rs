@@ -61,8 +61,9 @@ impl Assembled {
                 ..piece.clone()
             });
         }
-        let inside = other.pieces.iter();
-        let inside = inside.filter(|piece| part.start < piece.at && piece.at < part.end);
+        let first = other.pieces.partition_point(|piece| piece.at <= part.start);
+        let inside = other.pieces[first..].iter();
+        let inside = inside.take_while(|piece| piece.at < part.end);
         self.pieces.extend(inside.map(|piece| Piece {
             at: start + piece.at - part.start,
             ..piece.clone()

@@ -5,7 +5,7 @@ use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
-use super::casters::{self, TOUCHES};
+use super::casters::{self, REMARKED_TILT_DEG, TOUCHES};
 use super::faults::Faults;
 use super::from_options::BareWheel;
 use super::geometry::{mesh_points, primitive};
@@ -25,8 +25,6 @@ pub(super) const LEAST_WHEELS: usize = 3;
 const LARGEST_WHEEL_M: f64 = 5.0;
 /// The largest accepted lean of a robot on its wheels, in degrees.
 const MOST_TILT_DEG: f64 = 5.0;
-/// A smaller lean is not remarked, in degrees.
-pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 /// A radius of gyration above this multiple of the body's reach is rejected; above the reach it is
 /// doubted.
 const MOST_GYRATION: f64 = 5.0;

@@ -14,6 +14,10 @@ use crate::xml;
 /// Largest number of points of all instances: a mesh placed a thousand times multiplies.
 const MOST_POINTS: usize = 20_000_000;
 
+/// Largest text that is read, in bytes, counted again at each place where it stands: twice the
+/// largest file.
+const MOST_READ: usize = 512 << 20;
+
 /// Reads the vertices of a COLLADA text.
 pub(super) fn vertices(text: &str) -> Result<Vec<Point3<f64>>, String> {
     let mut points = Vec::new();
@@ -52,6 +56,19 @@ pub(super) fn triangles(text: &str) -> Result<Vec<[Point3<f64>; 3]>, String> {
     Ok(triangles)
 }
 
+/// Counts the text of a geometry and of its points, which is read at each place where it stands.
+fn read_again(read: &mut usize, geometry: Node, by_id: &HashMap<&str, Node>) -> Result<(), String> {
+    let points = array(geometry, by_id).map_or(0, |array| array.range().len());
+    *read += geometry.range().len() + points;
+    match *read > MOST_READ {
+        true => Err(format!(
+            "its geometries stand in so many places that more than {} MB are read",
+            MOST_READ >> 20
+        )),
+        false => Ok(()),
+    }
+}
+
 fn within_bounds(points: usize) -> Result<(), String> {
     if points > MOST_POINTS {
         return Err(format!("it places more than {MOST_POINTS} points"));
@@ -83,12 +100,16 @@ fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
         .descendants()
         .filter(|n| n.tag_name().name() == "visual_scene")
         .collect();
+    let mut read = 0;
     if scenes.is_empty() {
         // Without a scene the geometries are not transformed.
         let mut all = root
             .descendants()
             .filter(|n| n.tag_name().name() == "geometry");
-        return all.try_for_each(|geometry| visit(geometry, &by_id, &in_metres));
+        return all.try_for_each(|geometry| {
+            read_again(&mut read, geometry, &by_id)?;
+            visit(geometry, &by_id, &in_metres)
+        });
     }
     let mut waiting: Vec<(Node, Matrix4<f64>)> =
         scenes.into_iter().map(|scene| (scene, in_metres)).collect();
@@ -99,6 +120,7 @@ fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
                 "node" => waiting.push((inner, world)),
                 "instance_geometry" => {
                     if let Some(&geometry) = referred(inner, "url").and_then(|id| by_id.get(id)) {
+                        read_again(&mut read, geometry, &by_id)?;
                         visit(geometry, &by_id, &world)?;
                     }
                 }
@@ -113,7 +135,7 @@ fn each_placed(text: &str, visit: &mut Visit) -> Result<(), String> {
 fn polygons<'a, 'i: 'a>(
     primitives: impl Iterator<Item = Node<'a, 'i>>,
 ) -> Result<Vec<Vec<usize>>, String> {
-    let mut polygons = Vec::new();
+    let (mut polygons, mut seen) = (Vec::new(), 0);
     for primitive in primitives.filter(Node::is_element) {
         let kind = primitive.tag_name().name();
         if !["triangles", "polylist", "polygons"].contains(&kind) {
@@ -133,6 +155,13 @@ fn polygons<'a, 'i: 'a>(
         let of_points = children("input")
             .find(|n| n.attribute("semantic") == Some("VERTEX"))
             .map_or(0, offset);
+        let counts = match kind {
+            "polylist" => children("vcount")
+                .map(whole_numbers)
+                .collect::<Result<Vec<_>, _>>()?,
+            _ => Vec::new(),
+        };
+        let counts = counts.concat();
         for list in children("p") {
             let indices: Vec<usize> = whole_numbers(list)?;
             let corners: Vec<usize> = indices
@@ -144,11 +173,10 @@ fn polygons<'a, 'i: 'a>(
                 "polygons" => polygons.push(corners),
                 _ => {
                     let mut rest = &corners[..];
-                    for count in children("vcount")
-                        .map(whole_numbers)
-                        .collect::<Result<Vec<_>, _>>()?
-                        .concat()
-                    {
+                    for &count in &counts {
+                        // Those without corners count too.
+                        seen += 1;
+                        within_bounds(seen)?;
                         let Some((polygon, others)) = rest.split_at_checked(count) else {
                             return Err(
                                 "a `<polylist>` holds fewer corners than it counts".to_owned()
@@ -189,9 +217,13 @@ fn transform(node: Node) -> Result<Matrix4<f64>, String> {
     Ok(all)
 }
 
-/// Returns the positions of a geometry: vertices -> input POSITION -> source -> float_array.
-fn positions(geometry: Node, by_id: &HashMap<&str, Node>) -> Result<Vec<Point3<f64>>, String> {
-    let array = named(geometry, "mesh")
+/// Returns the numbers of a geometry's positions: vertices -> input POSITION -> source ->
+/// float_array.
+fn array<'a, 'i>(
+    geometry: Node<'a, 'i>,
+    by_id: &HashMap<&str, Node<'a, 'i>>,
+) -> Option<Node<'a, 'i>> {
+    named(geometry, "mesh")
         .and_then(|mesh| named(mesh, "vertices"))
         .and_then(|vertices| {
             vertices
@@ -199,8 +231,12 @@ fn positions(geometry: Node, by_id: &HashMap<&str, Node>) -> Result<Vec<Point3<f
                 .find(|n| n.attribute("semantic") == Some("POSITION"))
         })
         .and_then(|input| by_id.get(referred(input, "source")?))
-        .and_then(|source| named(*source, "float_array"));
-    match array {
+        .and_then(|source| named(*source, "float_array"))
+}
+
+/// Returns the positions of a geometry.
+fn positions(geometry: Node, by_id: &HashMap<&str, Node>) -> Result<Vec<Point3<f64>>, String> {
+    match array(geometry, by_id) {
         Some(array) => Ok(numbers(array)?
             .chunks_exact(3)
             .map(|p| Point3::new(p[0], p[1], p[2]))
@@ -237,4 +273,49 @@ fn named<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
 /// Returns the id to which an attribute refers, `#id`.
 fn referred<'a>(node: Node<'a, '_>, attribute: &str) -> Option<&'a str> {
     node.attribute(attribute)?.strip_prefix('#')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A COLLADA text of one geometry with this text of points and these primitives, placed so many
+    /// times.
+    fn placed(points: &str, primitives: &str, times: usize) -> String {
+        let places = "<instance_geometry url=\"#g\"/>".repeat(times);
+        format!(
+            "<COLLADA><library_geometries><geometry id=\"g\"><mesh>\
+             <source id=\"s\"><float_array>{points}</float_array></source>\
+             <vertices id=\"v\"><input semantic=\"POSITION\" source=\"#s\"/></vertices>\
+             {primitives}</mesh></geometry></library_geometries>\
+             <library_visual_scenes><visual_scene><node>{places}</node></visual_scene>\
+             </library_visual_scenes></COLLADA>"
+        )
+    }
+
+    /// A megabyte of points that are none, at a thousand places: a gigabyte to be read.
+    #[test]
+    fn a_long_text_at_many_places_is_refused() {
+        let text = placed(&" ".repeat(1 << 20), "", 1000);
+        for refused in [vertices(&text).err(), triangles(&text).err()] {
+            let words = refused.expect("it is refused");
+            assert!(words.contains("more than 512 MB are read"), "{words}");
+        }
+        assert_eq!(
+            vertices(&placed("0 0 0 1 2 3", "", 1000)).map(|all| all.len()),
+            Ok(2000)
+        );
+    }
+
+    /// Ten thousand polygons without corners, counted again by each of ten thousand lists.
+    #[test]
+    fn polygons_without_corners_count_too() {
+        let list = format!(
+            "<polylist><vcount>{}</vcount>{}</polylist>",
+            "0 ".repeat(10_000),
+            "<p/>".repeat(10_000)
+        );
+        let words = triangles(&placed("0 0 0", &list, 1)).expect_err("they are too many");
+        assert!(words.contains("more than 20000000"), "{words}");
+    }
 }

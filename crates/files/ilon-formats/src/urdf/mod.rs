@@ -75,7 +75,7 @@ pub use outline::WheelOutline;
 use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
-pub(crate) use source::child;
+pub(crate) use source::{child, text_of};
 use tree::{Motion, Tree};
 pub(crate) use urdf_text::{Origin, UrdfText};
 pub use visual_meshes::mesh_triangles;

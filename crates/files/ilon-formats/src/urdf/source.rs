@@ -286,6 +286,11 @@ pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
     node.children().find(|n| n.has_tag_name(tag))
 }
 
+/// Returns the text of the first child element with that tag; `None` if it is empty.
+pub(crate) fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Option<&'a str> {
+    Some(child(node, tag)?.text()?.trim()).filter(|text| !text.is_empty())
+}
+
 /// Returns ``joint `arm` ``, or ``link `base`, `<inertia>` `` for an inner element.
 pub(super) fn describe(node: Node) -> String {
     let tag = node.tag_name().name();

@@ -188,6 +188,20 @@ mod tests {
         assert!(said.contains("instead of"), "{said}");
     }
 
+    /// A figure that is as large with the other sign differs, though the ratio of the sizes is 1:
+    /// 2 m ahead and 2 m back are 4 m apart, which is 1 + ln of that over what is shown.
+    #[test]
+    fn a_figure_with_the_other_sign_differs() {
+        let compared = comparison(|summary| summary.end_x_m = Some(-2.0));
+        let mut runs = compared.runs;
+        runs[0].summary.end_x_m = Some(2.0);
+        let compared = Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs");
+        let quantity = quantities::by_key("end_x_m").expect("it is a figure");
+        let least = 10.0 * 10f64.powi(-(quantity.decimals as i32));
+        let expected = 1.0 + (4.0 / least).ln();
+        assert!((weight(&compared, quantity, 1) - expected).abs() < 1e-12);
+    }
+
     /// The achieved motion comes first, though another figure differs more.
     #[test]
     fn what_was_reached_is_told_first() {

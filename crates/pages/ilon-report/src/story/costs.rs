@@ -342,6 +342,21 @@ mod tests {
         assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 
+    /// Suppliers of a hundredth of the energy or more are named, in words that do not depend on their
+    /// order.
+    #[test]
+    fn who_put_the_energy_in_is_named() {
+        let mut summary = Summary::default();
+        let energy = &mut summary.energy;
+        (energy.put_in_j, energy.motor_positive_j) = (Some(10.0), Some(0.05));
+        (energy.outside_positive_j, energy.fall_j) = (Some(0.0), Some(9.95));
+        let said = of_what_was_put_in(&summary, &Header::default(), 1.0);
+        assert_eq!(said, " of gravity's 10.00 J");
+        summary.energy.motor_positive_j = Some(2.0);
+        let said = of_what_was_put_in(&summary, &Header::default(), 1.0);
+        assert_eq!(said, " of the motors' and gravity's 10.00 J");
+    }
+
     /// If no wheel slid far, the sentence depends on the used grip; losses under the wheels are
     /// reported from 1 % of the work, others from 2 % of all sliding.
     #[test]

@@ -185,6 +185,31 @@ mod tests {
         }
     }
 
+    /// Two rollers, along x and at 60 degrees to it, each with up to half of the friction: together
+    /// they hold cos 30 degrees of it in the direction between them, and half of that at a right
+    /// angle to the one at 60 degrees. Downhill, +x, lies 30 degrees to the left of a robot that is
+    /// turned by 30 degrees to the right.
+    #[test]
+    fn downhill_is_turned_into_the_robots_frame() {
+        let (sin, cos) = (60f64.to_radians().sin(), 0.5);
+        let wheel = |axis: [f64; 2]| ilon_trace::WheelHeader {
+            axis,
+            ..ilon_trace::WheelHeader::default()
+        };
+        let header = Header {
+            wheels: [wheel([0.0, 1.0]), wheel([sin, -cos])].into(),
+            ..Header::default()
+        };
+        for (downhill, heading_deg, share) in [
+            (1.0, -30.0, sin),
+            (1.0, 30.0, 0.5 * sin),
+            (-1.0, -30.0, sin),
+        ] {
+            let held = held_at_best(&header, downhill, Some(f64::to_radians(heading_deg)));
+            assert!((held - share).abs() < 1e-12, "{heading_deg}: {held}");
+        }
+    }
+
     #[test]
     fn a_slope_is_named_where_it_carried_the_robot_and_only_there() {
         // atan 0.6 = 31.0 degrees; tan 20 / 0.6 = 61 %.
@@ -219,6 +244,8 @@ mod tests {
         // With a negative slope the floor falls towards -x.
         let (other, _) = said(-6.0, -2e-4, 0.0).unwrap_or_default();
         assert!(other.contains("towards −x"), "{other}");
+        let (other, _) = said(-6.0, 0.0, -1e-3).unwrap_or_default();
+        assert!(other.contains("gave way by <b>1.00 mm</b>"), "{other}");
         for level in [
             said(0.0, 12.0, 1.0),
             said(6.0, -2e-4, 0.0),

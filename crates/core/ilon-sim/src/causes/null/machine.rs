@@ -1,15 +1,21 @@
 //! Causes that every robot has: rollers, bearings, motors, wheel loops and a control period.
 
-use ilon_robot::{Joint, MotorLimits, Robot, RollersAsMade};
+use std::f64::consts::TAU;
 
-use super::list::List;
-use crate::scenario::{Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
+use ilon_robot::{Joint, JointRole, MotorLimits, Robot, RollersAsMade};
+
+use super::list::{List, Run};
+use crate::scenario::{Contacts, Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
 
 /// A friction coefficient at which nothing slides. Chosen.
 const HOLDS: f64 = 100.0;
 
 /// Factor on the gains of the wheel loops that makes them follow without lag. Chosen.
 const AT_ONCE: f64 = 50.0;
+
+/// Steps in a period of the steering servos that make modules follow without lag. Chosen: a world
+/// needs 1.5, and as few as these are still calm.
+const STEPS_A_SWING: f64 = 4.0;
 
 /// Sliding, and the rollers with their bearings.
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
@@ -20,7 +26,8 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
             never_slides(scenario);
         },
     );
-    if scenario.guidance.kinematics == Kinematics::Ideal {
+    let has_rollers = robot.wheels.iter().any(|wheel| !wheel.has_tyre());
+    if has_rollers && scenario.guidance.kinematics == Kinematics::Ideal {
         list.add(
             "geometry",
             "the rollers' geometry (commands by the rollers that touch in its place)",
@@ -205,6 +212,61 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     );
 }
 
+/// Casters, and modules that are not yet where they are sent.
+pub(super) fn of_tyres(run: Run, list: &mut List) {
+    let robot = run.robot;
+    let casters = robot.caster_joints();
+    // rapier does not know the friction of a shape of a robot.
+    if !casters.is_empty() && run.scenario.world.solver.contacts == Contacts::Ilon {
+        list.add(
+            "casters",
+            "its casters (feet without friction in their place)",
+            move |_, robot| {
+                for joint in &casters {
+                    for shape in &mut robot.joints[*joint].body.collisions {
+                        shape.friction = Some(0.0);
+                    }
+                }
+            },
+        );
+    }
+    let steering = steering_joints(robot);
+    if !steering.is_empty() {
+        let rate_rad_s = TAU / (STEPS_A_SWING * run.physics_dt_s);
+        list.add(
+            "steering",
+            "the lag of its steering (modules that follow at once in its place)",
+            move |_, robot| {
+                for joint in &steering {
+                    follow_at_once(robot, *joint, rate_rad_s);
+                }
+            },
+        );
+    }
+}
+
+/// Gives a joint a servo without limits, critically damped, of this natural frequency in rad/s,
+/// where its own is not faster.
+fn follow_at_once(robot: &mut Robot, joint: usize, rate_rad_s: f64) {
+    let inertia = robot.inertia_on_joint(joint);
+    if let JointRole::Driven(servo) = &mut robot.joints[joint].role {
+        (servo.effort, servo.rate_limit) = (f64::INFINITY, f64::INFINITY);
+        servo.stiffness = servo.stiffness.max(inertia * rate_rad_s * rate_rad_s);
+        servo.damping = servo.damping.max(2.0 * inertia * rate_rad_s);
+    }
+}
+
+/// The joints that steer tyres. Wheels on rollers roll wherever theirs hold them.
+pub(super) fn steering_joints(robot: &Robot) -> Vec<usize> {
+    let wheels = robot.wheels.iter().filter(|wheel| wheel.has_tyre());
+    let mut joints: Vec<usize> = wheels
+        .filter_map(|wheel| robot.steering_of(wheel))
+        .collect();
+    joints.sort_unstable();
+    joints.dedup();
+    joints
+}
+
 /// The control period.
 pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List) {
     let period_s = scenario.run.control_dt_s;
@@ -222,4 +284,78 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
     list.add("run.control_dt_s", words, move |scenario, _| {
         scenario.run.control_dt_s /= f64::from(parts);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    fn scenario(lines: &str) -> Scenario {
+        let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+        Scenario::from_toml(&text, "test", "").expect("a scenario")
+    }
+
+    fn robot() -> Robot {
+        let urdf = include_str!("../../../../../../assets/robots/mecanum4.urdf");
+        Robot::from_urdf_str(urdf, "mecanum4").expect("a robot")
+    }
+
+    #[test]
+    fn without_sliding_no_ground_creeps() {
+        let patch = "{ friction = 0.2, creep = 0.01, x_m = 1.0, y_m = 0.0, length_x_m = 1.0, length_y_m = 1.0 }";
+        let mut scenario = scenario(&format!(
+            "world.floor = {{ creep = 0.02, patches = [{patch}] }}"
+        ));
+        never_slides(&mut scenario);
+        let floor = &scenario.world.floor;
+        assert_eq!((floor.creep, floor.patches[0].creep), (None, None));
+        assert_eq!(floor.patches[0].friction, Some(HOLDS));
+    }
+
+    #[test]
+    fn without_drag_neither_hubs_nor_rollers_have_any() {
+        let (scenario, mut robot) = (scenario(""), robot());
+        for wheel in &mut robot.wheels {
+            wheel.joint.friction_n_m = 0.1;
+            for roller in &mut wheel.rollers {
+                roller.joint.damping_n_m_s = 0.1;
+            }
+        }
+        let mut list = List::default();
+        of_rollers(&scenario, &robot, &mut list);
+        let bearings = list.0.iter().find(|(cause, _)| cause.key == "bearings");
+        let mut scenario = scenario;
+        bearings.expect("every robot has them").1(&mut scenario, &mut robot);
+        for wheel in &robot.wheels {
+            assert_eq!(wheel.joint, Joint::default());
+            assert!(
+                wheel
+                    .rollers
+                    .iter()
+                    .all(|roller| roller.joint == Joint::default())
+            );
+        }
+    }
+
+    /// A period of 10 ms of steps of 1 ms is cut into ten parts, one of 12 ms into six, and one of
+    /// 13 ms into none.
+    #[test]
+    fn a_control_period_is_cut_into_as_many_parts_as_steps_allow() {
+        for (period_ms, parts) in [(10, Some(10)), (12, Some(6)), (13, None)] {
+            let mut scenario = scenario(&format!(
+                "run.control_dt_s = {}",
+                1e-3 * f64::from(period_ms)
+            ));
+            let (before_s, mut robot) = (scenario.run.control_dt_s, robot());
+            let mut list = List::default();
+            of_control(&scenario, 1e-3, &mut list);
+            assert_eq!(list.0.len(), usize::from(parts.is_some()));
+            if let (Some(parts), Some((_, null))) = (parts, list.0.first()) {
+                null(&mut scenario, &mut robot);
+                assert_eq!(scenario.run.control_dt_s, before_s / f64::from(parts));
+            }
+        }
+    }
 }

@@ -15,7 +15,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
 use crate::cli::progress::Bar;
 use crate::cli::table::Table;
-use crate::cli::{console, open};
+use crate::cli::{console, interrupt, open};
 use crate::simulate::Simulation;
 use crate::{Causes, Scenario};
 
@@ -30,6 +30,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     let simulation = Simulation::new(&scenario)?.explaining(Causes::All);
     let bar = Bar::new(&scenario.name);
     let recording = folder.begin(&simulation)?;
+    interrupt::leaves_trace(folder.growing());
     let mut kept = KeepingUp::new();
     let run = simulation.run_recorded(recording, |simulation, recording| {
         bar.simulated(simulation.progress());

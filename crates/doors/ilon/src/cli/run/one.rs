@@ -1,6 +1,5 @@
 //! One scenario: simulated, written and printed.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
@@ -123,11 +122,7 @@ pub fn one(
         bar.note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
-    let growing = folder.growing();
-    interrupt::leaves(move || match holds_parts(&growing) {
-        true => format!(": the trace until then is in {}", path_in_line(&growing)),
-        false => String::new(),
-    });
+    interrupt::leaves_trace(folder.growing());
     let mut kept = KeepingUp::new();
     let mut bag = bag.begin(&simulation)?;
     let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
@@ -177,12 +172,6 @@ pub fn one(
         open::page(&folder.path().join("report.html"));
     }
     Ok((folder.summary_json(&run)?, run.summary))
-}
-
-/// Whether any part of a growing trace is whole.
-fn holds_parts(growing: &Path) -> bool {
-    let is_part = |entry: fs::DirEntry| entry.path().extension() == Some("parquet".as_ref());
-    fs::read_dir(growing).is_ok_and(|entries| entries.flatten().any(is_part))
 }
 
 /// The answer, one sentence per line.

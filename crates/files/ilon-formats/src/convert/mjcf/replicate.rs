@@ -1,5 +1,7 @@
 //! `<replicate>`: what it holds, written out as often as it says, each time in a `<frame>` of its own.
 
+use std::collections::HashMap;
+
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
@@ -12,6 +14,8 @@ use crate::xml;
 const MAX_BYTES: usize = 8 << 20;
 /// Most elements that replicate, within each other or not.
 const MOST_ELEMENTS: usize = 100;
+/// Most bytes that are read in all: once for each element on the way to the innermost.
+const MOST_READ: usize = 8 * MAX_BYTES;
 /// Most copies of one element.
 const MOST_COPIES: usize = 10_000;
 
@@ -21,25 +25,87 @@ const MOST_COPIES: usize = 10_000;
 /// replicated is replicated with it, as in MuJoCo.
 pub(super) fn written_out(file: &str, whole: Assembled) -> Result<Assembled, RobotError> {
     let mut whole = whole;
-    for left in (0..=MOST_ELEMENTS).rev() {
+    let mut read = 0;
+    loop {
         let text = &whole.text;
         let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
-        let mut all = document.descendants().filter(is_replicate);
-        let Some(node) = all.find(|node| !node.descendants().skip(1).any(|n| is_replicate(&n)))
-        else {
+        let fault = |(node, reason): (Node, String)| {
+            whole.error(file, xml::opening_tag(text, node), reason)
+        };
+        let all: Vec<Node> = document.descendants().filter(is_replicate).collect();
+        let Some(first) = all.first() else {
             break;
         };
-        let replicated = Replicated::read(node, &document)
-            .and_then(|replicated| replicated.in_place_of(node, &document, &whole))
-            .and_then(|written| match left {
-                0 => Err(format!("more than {MOST_ELEMENTS} `<replicate>`")),
-                _ => Ok(written),
-            });
-        let written =
-            replicated.map_err(|reason| whole.error(file, xml::opening_tag(text, node), reason))?;
+        // Copies hold none, so there are never more than at first.
+        if let Some(beyond) = all.get(MOST_ELEMENTS) {
+            let reason = format!("more than {MOST_ELEMENTS} `<replicate>`");
+            return Err(fault((*beyond, reason)));
+        }
+        read += text.len();
+        if read > MOST_READ {
+            let reason = format!(
+                "`<replicate>` within one another write out more than {} MB",
+                MOST_READ >> 20
+            );
+            return Err(fault((*first, reason)));
+        }
+        let is_innermost = |node: &&Node| !node.descendants().skip(1).any(|n| is_replicate(&n));
+        let innermost = all.iter().filter(is_innermost);
+        let read_each = innermost.map(|node| {
+            let replicated = Replicated::read(*node, &document).map_err(|reason| (*node, reason));
+            Ok((*node, replicated?))
+        });
+        let replicated: Result<Vec<_>, _> = read_each.collect();
+        let written = replicated.and_then(|of_each| in_their_place(&of_each, &document, &whole));
+        let written = written.map_err(fault)?;
         whole = written;
     }
     Ok(whole)
+}
+
+/// The text with copies where elements stood that lie apart, and with those of their actuators.
+fn in_their_place<'a, 'i>(
+    all: &[(Node<'a, 'i>, Replicated<'_>)],
+    document: &Document,
+    old: &Assembled,
+) -> Result<Assembled, (Node<'a, 'i>, String)> {
+    let text = &old.text;
+    let mut pieces = Vec::new();
+    // The element that replicates a joint.
+    let mut of_joint: HashMap<&str, &Replicated<'_>> = HashMap::new();
+    for (node, replicated) in all {
+        let copies = replicated
+            .copies(*node, text)
+            .map_err(|reason| (*node, reason))?;
+        pieces.push((node.range(), copies));
+        let joints = node.descendants().filter(|n| n.has_tag_name("joint"));
+        for name in joints.filter_map(|n| n.attribute("name")) {
+            of_joint.entry(name).or_insert(replicated);
+        }
+    }
+    let blocks = document.root_element().children();
+    let actuators = blocks
+        .filter(|n| n.has_tag_name("actuator"))
+        .flat_map(|block| block.children());
+    for actuator in actuators {
+        let joint = actuator.attribute("joint");
+        if let Some(replicated) = joint.and_then(|joint| of_joint.get(joint)) {
+            pieces.push((actuator.range(), replicated.of_actuator(actuator, text)));
+        }
+    }
+    pieces.sort_by_key(|(range, _)| range.start);
+    let mut whole = Assembled::default();
+    let mut done = 0;
+    for (range, written) in pieces {
+        whole.append(old, done..range.start);
+        whole.made(&written, old, range.start);
+        done = range.end;
+    }
+    whole.append(old, done..text.len());
+    match (enough(whole.text.len()), all.first()) {
+        (Err(reason), Some((first, _))) => Err((*first, reason)),
+        _ => Ok(whole),
+    }
 }
 
 fn is_replicate(node: &Node) -> bool {
@@ -84,53 +150,11 @@ impl<'t> Replicated<'t> {
         format!("{}{copy:0digits$}", self.separator)
     }
 
-    /// The text with the copies where the element stood, and those of its actuators.
-    fn in_place_of(
-        &self,
-        node: Node,
-        document: &Document,
-        old: &Assembled,
-    ) -> Result<Assembled, String> {
-        let text = &old.text;
-        let joints: Vec<&str> = node
-            .descendants()
-            .filter(|n| n.has_tag_name("joint"))
-            .filter_map(|n| n.attribute("name"))
-            .collect();
-        let is_of_joint = |n: &Node| {
-            n.attribute("joint")
-                .is_some_and(|name| joints.contains(&name))
-        };
-        let actuators = document
-            .root_element()
-            .children()
-            .filter(|n| n.has_tag_name("actuator"))
-            .flat_map(|block| block.children().filter(is_of_joint));
-
-        let mut pieces = vec![(node.range(), self.copies(node, text)?)];
-        for actuator in actuators {
-            let copies = (0..self.count).map(|copy| {
-                renamed(
-                    actuator,
-                    text,
-                    actuator.range(),
-                    &["name", "joint"],
-                    &self.suffix(copy),
-                )
-            });
-            pieces.push((actuator.range(), copies.collect()));
-        }
-        pieces.sort_by_key(|(range, _)| range.start);
-        let mut whole = Assembled::default();
-        let mut done = 0;
-        for (range, written) in pieces {
-            whole.append(old, done..range.start);
-            whole.made(&written, old, range.start);
-            done = range.end;
-        }
-        whole.append(old, done..text.len());
-        enough(whole.text.len())?;
-        Ok(whole)
+    /// The copies of an actuator of one of its joints.
+    fn of_actuator(&self, actuator: Node, text: &str) -> String {
+        let names = ["name", "joint"];
+        let copy = |copy| renamed(actuator, text, actuator.range(), &names, &self.suffix(copy));
+        (0..self.count).map(copy).collect()
     }
 
     fn copies(&self, node: Node, text: &str) -> Result<String, String> {
