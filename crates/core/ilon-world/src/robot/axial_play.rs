@@ -172,6 +172,20 @@ mod tests {
         assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
     }
 
+    /// Within a step it is taken to stand in the step's middle, but the stops are reached from where
+    /// it began: 0.5 mm to either side of the axle's middle, from 0.125 mm, in 1 ms.
+    #[test]
+    fn stops_are_reached_from_where_a_step_began() {
+        let mut slide = Slide::in_the_middle(1e-3, 0.02);
+        slide.begin_step(1e-3);
+        slide.solved(0.125);
+        slide.end_step(true, 0.0, 1e-3);
+        slide.begin_step(1e-3);
+        let [back, ahead] = slide.to_stops_m_s(1e-3);
+        assert!((back + 0.625).abs() < 1e-12 && (ahead - 0.375).abs() < 1e-12);
+        assert!((slide.place_m - 1.875e-4).abs() < 1e-15);
+    }
+
     /// A roller that seizes while it slides along its axle stops, and keeps no velocity.
     #[test]
     fn a_roller_that_seizes_slides_no_further() {

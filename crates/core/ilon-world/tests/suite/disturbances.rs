@@ -5,7 +5,7 @@ use crate::support;
 
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_world::{Floor, FloorSurface, Patch, Payload, Push, RollerBodies, Settings, World};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix6, Vector2, Vector3};
 use support::{brake, ideal_rates, mecanum4, seize_all, volksbot};
 use test_case::test_case;
 
@@ -431,4 +431,55 @@ fn the_ground_holds_a_pushed_robot_by_the_opposite_force() {
             "{sum_n} {expected_n}"
         );
     }
+}
+
+/// The ground under a standing robot tilts: what its weight has less of potential energy then, (1 -
+/// cos 10 deg) of that above the origin, the ground took.
+#[test]
+fn ground_that_tilts_takes_the_potential_energy() {
+    let robot = volksbot();
+    let mut world = world(&robot, 0.5, RollerBodies::Near);
+    let before_j = world.energy().potential_j;
+    let (sin, cos) = 10f64.to_radians().sin_cos();
+    // To its side, where its middle is.
+    world.lean(&Vector3::new(0.0, sin, -cos));
+    let after_j = world.energy().potential_j;
+    assert!(
+        (after_j / before_j - cos).abs() < 1e-6,
+        "{before_j} {after_j}"
+    );
+    let outside_j = world.outside_energy_j();
+    assert!(
+        (outside_j - (after_j - before_j)).abs() < 1e-12,
+        "{outside_j}"
+    );
+}
+
+/// An inertia that is coupled to the chassis stays where it is when a payload moves the chassis's
+/// centre of mass: the robot moves as if it had been coupled after the payload was put on. Places
+/// differ by rounding.
+#[test]
+fn what_is_attached_stays_at_its_place_under_a_payload() {
+    let payload = Payload::new(8.0, Vector3::new(0.2, 0.1, 0.1)).expect("a payload");
+    let inertia = Matrix6::from_diagonal_element(3.0);
+    let ends = [true, false].map(|is_first| {
+        let robot = mecanum4();
+        let mut world = world(&robot, 0.5, RollerBodies::Near);
+        if is_first {
+            world.robot_mut().attach(Some(&inertia));
+        }
+        world.robot_mut().carry(&[payload]);
+        if !is_first {
+            world.robot_mut().attach(Some(&inertia));
+        }
+        for _ in 0..100 {
+            world.robot_mut().apply(&[0.3, -0.1, 0.2, 0.4]);
+            world.step();
+        }
+        world.robot().state().pose
+    });
+    let off_m = (ends[0].position_m() - ends[1].position_m()).norm();
+    assert!(ends[0].position_m().norm() > 1e-4, "{ends:?}");
+    assert!(off_m < 1e-9, "{off_m}");
+    assert!((ends[0].heading_rad - ends[1].heading_rad).abs() < 1e-9);
 }

@@ -218,6 +218,22 @@ mod tests {
         assert_eq!((sum.sliding_max_m_s, sum.friction_used_max), (0.5, 1.0));
     }
 
+    /// 10 N on a friction of 0.25 and 30 N on one of 0.75: 0.625, in one step or in two.
+    #[test]
+    fn the_mean_friction_is_weighted_by_load() {
+        let [mut one, mut first, mut second] = [WheelTally::default(); 3];
+        for (tally, friction, normal_n) in [(&mut first, 0.25, 10.0), (&mut second, 0.75, 30.0)] {
+            let contact = WheelContact {
+                friction,
+                ..contact(normal_n, 0.0, 0.0)
+            };
+            one.add_part(&contact, 0.0, 0.25);
+            tally.add_part(&contact, 0.0, 0.25);
+        }
+        first.add(&second);
+        assert_eq!([one.friction_mean(), first.friction_mean()], [0.625; 2]);
+    }
+
     #[test]
     fn of_no_time_all_is_zero() {
         let none = WheelTally::default();
