@@ -147,7 +147,8 @@ fn chassis(said: &ChassisSpec) -> Chassis {
     }
 }
 
-fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotError> {
+/// Returns the wheel of a description.
+pub(crate) fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotError> {
     let (placed, said, rollers) = (&described.placed, &described.wheel, &described.rollers);
     let [x_m, y_m] = placed.position_m;
     let (sin, cos) = libm::sincos(placed.axis_deg.to_radians());

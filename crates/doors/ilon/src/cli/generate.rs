@@ -33,12 +33,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     // Only a robot that runs is written.
     let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
-    let is_round = |wheel: &ilon_robot::Wheel| wheel.has_tyre() || wheel.is_round();
-    if !robot.wheels.iter().all(is_round) {
-        console::note(
-            "the URDF's spheres are ideal barrels, and how the rollers are made only ilon reads: `ilon export ROBOT --urdf` writes their shapes for other tools",
-        );
-    }
     match &arguments.out {
         Some(path) => {
             let _claim = reserve::file(path, "--out", std::slice::from_ref(&arguments.spec))?;

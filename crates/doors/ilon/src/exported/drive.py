@@ -13,7 +13,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-
 # How much finer a run shows what the step and soft contacts do.
 FINER = 8.0
 # Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
@@ -51,8 +50,7 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     steps_s = model.opt.timestep * np.arange(round(times[-1] / model.opt.timestep) + 1)
     rates = np.array([np.interp(steps_s, times, of_wheel) for of_wheel in rates])
     if angles is None:
-        means = 0.5 * model.opt.timestep * (rates[:, 1:] + rates[:, :-1])
-        angles = np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
+        angles = angles_of(rates, model.opt.timestep)
     else:
         angles = np.array([np.interp(steps_s, times, of_wheel) - of_wheel[0] for of_wheel in angles])
     rows = []
@@ -67,9 +65,15 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     return rows
 
 
+def angles_of(rates, step_s):
+    """The integrals of rates."""
+    means = 0.5 * step_s * (rates[:, 1:] + rates[:, :-1])
+    return np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
+
+
 def measured(matrix, rows, window):
     """Twist over that of ideal kinematics, by axis, and how far the base rises and falls, in mm."""
-    rows = rows[rows[:, 0] >= window[0]]
+    rows = rows[(rows[:, 0] >= window[0] - 1e-9) & (rows[:, 0] <= window[1] + 1e-9)]
     lasts_s = rows[-1, 0] - rows[0, 0]
     steps = np.diff(rows, axis=0)
     heading = 0.5 * (rows[1:, 4] + rows[:-1, 4])
@@ -120,4 +124,5 @@ def main():
     print(json.dumps(answer))
 
 
-main()
+if __name__ == "__main__":
+    main()

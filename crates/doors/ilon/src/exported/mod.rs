@@ -20,6 +20,8 @@ use crate::simulate::{Driver, Plant, Run, Simulation, resolve_for};
 
 /// The program that drives a robot in MuJoCo.
 pub const DRIVE_PY: &str = include_str!("drive.py");
+/// The program that drives the same file in Newton, beside the other.
+pub const DRIVE_NEWTON_PY: &str = include_str!("drive_newton.py");
 
 /// Durations of rest, acceleration and settling before a drive is measured, in seconds; chosen.
 const REST_S: f64 = 0.5;
