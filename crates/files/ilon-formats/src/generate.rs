@@ -22,34 +22,21 @@ use std::fmt::Write;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use self::elements::{
-    attribute, box_moments, comment_text, cylinder, cylinder_moments, num, nums, write_dynamics,
-    write_geometry, write_inertial,
+    SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums, spheres_of,
+    write_chassis, write_dynamics, write_geometry, write_inertial,
 };
 use self::suspension::{Carrier, carriers, write_carrier};
-use crate::build;
+use crate::described_wheel;
 use crate::error::{Fault, RobotError};
 use crate::model::{
     Barrel, DriveTrain, Roller, RollerForm, RollerSurface, RollersAsMade, SolidOfRevolution, Wheel,
 };
-use crate::spec::{ChassisShape, ChassisSpec, Described, RollerSpec, Spec, check};
+use crate::spec::{Described, RollerSpec, Spec, check};
 use ilon_robot::roll_pitch_yaw;
 
 pub use description::describe;
 pub use on_tyres::generate_on_tyres;
 pub use ros2_control::with_ros2_control;
-
-/// Spheres that stand for one roller in collision and visual.
-const SPHERES_PER_ROLLER: usize = 7;
-
-/// The spheres that stand for a barrel: place along its axis and radius, in metres.
-pub(crate) fn spheres_of(barrel: &Barrel) -> impl Iterator<Item = [f64; 2]> {
-    (0..SPHERES_PER_ROLLER).map(|i| {
-        // From -1 to 1 along the half length.
-        let along = 2.0 * i as f64 / (SPHERES_PER_ROLLER - 1) as f64 - 1.0;
-        let t_m = along * barrel.half_length_m;
-        [t_m, barrel.sphere_radius_m(t_m)]
-    })
-}
 
 /// Solids that stand for a roller: place along its axis, in metres, and geometry.
 fn solids_of(wheel: &Wheel, roller: &Roller) -> Vec<(f64, String)> {
@@ -88,7 +75,7 @@ pub fn generate(spec: &Spec) -> Result<String, RobotError> {
     let made = wheels
         .iter()
         .map(|wheel| match is_made(&wheel.rollers) {
-            true => build::wheel(spec, wheel).map(Some),
+            true => described_wheel::wheel(spec, wheel).map(Some),
             false => Ok(None),
         })
         .collect::<Result<Vec<Option<Wheel>>, _>>()?;
@@ -181,24 +168,6 @@ fn write_robot(
         write_wheel(out, wheel, made.as_ref(), carrier)?;
     }
     writeln!(out, "</robot>")
-}
-
-fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Result {
-    let (geometry, moments) = match c.shape {
-        ChassisShape::Box { size_m: [x, y, z] } => (
-            format!("<box size=\"{}\"/>", nums(&[x, y, z])),
-            box_moments(c.mass_kg, [x, y, z]),
-        ),
-        ChassisShape::Cylinder { radius_m, height_m } => (
-            cylinder(radius_m, height_m),
-            cylinder_moments(c.mass_kg, radius_m, height_m),
-        ),
-    };
-    let origin = format!("<origin xyz=\"{}\" rpy=\"0 0 0\"/>", nums(&c.center_m));
-    writeln!(out, "  <link name=\"base_link\">")?;
-    write_inertial(out, &origin, c.mass_kg, &moments)?;
-    write_geometry(out, &origin, &geometry, "chassis", "0.35 0.40 0.45 1")?;
-    writeln!(out, "  </link>")
 }
 
 fn write_wheel(

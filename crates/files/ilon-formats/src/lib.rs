@@ -46,6 +46,7 @@
 
 mod build;
 mod convert;
+mod described_wheel;
 mod diagnosis;
 mod error;
 mod generate;

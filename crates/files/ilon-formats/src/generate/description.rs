@@ -9,7 +9,8 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
 use super::elements::attribute;
-use super::{slices_of, spheres_of};
+use super::elements::spheres_of;
+use super::slices_of;
 use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
 use crate::urdf::{child, link_tree};
 
@@ -172,7 +173,7 @@ fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::SPHERES_PER_ROLLER as SPHERES;
+    use super::super::elements::SPHERES_PER_ROLLER as SPHERES;
     use super::*;
     use crate::LoadRobot;
     use crate::model::{CollisionShape, Visual, VisualShape};

@@ -8,10 +8,9 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 use super::elements::{
-    attribute, cylinder, cylinder_moments, num, nums, write_dynamics, write_geometry,
-    write_inertial,
+    attribute, cylinder, cylinder_moments, num, nums, write_chassis, write_dynamics,
+    write_geometry, write_inertial,
 };
-use super::write_chassis;
 use crate::error::{Fault, RobotError};
 use crate::spec::{CasterSpec, SpecOnTyres, SteeringSpec, TyredWheel};
 

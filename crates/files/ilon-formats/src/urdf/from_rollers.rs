@@ -19,7 +19,7 @@ use super::transmission;
 use super::tree::{PlacedShape, Tree};
 use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
-use crate::generate::spheres_of;
+use crate::generate::elements::spheres_of;
 use crate::model::{
     Barrel, Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart,
     Remark, Roller, RollerForm,
