@@ -8,7 +8,7 @@ use std::path::Path;
 
 use ilon_control::{Arrangement, Kinematics};
 use ilon_formats::{
-    Handedness, LoadOptions, LoadRobot, Loaded, Package, Question, Remedy, RobotError,
+    Handedness, LoadOptions, LoadRobot, Loaded, Package, Question, Remedy, RobotError, TyreOptions,
 };
 use ilon_robot::Robot;
 
@@ -55,7 +55,17 @@ impl Wording for Keys {
         let known = keys(&with_blank_arguments(question), options);
         let keys: Vec<String> = known.into_iter().chain(asked).collect();
         let blanks = blanks(question);
-        format!("fill in {blanks}, in `[robot]`: `{}`", keys.join("`, `"))
+        let on_tyres = tyres_instead(question).map(|on_tyres| {
+            format!(
+                "; on tyres: `{}`",
+                self::keys(&on_tyres, options).join("`, `")
+            )
+        });
+        format!(
+            "fill in {blanks}, in `[robot]`: `{}`{}",
+            keys.join("`, `"),
+            on_tyres.unwrap_or_default()
+        )
     }
 
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String {
@@ -73,6 +83,17 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
         }
     }
     options
+}
+
+/// The options with which the wheels of a question roll on tyres instead of rollers, if nothing else
+/// is asked for and their axles are parallel.
+pub fn tyres_instead(question: &Question) -> Option<LoadOptions> {
+    let [Remedy::WhichRollers { wheels, parallel }] = &question.asked[..] else {
+        return None;
+    };
+    let mut options = question.options.clone();
+    options.tyres = parallel.then(|| TyreOptions::on(wheels.clone()));
+    options.tyres.is_some().then_some(options)
 }
 
 /// Describes the blanks of [`Wording::question`] that a person has to fill in.

@@ -1,7 +1,7 @@
 //! Load options as command-line flags, for the suggestions in error messages.
 
 use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
-use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
+use ilon_sim::remedy::{Wording, blanks, rounded, tyres_instead, with_blank_arguments};
 
 /// The flags of a command that reads a robot's file.
 pub(super) struct Flags {
@@ -35,7 +35,16 @@ impl Wording for Flags {
             .chain(asked);
         let flags: Vec<String> = flags.collect();
         let blanks = blanks(question);
-        format!("fill in {blanks}: `{} {}`", self.command, flags.join(" "))
+        let on_tyres = tyres_instead(question).map(|options| {
+            let known = self::flags(&options).join(" ");
+            format!("; on tyres: `{} {known}`", self.command)
+        });
+        format!(
+            "fill in {blanks}: `{} {}`{}",
+            self.command,
+            flags.join(" "),
+            on_tyres.unwrap_or_default()
+        )
     }
 
     fn proposed(&self, proposal: &LoadOptions, _options: &LoadOptions) -> String {

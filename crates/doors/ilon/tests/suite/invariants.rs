@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon::Scenario;
+use ilon::robot::Scale;
 use ilon::scenario::{RollerBodies, Step};
 use ilon::simulate::{Simulation, load_robot, relief_heights_m};
 use ilon::world::World;
@@ -22,7 +23,9 @@ const DEEPEST_M: f64 = 5e-5;
 fn sag_m(simulation: &Simulation) -> f64 {
     let scenario = simulation.scenario();
     let robot = load_robot(scenario).expect("a shipped robot");
-    let treads = robot.wheels.iter().filter_map(|wheel| wheel.surface.tread);
+    let scale = Scale::of(&robot, scenario.world.gravity_m_s2);
+    let treads = robot.wheels.iter();
+    let treads = treads.filter_map(|wheel| wheel.surface.touching_tread(&scale, robot.has_tyres()));
     let softest_n_m = treads
         .map(|tread| tread.stiffness_n_m)
         .fold(f64::INFINITY, f64::min);
@@ -116,7 +119,9 @@ fn hold(path: &Path, about_s: f64) {
     let mut near = begin(path, about_s, RollerBodies::Near);
     let mut all = begin(path, about_s, RollerBodies::All);
     let [lowest_m, highest_m] = hub_range_m(&near);
-    let deepest_m = DEEPEST_M + sag_m(&near);
+    let sag_m = sag_m(&near);
+    // On treads a wheel sinks in by what its load makes of them.
+    let (lowest_m, deepest_m) = (lowest_m - sag_m, DEEPEST_M + sag_m);
     let (mut slip_j, mut spin_up_j) = (0.0, 0.0);
     let mut impact_j = Vec::new();
     let mut step = 0;

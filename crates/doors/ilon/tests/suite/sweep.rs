@@ -388,7 +388,10 @@ fn bad_studies_end_with_code_2_their_place_and_nothing_written() {
         (vec!["sweep", "nowhere.toml"], "cannot read `nowhere.toml`"),
         (vec!["sweep"], "required"),
         (vec!["sweep", "study.toml", "--shard", "3/2"], "write I/N"),
-        (vec!["sweep", "good.toml"], "unknown key `robot`"),
+        (
+            vec!["sweep", "good.toml"],
+            "unknown keys `robot`, `twist`, `run`",
+        ),
     ] {
         let refused = ended_with(2, &folder.ilon(&arguments));
         assert!(refused.contains(words), "{refused}");

@@ -340,18 +340,28 @@ impl<'s> Checker<'s> {
             let help = self.meant(key.get_ref(), table, known);
             return self.fault(FaultKind::Key, key.span(), message, help);
         };
-        let (mut keys, mut helps) = (Vec::new(), Vec::new());
+        let mut keys = Vec::new();
+        // What is meant, with the keys of which that is said.
+        let mut helps: Vec<(String, Vec<&str>)> = Vec::new();
         for other in unknown {
             let name: &str = other.get_ref();
             self.path.pop();
             self.path.push(name.to_owned());
             keys.push(self.key());
-            helps.push(format!("`{name}`: {}", self.meant(name, table, known)));
+            let meant = self.meant(name, table, known);
+            match helps.iter_mut().find(|(known, _)| *known == meant) {
+                Some((_, names)) => names.push(name),
+                None => helps.push((meant, vec![name])),
+            }
         }
         self.path.pop();
         self.path.push(key.get_ref().to_string());
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let message = format!("unknown keys {}", quoted(&keys));
+        let helps = helps.iter();
+        let helps: Vec<String> = helps
+            .map(|(meant, names)| format!("{}: {meant}", quoted(names)))
+            .collect();
         self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
     }
 

@@ -79,6 +79,12 @@ fn all_unknown_keys_of_a_table_are_named() {
         "`slop_deg`: did you mean `slope_deg`?; `frction`: did you mean `friction`?"
     );
     assert_eq!(at, text.find("slop_deg").unwrap());
+    // What is said of several is said once.
+    let (_, help, _) = told(&format!("{CIRCLE}\n[sensors.imu]\nzz = 1\nqqq = 2\n"), &[]);
+    assert!(
+        help.starts_with("`zz`, `qqq`: the keys here are `"),
+        "{help}"
+    );
 }
 
 #[test]
