@@ -690,7 +690,7 @@ fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
 
 /// What lies in many `<replicate>` elements is read once for each level of them, and not once for
 /// each element: 64 MB in all may be read. Ninety beside each other around a megabyte are one level,
-/// a hundred within each other are not.
+/// eighty within each other are not.
 #[test]
 fn levels_of_replicates_are_bounded_and_not_their_number() {
     let bodies = "<body><geom size=\"1\"/></body>".repeat(36_000);
@@ -702,7 +702,7 @@ fn levels_of_replicates_are_bounded_and_not_their_number() {
     };
     let beside = refused(&(around(&bodies) + &around("<site/>").repeat(89)));
     assert!(!beside.contains("<replicate>"), "{beside}");
-    let within = refused(&(0..100).fold(bodies, |inside, _| around(&inside)));
+    let within = refused(&(0..80).fold(bodies, |inside, _| around(&inside)));
     assert!(
         within.contains("`<replicate>` within one another write out more than 64 MB"),
         "{within}"
