@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/format-{scenario,robot,study}.md from the schemas that `ilon schema` prints, with examples from assets.
+"""Writes docs/format-{scenario,robot,robot-on-tyres,study}.md from the schemas that `ilon schema` prints, with examples from assets.
 
 `docs/formats.py ILON` writes them, with ILON the program; `docs/formats.py --check ILON` exits 1 where one is not up to date.
 """
@@ -16,19 +16,25 @@ FILES = {
     "scenario": (
         "The scenario file",
         "One run: a robot, its world and its motion. `ilon run` runs it, `ilon check` tests it against its `[expect]`. Pieces to copy: [cookbook](cookbook.md).",
-        "assets/scenarios",
+        "assets/scenarios/*.toml",
         "assets/scenarios/mecanum4_wet_floor.toml",
     ),
     "robot": (
         "The robot in short",
         "A robot of one chassis and Swedish wheels. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
-        "assets/robots",
+        "assets/robots/*.toml",
         "assets/robots/mecanum4.toml",
+    ),
+    "robot-on-tyres": (
+        "The robot on tyres in short",
+        "A robot of one chassis and wheels on [tyres](tyres.md), some of them steered. Every command takes it as a robot file; `ilon generate` writes it as URDF.",
+        "assets/robots/tricycle.toml",
+        "assets/robots/tricycle.toml",
     ),
     "study": (
         "The study file",
         "Many runs of a scenario with varied keys, for `ilon sweep`. With explanations: [studies](sweeps.md).",
-        "assets/studies",
+        "assets/studies/*.toml",
         "assets/studies/friction_path_loss.toml",
     ),
 }
@@ -366,10 +372,10 @@ def part(text, key):
     return "\n".join(kept).strip()
 
 
-def examples(folder):
+def examples(files):
     """For each first key the part of an asset that says most of it in few lines."""
     found = {}
-    for path in sorted((ROOT / folder).glob("*.toml")):
+    for path in sorted(ROOT.glob(files)):
         text = path.read_text()
         for key in tomllib.loads(text):
             said = part(text, key)
@@ -380,14 +386,14 @@ def examples(folder):
 
 
 def page(ilon, kind):
-    title, says, folder, whole = FILES[kind]
+    title, says, files, whole = FILES[kind]
     schema = json.loads(subprocess.run([ilon, "schema", kind], check=True, capture_output=True, text=True).stdout)
     text = f"# {title}\n\n{says}\n\n"
     text += "The file is TOML. Unknown keys are refused. **Bold** keys are required. In brackets: the kind of value (a number unless said) or the possible\n"
     text += "values; then the range and the default. The end of a name is the unit: `_m` metres, `_s` seconds, `_deg` degrees, `_n_m` N m, `_per_s` 1/s.\n"
     text += f"For an editor: `ilon schema {kind}` prints a JSON Schema. Written by `docs/formats.py`.\n\n"
     text += f"A whole file: [{Path(whole).name}](../{whole}).\n\n"
-    return text + Reference(schema, examples(folder), "robot's " if kind == "robot" else "").page(schema, TASKS if kind == "scenario" else {})
+    return text + Reference(schema, examples(files), "robot's " if kind == "robot" else "").page(schema, TASKS if kind == "scenario" else {})
 
 
 def main():

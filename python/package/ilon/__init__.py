@@ -38,6 +38,7 @@ from .errors import (
     TraceError,
     WorldError,
 )
+from .judging import Judgement, judge
 from .livedrive import Live, live
 from .runs import Report, Run, explain, run, suspects
 from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
@@ -56,6 +57,7 @@ __all__ = [
     "FreeBody",
     "Inspection",
     "Imu",
+    "Judgement",
     "Live",
     "Observation",
     "Outcome",
@@ -80,6 +82,7 @@ __all__ = [
     "generate",
     "identify",
     "inspect",
+    "judge",
     "live",
     "merge_sweeps",
     "run",

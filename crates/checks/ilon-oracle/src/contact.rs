@@ -69,15 +69,22 @@ const BRISTLE_DAMPING_RATIO: f64 = 0.5;
 
 impl ContactLaw {
     /// A floor of this stiffness in N/m and this friction, with bristles of 2/3 of the stiffness. A
-    /// robot bouncing on its wheels has a damping ratio of 0.7, a roller oscillating on its bristle
-    /// one of 0.5. Tends to the rigid limit with growing stiffness.
+    /// robot bouncing on its wheels has a damping ratio of 0.7, a roller oscillating on its bristle,
+    /// or a wheel on one of its tyre's, one of 0.5. Tends to the rigid limit with growing stiffness.
     pub fn stiff(normal_stiffness_n_m: f64, friction: f64, robot: &Robot) -> Self {
         let bristle_stiffness_n_m = BRISTLE_SHARE * normal_stiffness_n_m;
         let on_each_kg = robot.mass_kg() / robot.wheels.len() as f64;
-        let rollers = robot.wheels.iter().flat_map(|w| &w.rollers);
-        let lightest_kg = rollers
-            .map(|r| r.axial_inertia_kg_m2 / (r.radius_m * r.radius_m))
-            .fold(f64::INFINITY, f64::min);
+        let parts = robot.wheels.iter().flat_map(|w| {
+            let hub_kg_m2 = w.hub.inertia_kg_m2[(2, 2)];
+            w.rollers.iter().map(move |roller| {
+                let inertia_kg_m2 = match roller.is_tyre() {
+                    true => hub_kg_m2,
+                    false => roller.axial_inertia_kg_m2,
+                };
+                inertia_kg_m2 / (roller.radius_m * roller.radius_m)
+            })
+        });
+        let lightest_kg = parts.fold(f64::INFINITY, f64::min);
         let critical = |k: f64, m: f64| 2.0 * (k * m).sqrt();
         Self {
             normal_stiffness_n_m,

@@ -97,7 +97,7 @@ impl Engine {
             bristles: vec![Vector2::zeros(); rollers],
             plays: tree.rollers.iter().map(|roller| roller.play).collect(),
             drives: vec![Drive::Free; wheels],
-            seized: vec![false; rollers],
+            seized: tree.rollers.iter().map(|part| part.is_tyre).collect(),
             push: None,
             contacts: Vec::with_capacity(rollers),
             energy: Energy::default(),
@@ -193,7 +193,7 @@ impl Engine {
     ///
     /// If the robot has no such roller.
     pub fn seize_roller(&mut self, roller: usize, seized: bool) {
-        self.seized[roller] = seized;
+        self.seized[roller] = seized || self.tree.rollers[roller].is_tyre;
     }
 
     /// Sets or removes the push on the chassis from the next step on.
@@ -262,7 +262,7 @@ impl Engine {
         posture: &Posture,
         roller: usize,
     ) -> impl Iterator<Item = (usize, Touch)> + 'a {
-        let outline = &self.tree.rollers[roller].outline;
+        let shape = &self.tree.rollers[roller].shape;
         let axis = &posture.axes[roller];
         let in_body = posture.centers[roller] + axis * self.plays[roller].place_m;
         let center = self.origin + self.rotation * in_body;
@@ -270,9 +270,9 @@ impl Engine {
             .plates
             .iter()
             .fold(0.0, |top: f64, p| top.max(p.height_m));
-        let near = center.z <= outline.bound_m() + highest_m;
+        let near = center.z <= shape.bound_m() + highest_m;
         let placed = near.then(|| Placed {
-            outline,
+            shape,
             center,
             axis: self.rotation * axis,
         });

@@ -10,12 +10,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Plate;
-use crate::outline::Outline;
+use crate::outline::Shape;
 
 /// A roller at its pose, in the world frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed<'a> {
-    pub outline: &'a Outline,
+    pub shape: &'a Shape,
     pub center: Vector3<f64>,
     pub axis: Vector3<f64>,
 }
@@ -34,10 +34,10 @@ pub(crate) struct Touch {
 impl Placed<'_> {
     /// The roller's deepest point in the floor; `None` if it is far above.
     pub fn on_the_floor(&self) -> Option<Touch> {
-        if self.center.z > self.outline.bound_m() {
+        if self.center.z > self.shape.bound_m() {
             return None;
         }
-        let lowest = self.outline.lowest(self.axis.z);
+        let lowest = self.shape.lowest(self.axis.z);
         let center = self.center + self.axis * lowest.place_m;
         Some(Touch {
             point: center - Vector3::z() * lowest.radius_m,
@@ -46,21 +46,23 @@ impl Placed<'_> {
         })
     }
 
-    /// The roller's deepest point in the plate; `None` if it is beside it or far above.
+    /// The roller's deepest point in the plate; `None` if it is beside it or far above, and for a
+    /// tyre, which no plate holds.
     pub fn on(&self, plate: &Plate) -> Option<Touch> {
         /// Sections: from a roller's length to 1e-8 of it, where rounding of the distance ends the
         /// search.
         const SECTIONS: usize = 38;
-        let (c, bound) = (&self.center, self.outline.bound_m());
+        let outline = self.shape.outline()?;
+        let (c, bound) = (&self.center, outline.bound_m());
         if (c - plate.nearest(c)).norm() > bound {
             return None;
         }
         let section = 0.5 * (5.0_f64.sqrt() - 1.0);
         let gap = |t: f64| {
             let center = c + self.axis * t;
-            (center - plate.nearest(&center)).norm() - self.outline.radius_m(t)
+            (center - plate.nearest(&center)).norm() - outline.radius_m(t)
         };
-        let (mut low, mut high) = (-self.outline.half_length_m(), self.outline.half_length_m());
+        let (mut low, mut high) = (-outline.half_length_m(), outline.half_length_m());
         let mut inner = [high - section * (high - low), low + section * (high - low)];
         let mut gaps = inner.map(gap);
         for _ in 0..SECTIONS {
@@ -77,7 +79,7 @@ impl Placed<'_> {
         let t = 0.5 * (low + high);
         let center = c + self.axis * t;
         let off = center - plate.nearest(&center);
-        let radius = self.outline.radius_m(t);
+        let radius = outline.radius_m(t);
         // A point of the axis within the plate has no defined normal.
         let normal = off.try_normalize(1e-9)?;
         Some(Touch {

@@ -200,11 +200,15 @@ impl Linkage {
     }
 }
 
-/// The joints' acceleration along a direction per unit of force along it, wheels and rollers free.
+/// The joints' acceleration along a direction per unit of force along it, wheels and rollers free, but tyres.
 fn response(tree: &Tree, along: &[(usize, f64)]) -> Option<f64> {
     let held = Prescribed {
         wheels: vec![None; tree.wheels.len()],
-        rollers: vec![None; tree.rollers.len()],
+        rollers: tree
+            .rollers
+            .iter()
+            .map(|of| of.is_tyre.then_some(0.0))
+            .collect(),
     };
     let (mut force, mut unused) = (Forces::zero(tree), Forces::zero(tree));
     for (joint, share) in along {

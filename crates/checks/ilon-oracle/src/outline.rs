@@ -29,6 +29,50 @@ pub(crate) struct Outline {
     half_length: f64,
 }
 
+/// The shape of what touches: a roller, or a ring of a tyre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape {
+    /// A roller.
+    Barrel(Outline),
+    /// A circle of this radius about the axis, thickened by a ball of the other, in metres.
+    Ring { ring_m: f64, ball_m: f64 },
+}
+
+impl Shape {
+    /// As [`Outline::lowest`]. The ring's lowest point lies at ring_m from the axis, straight down in
+    /// the ring's plane; the sphere on the axis with that point has its centre where the line
+    /// through it along the floor's normal meets the axis.
+    pub fn lowest(&self, w: f64) -> Lowest {
+        match self {
+            Self::Barrel(outline) => outline.lowest(w),
+            Self::Ring { ring_m, ball_m } => {
+                // A wheel that lies on its side does not touch with its tyre.
+                let across = (1.0 - w * w).max(1e-12).sqrt();
+                Lowest {
+                    place_m: ring_m * w / across,
+                    radius_m: ring_m / across + ball_m,
+                }
+            }
+        }
+    }
+
+    /// The outline of a roller; `None` for a ring.
+    pub fn outline(&self) -> Option<&Outline> {
+        match self {
+            Self::Barrel(outline) => Some(outline),
+            Self::Ring { .. } => None,
+        }
+    }
+
+    /// As [`Outline::bound_m`].
+    pub fn bound_m(&self) -> f64 {
+        match self {
+            Self::Barrel(outline) => outline.bound_m(),
+            Self::Ring { ring_m, ball_m } => ring_m + ball_m,
+        }
+    }
+}
+
 /// The sphere of a roller that reaches lowest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lowest {
@@ -113,6 +157,23 @@ mod tests {
                 // h'' <= k^2 / a < 27 / m and a spacing of less than 18 um: 1e-9 m.
                 assert!((-1e-16..1e-9).contains(&excess), "{excess} at w = {w}");
             }
+        }
+    }
+
+    /// Of a tilted circle of 0.1 m, thickened by 0.01 m, no point is lower.
+    #[test]
+    fn the_lowest_point_of_a_ring_is_the_lowest_of_many() {
+        let (ring_m, ball_m) = (0.1, 0.01);
+        let ring = Shape::Ring { ring_m, ball_m };
+        for i in -90..=90 {
+            let w = f64::from(i) / 100.0;
+            let across = (1.0 - w * w).sqrt();
+            let Lowest { place_m, radius_m } = ring.lowest(w);
+            // Heights over the middle: a point of the circle at the angle t from straight down.
+            let height = |t: f64| -ring_m * t.cos() * across - ball_m;
+            let many = (-3000..=3000).map(|j| height(f64::from(j) / 3000.0));
+            let lowest = many.fold(f64::INFINITY, f64::min);
+            assert!((w * place_m - radius_m - lowest).abs() < 1e-15, "{w}");
         }
     }
 

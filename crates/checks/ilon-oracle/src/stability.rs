@@ -30,12 +30,21 @@ pub(crate) fn check(
 ) -> Result<(), OracleError> {
     let law = &settings.contact;
     let rigid: Vector3<f64> = (0..tree.wheels.len())
-        .map(|w| response(tree, w, robot.wheels[w].radius_m))
+        .map(|w| {
+            // A tyre touches in several places, each on springs.
+            let places = if robot.wheels[w].has_tyre() {
+                tree.wheels[w].rollers.len() as f64
+            } else {
+                1.0
+            };
+            places * response(tree, w, robot.wheels[w].radius_m)
+        })
         .sum();
     let turning = robot
         .wheels
         .iter()
         .flat_map(|w| &w.rollers)
+        .filter(|r| !r.is_tyre())
         .map(|r| r.radius_m * r.radius_m / r.axial_inertia_kg_m2)
         .fold(0.0, f64::max);
     let across = rigid.x.max(rigid.y) + turning;
@@ -52,7 +61,8 @@ pub(crate) fn check(
         ),
         ("joints", in_joints.0, in_joints.1),
     ];
-    let bearings = tree.rollers.iter().map(|r| (r.bearing, r.axial_inertia));
+    let bearings = tree.rollers.iter().filter(|r| !r.is_tyre);
+    let bearings = bearings.map(|r| (r.bearing, r.axial_inertia));
     let hubs = tree
         .wheels
         .iter()

@@ -9,7 +9,7 @@ use ilon_robot::{
 use nalgebra::{Matrix3, Vector3};
 
 use crate::OracleError;
-use crate::outline::Outline;
+use crate::outline::{Outline, Shape};
 use crate::play::Play;
 
 /// Mass, centre and inertia of a body, in the frame that it is fixed to.
@@ -42,7 +42,7 @@ impl Inertia {
     }
 }
 
-/// A roller, in the frame of its hub.
+/// A roller, or a ring of a tyre, in the frame of its hub.
 #[derive(Clone, Debug)]
 pub(crate) struct RollerPart {
     pub center_in_hub: Vector3<f64>,
@@ -50,7 +50,9 @@ pub(crate) struct RollerPart {
     pub mass: f64,
     pub axial_inertia: f64,
     pub transverse_inertia: f64,
-    pub outline: Outline,
+    pub shape: Shape,
+    /// Whether it is a ring of a tyre: without mass, and it turns with its hub.
+    pub is_tyre: bool,
     pub bearing: Joint,
     /// Friction torque on its axle per newton of load, in N m.
     pub held_per_load: f64,
@@ -102,7 +104,12 @@ impl Tree {
         for wheel in &robot.wheels {
             let first = rollers.len();
             for roller in &wheel.rollers {
-                rollers.push(roller_part(wheel, roller)?);
+                match &roller.form {
+                    RollerForm::Tyre(turned) => {
+                        rollers.extend(rings(wheel, turned.edge_radius_m()));
+                    }
+                    _ => rollers.push(roller_part(wheel, roller)?),
+                }
             }
             wheels.push(wheel_part(wheel, joints.len(), first..rollers.len())?);
         }
@@ -194,7 +201,8 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
         mass: roller.mass_kg,
         axial_inertia: roller.axial_inertia_kg_m2,
         transverse_inertia: roller.transverse_inertia_kg_m2,
-        outline: Outline::new(&wheel.barrel(roller)),
+        shape: Shape::Barrel(Outline::new(&wheel.barrel(roller))),
+        is_tyre: false,
         bearing: roller.joint,
         held_per_load: wheel.surface.axle_friction * wheel.surface.axle_radius_m,
         play: Play {
@@ -203,4 +211,27 @@ fn roller_part(wheel: &Wheel, roller: &Roller) -> Result<RollerPart, OracleError
             ..Play::default()
         },
     })
+}
+
+/// A tyre: rings in its middle and where its shoulders, of this radius, begin.
+fn rings(wheel: &Wheel, ball_m: f64) -> impl Iterator<Item = RollerPart> + '_ {
+    let width_m: f64 = wheel.rollers.iter().map(|tyre| tyre.length_m).sum();
+    let aside_m = 0.5 * width_m - ball_m;
+    [-aside_m, 0.0, aside_m]
+        .into_iter()
+        .map(move |at_m| RollerPart {
+            center_in_hub: at_m * Vector3::z(),
+            axis_in_hub: Vector3::z(),
+            mass: 0.0,
+            axial_inertia: 0.0,
+            transverse_inertia: 0.0,
+            shape: Shape::Ring {
+                ring_m: wheel.radius_m - ball_m,
+                ball_m,
+            },
+            is_tyre: true,
+            bearing: Joint::default(),
+            held_per_load: 0.0,
+            play: Play::default(),
+        })
 }

@@ -5,9 +5,10 @@ use crate::kinematics::singularity::{Singularity, quoted};
 /// Reasons why a controller, a reference or a motor cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlError {
-    /// Fewer than three wheels cannot span the three freedoms of motion in the plane.
+    /// Fewer than three wheels with rollers, or two on tyres, cannot span the three freedoms of
+    /// motion in the plane.
     #[error(
-        "the robot has {count} driven wheel(s) with rollers; omnidirectional motion needs at least 3"
+        "the robot has {count} driven wheel(s); omnidirectional motion needs at least 3 with rollers, driving and turning 2 on tyres"
     )]
     TooFewWheels {
         /// The number of wheels.

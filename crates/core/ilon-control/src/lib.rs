@@ -102,8 +102,11 @@ pub use guidance::law::{
 pub use guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
 pub use guidance::reference::{Desired, Heading, Reference};
 pub use guidance::tracking::{PathPoint, PathTracking};
-pub use kinematics::analysis::{Arrangement, SpeedLimits};
+pub use kinematics::analysis::Arrangement;
 pub use kinematics::contact::{ContactKinematics, RollerContact};
 pub use kinematics::handedness::{WrongHands, handed, other_hands};
 pub use kinematics::ideal::Kinematics;
 pub use kinematics::singularity::{Singularity, SingularityKind};
+pub use kinematics::speeds::SpeedLimits;
+pub use kinematics::turning::{Turn, sharpest_turn};
+pub use kinematics::tyres::HeldRow;

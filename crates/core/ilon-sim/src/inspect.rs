@@ -7,6 +7,10 @@ use ilon_robot::{JointKind, JointRole, Robot, RollerSurface, Wheel};
 use nalgebra::Vector2;
 use serde::Serialize;
 
+mod tyres;
+
+pub use tyres::{HeldInspection, TyreInspection, TyresInspection};
+
 use crate::Error;
 use crate::scenario::{Floor, Scenario, Setting};
 use crate::simulate::Limits;
@@ -29,11 +33,12 @@ pub struct Inspection {
     /// The rows of M, Indiveri 2009, equation (8): one a wheel; the last column in metres.
     #[serde(rename = "M")]
     pub m: Vec<[f64; 3]>,
-    /// Rank of M; below 3 the robot cannot be controlled (Lemma 1).
+    /// Rank of M; below 3 the robot cannot be controlled (Lemma 1). On tyres of M and the rows that
+    /// tyres add below it.
     pub rank: usize,
-    /// Singular values of M, largest first.
+    /// Singular values of the same rows, largest first.
     pub singular_values: [f64; 3],
-    /// Condition number of M; `None` if the rank is below 3.
+    /// Condition number of the same rows; `None` if the rank is below 3.
     pub condition: Option<f64>,
     /// The fault of the wheel arrangement, if it has one.
     pub singularity: Option<String>,
@@ -41,8 +46,11 @@ pub struct Inspection {
     /// span(M_l).
     pub decoupled: bool,
     /// The point of the body frame about which they are decoupled, in metres; `None` if there is
-    /// none.
+    /// none, and on tyres.
     pub decoupling_point_m: Option<[f64; 2]>,
+    /// What tyres hold, of a robot on tyres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tyres: Option<TyresInspection>,
     /// The robot's speed limits from its wheels' rate limits; `None` without rate limits.
     pub speed_limits: Option<SpeedLimits>,
     /// The outline of each wheel as modelled in its file, compared with the fitted wheel. Empty if
@@ -70,12 +78,15 @@ pub struct WheelInspection {
     pub radius_m: f64,
     /// Angle from the hub axis to the rolling direction of the lowest roller, in radians, signed.
     pub gamma_rad: f64,
-    /// Number of rollers.
+    /// Number of rollers; 0 on a tyre.
     pub rollers: usize,
-    /// Largest radius of the rollers, in metres.
+    /// Largest radius of the rollers, in metres; 0 on a tyre.
     pub roller_radius_m: f64,
-    /// Length of the rollers, in metres.
+    /// Length of the rollers, in metres; 0 on a tyre.
     pub roller_length_m: f64,
+    /// The tyre; `None` on rollers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tyre: Option<TyreInspection>,
     /// Mass with rollers, in kg.
     pub mass_kg: f64,
     /// Load at rest on level ground by statics, with the joints at their positions, in N.
@@ -257,7 +268,7 @@ pub struct SpeedLimits {
     pub slowest_direction_m_s: f64,
     /// Top speed in the fastest direction, without rotation, in m/s.
     pub fastest_direction_m_s: f64,
-    /// Top yaw rate on the spot, in rad/s.
+    /// Top yaw rate on the spot, or in the sharpest turn that tyres and steering allow, in rad/s.
     pub yaw_rate_rad_s: f64,
 }
 
@@ -309,6 +320,7 @@ impl Inspection {
         let joints = positions.iter().enumerate();
         let joints = joints.map(|(index, position)| JointInspection::of(index, *position, robot));
         let joints = joints.collect();
+        let turn = control::sharpest_turn(robot, positions);
         let robot = &robot.posed(positions);
         let arrangement = Arrangement::of(robot)?;
         let mut loads_n = vec![0.0; robot.wheels.len()];
@@ -343,10 +355,12 @@ impl Inspection {
             decoupled: kinematics.as_ref().is_some_and(Kinematics::is_decoupled),
             decoupling_point_m: kinematics
                 .as_ref()
+                .filter(|_| arrangement.held.is_empty())
                 .map(|kinematics| kinematics.decoupling_point_m().into()),
+            tyres: TyresInspection::of(&arrangement, turn),
             speed_limits: kinematics
                 .map(|kinematics| control::SpeedLimits::new(&kinematics, &limits_rad_s))
-                .and_then(|limits| SpeedLimits::of(&limits)),
+                .and_then(|limits| SpeedLimits::of(&limits, turn)),
             outlines: Vec::new(),
             remarks: robot
                 .remarks
@@ -422,8 +436,8 @@ pub fn conditions(
 impl WheelInspection {
     fn of(wheel: &Wheel, (load_kg, load_n): (f64, f64)) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
-        let largest =
-            |of: fn(&ilon_robot::Roller) -> f64| wheel.rollers.iter().map(of).fold(0.0, f64::max);
+        let rollers = || wheel.rollers.iter().filter(|roller| !roller.is_tyre());
+        let largest = |of: fn(&ilon_robot::Roller) -> f64| rollers().map(of).fold(0.0, f64::max);
         let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
         Self {
             name: wheel.name.clone(),
@@ -431,9 +445,10 @@ impl WheelInspection {
             axis: wheel.axis().into(),
             radius_m: wheel.radius_m,
             gamma_rad: wheel.gamma_rad,
-            rollers: wheel.rollers.len(),
+            rollers: rollers().count(),
             roller_radius_m: largest(|roller| roller.radius_m),
             roller_length_m: largest(|roller| roller.length_m),
+            tyre: TyreInspection::of(wheel),
             load_n,
             mass_kg: wheel.hub.mass_kg + rollers_kg,
             effort_n_m: finite(wheel.motor.effort_n_m),
@@ -446,10 +461,19 @@ impl WheelInspection {
 }
 
 impl SpeedLimits {
-    /// `None` if the wheels leave a motion unlimited.
-    fn of(limits: &control::SpeedLimits) -> Option<Self> {
+    /// Whether it is as fast in every direction, to rounding.
+    pub fn is_even(&self) -> bool {
+        let (least, most) = (self.slowest_direction_m_s, self.fastest_direction_m_s);
+        most - least < 1e-9 * most
+    }
+
+    /// `None` if the wheels leave a motion unlimited. `turn` is the sharpest on tyres.
+    fn of(limits: &control::SpeedLimits, turn: Option<control::Turn>) -> Option<Self> {
         let (slowest_direction_m_s, fastest_direction_m_s) = limits.top_speed_range_m_s();
-        let yaw_rate_rad_s = limits.top_yaw_rate_rad_s();
+        let yaw_rate_rad_s = match turn {
+            Some(turn) => 1.0 / limits.share(turn.twist_in_body),
+            None => limits.top_yaw_rate_rad_s(),
+        };
         let all_finite = fastest_direction_m_s.is_finite() && yaw_rate_rad_s.is_finite();
         all_finite.then_some(Self {
             slowest_direction_m_s,

@@ -97,7 +97,7 @@ mod tests {
                     signal.set(&mut row, value);
                 }
                 changed.push(record, &wheels);
-                changed.put_roller_angles(&rollers);
+                changed.put_roller_angles(rollers);
             }
             assert_ne!(before, trace_hash(&changed), "{}", signal.name);
         }

@@ -88,7 +88,7 @@ pub fn thinned<R: Rows>(rows: &R, every: usize) -> Result<Trace, R::Error> {
             if row % every == 0 || row + 1 == row_count {
                 let (record, wheels) = joined.take();
                 thin.push(*record, wheels);
-                thin.put_roller_angles(chunk.roller_angles_at(place));
+                thin.put_roller_angles(chunk.roller_angles_at(place).iter().copied());
             }
             row += 1;
         }

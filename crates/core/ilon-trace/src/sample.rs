@@ -83,7 +83,7 @@ pub(crate) fn made_up_trace(wheel_count: usize, steps: usize, closed_loop: bool)
         }
         record.t_s = step as f64 * 0.01;
         trace.push(record, &wheels);
-        trace.put_roller_angles(&rollers);
+        trace.put_roller_angles(rollers);
     }
     trace
 }

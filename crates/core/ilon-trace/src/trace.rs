@@ -47,13 +47,7 @@ impl Trace {
     /// Writes the angles of all rollers, in radians, wheel by wheel, into the last row. Surplus
     /// ones are dropped, and all of them if the header records none.
     pub fn push_roller_angles(&mut self, angles_rad: impl IntoIterator<Item = f64>) {
-        let own = self
-            .rollers
-            .len()
-            .saturating_sub(self.header.rollers_recorded());
-        for (slot, angle_rad) in self.rollers[own..].iter_mut().zip(angles_rad) {
-            *slot = Some(angle_rad);
-        }
+        self.put_roller_angles(angles_rad.into_iter().map(Some));
     }
 
     /// The angles of all rollers at a row, in radians, wheel by wheel: `None` if not sampled. Empty
@@ -84,18 +78,18 @@ impl Trace {
         }
         for (row, (record, wheels)) in other.steps().enumerate() {
             self.push(*record, wheels);
-            self.put_roller_angles(other.roller_angles_at(row));
+            self.put_roller_angles(other.roller_angles_at(row).iter().copied());
         }
     }
 
     /// Writes roller angles, which may be absent, into the last row.
-    pub(crate) fn put_roller_angles(&mut self, angles_rad: &[Option<f64>]) {
+    pub(crate) fn put_roller_angles(&mut self, angles_rad: impl IntoIterator<Item = Option<f64>>) {
         let own = self
             .rollers
             .len()
             .saturating_sub(self.header.rollers_recorded());
         for (slot, angle_rad) in self.rollers[own..].iter_mut().zip(angles_rad) {
-            *slot = *angle_rad;
+            *slot = angle_rad;
         }
     }
 

@@ -9,6 +9,7 @@
 
 use ilon_robot::tread::TYRE_SAG;
 use ilon_robot::{Robot, Scale};
+use smart_default::SmartDefault;
 
 /// Deflection of a rigid contact under a wheel's load, relative to the wheel's radius. Chosen.
 const SAG: f64 = 5.5e-6;
@@ -124,9 +125,10 @@ pub enum ContactSolver {
 }
 
 /// Numerical settings of a world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, SmartDefault, PartialEq)]
 pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
+    #[default(1.0 / 500.0)]
     pub dt_s: f64,
     /// Steps in which a roller uses more than half of its grip and sticks, or has just begun to
     /// slide, are split into parts of about this length, in seconds, > 0; `None` never splits. How
@@ -145,19 +147,6 @@ pub struct Settings {
     /// times the stiffness. `None` for [`contact_relaxation_s`].
     pub contact_relaxation_s: Option<f64>,
     /// Gravity along -z, in m/s^2.
+    #[default = 9.81]
     pub gravity_m_s2: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            dt_s: 1.0 / 500.0,
-            split_dt_s: None,
-            contacts: ContactSolver::Ilon,
-            roller_bodies: RollerBodies::All,
-            contact_stiffness_n_m: None,
-            contact_relaxation_s: None,
-            gravity_m_s2: 9.81,
-        }
-    }
 }

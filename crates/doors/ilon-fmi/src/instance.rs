@@ -68,8 +68,7 @@ impl Instance {
             )
         })?;
         let path = resources.join(SCENARIO);
-        let text = files.read_text(&path, ilon_sim::scenario::MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(&path, &fault))?;
+        let text = ilon_sim::scenario::read_text(&path, &files)?;
         let instance = Self::of(text, resources, files)?;
         if description::token(instance.variables()) != token {
             return Err(Error::invalid(

@@ -9,15 +9,18 @@ use crate::mailbox::{Mailbox, Steps};
 use crate::observer::{Observer, Status};
 use crate::session::Session;
 
+use smart_default::SmartDefault;
+
 /// A larger lag of the simulation is dropped, so that it does not catch up afterwards.
 const MOST_BEHIND: Duration = Duration::from_millis(200);
 /// Sleep time while time stands and no command arrives.
 const STANDING: Duration = Duration::from_millis(20);
 
 /// Initial pace of a live run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, SmartDefault, PartialEq)]
 pub struct Pace {
     /// Simulated seconds per second, until changed.
+    #[default = 1.0]
     pub speed: f64,
     /// Whether time stands at first.
     pub paused: bool,
@@ -26,16 +29,6 @@ pub struct Pace {
 impl Pace {
     /// Allowed speeds of a live run.
     pub const SPEEDS: RangeInclusive<f64> = control::SPEEDS;
-}
-
-impl Default for Pace {
-    /// Real time.
-    fn default() -> Self {
-        Self {
-            speed: 1.0,
-            paused: false,
-        }
-    }
 }
 
 /// Runs the session with the commands of the mailbox, and updates the observers, until `go_on`

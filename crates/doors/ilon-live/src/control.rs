@@ -8,6 +8,7 @@ use ilon_robot::Twist;
 use ilon_sim::JointCommand;
 pub use ilon_sim::scenario::Priority;
 use serde::Deserialize;
+use smart_default::SmartDefault;
 
 /// A commanded twist that is not repeated within this time stops the robot.
 pub const WATCHDOG: Duration = Duration::from_millis(500);
@@ -63,8 +64,9 @@ pub enum Command {
 }
 
 /// The current commands and settings.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, SmartDefault)]
 pub struct Controls {
+    #[default(Command::Twist(Twist::default()))]
     command: Command,
     commanded: Option<Instant>,
     /// Commands of servos of joints between bodies, by the joints' names, each with its command
@@ -87,32 +89,12 @@ pub struct Controls {
     /// Gain of the guidance's heading feedback, in 1/s; by default the scenario's.
     pub heading_gain_per_s: Option<f64>,
     /// Speed, in simulated seconds per second.
+    #[default = 1.0]
     pub speed: f64,
     /// Whether time stands.
     pub paused: bool,
     /// Number of returns to the start.
     pub resets: u64,
-}
-
-impl Default for Controls {
-    fn default() -> Self {
-        Self {
-            command: Command::Twist(Twist::default()),
-            commanded: None,
-            joints: BTreeMap::new(),
-            joint_commands: 0,
-            commands: 0,
-            mode: Mode::default(),
-            priority: None,
-            friction: None,
-            payload_kg: 0.0,
-            position_gain_per_s: None,
-            heading_gain_per_s: None,
-            speed: 1.0,
-            paused: false,
-            resets: 0,
-        }
-    }
 }
 
 /// A change; absent fields keep their value.

@@ -52,16 +52,17 @@ impl fmt::Debug for FilesInMemory {
     }
 }
 
-/// A path without `.` and `..`: there are no links in memory. The root is its own parent.
-fn normal(path: &Path) -> PathBuf {
+/// A path without `.` and, where the preceding part is known, without `..`. The root is its own
+/// parent. Links are not followed.
+pub fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
+        match (part, normal.components().next_back()) {
+            (Component::CurDir, _) | (Component::ParentDir, Some(Component::RootDir)) => {}
+            (Component::ParentDir, Some(Component::Normal(_))) => {
                 normal.pop();
             }
-            part => normal.push(part),
+            (part, _) => normal.push(part),
         }
     }
     normal

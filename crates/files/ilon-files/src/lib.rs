@@ -19,6 +19,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use held::FilesInMemory;
+pub use held::normal;
 
 /// Which files may be read: all, those below certain folders, or those in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

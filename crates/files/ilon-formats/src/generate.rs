@@ -6,10 +6,13 @@
 //! its joint turns about z.
 //!
 //! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
-//! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it.
+//! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it. Rollers that
+//! are made otherwise have the spheres of their own barrel, or a stack of cylinders; their reader makes them from
+//! `<ilon_rollers>`, which gives their radius.
 
 mod description;
 pub(crate) mod elements;
+mod on_tyres;
 mod ros2_control;
 pub(crate) mod suspension;
 
@@ -19,20 +22,47 @@ use std::fmt::Write;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use self::elements::{
-    attribute, box_moments, comment_text, cylinder, cylinder_moments, num, nums, write_dynamics,
-    write_geometry, write_inertial,
+    SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums, spheres_of,
+    write_chassis, write_dynamics, write_geometry, write_inertial,
 };
 use self::suspension::{Carrier, carriers, write_carrier};
+use crate::described_wheel;
 use crate::error::{Fault, RobotError};
-use crate::model::{Barrel, DriveTrain, RollerSurface};
-use crate::spec::{ChassisShape, Described, Spec, check};
+use crate::model::{
+    Barrel, DriveTrain, Roller, RollerForm, RollerSurface, RollersAsMade, SolidOfRevolution, Wheel,
+};
+use crate::spec::{Described, RollerSpec, Spec, check};
 use ilon_robot::roll_pitch_yaw;
 
 pub use description::describe;
+pub use on_tyres::generate_on_tyres;
 pub use ros2_control::with_ros2_control;
 
-/// Spheres that stand for one roller in collision and visual.
-const SPHERES_PER_ROLLER: usize = 7;
+/// Solids that stand for a roller: place along its axis, in metres, and geometry.
+fn solids_of(wheel: &Wheel, roller: &Roller) -> Vec<(f64, String)> {
+    match &roller.form {
+        RollerForm::Turned(turned) => slices_of(turned)
+            .map(|[t_m, length_m, radius_m]| (t_m, cylinder(radius_m, length_m)))
+            .collect(),
+        _ => solids_of_barrel(&wheel.barrel(roller)),
+    }
+}
+
+fn solids_of_barrel(barrel: &Barrel) -> Vec<(f64, String)> {
+    spheres_of(barrel)
+        .map(|[t_m, radius_m]| (t_m, format!("<sphere radius=\"{}\"/>", num(radius_m))))
+        .collect()
+}
+
+/// Cylinders that stand for a turned roller: middle, length and radius, in metres.
+fn slices_of(turned: &SolidOfRevolution) -> impl Iterator<Item = [f64; 3]> {
+    let (first_m, last_m) = turned.span_m();
+    let length_m = (last_m - first_m) / SPHERES_PER_ROLLER as f64;
+    (0..SPHERES_PER_ROLLER).map(move |i| {
+        let t_m = first_m + length_m * (i as f64 + 0.5);
+        [t_m, length_m, turned.surface_radius_m(t_m)]
+    })
+}
 
 /// Writes the URDF of a described robot.
 ///
@@ -42,15 +72,36 @@ const SPHERES_PER_ROLLER: usize = 7;
 pub fn generate(spec: &Spec) -> Result<String, RobotError> {
     let wheels = spec.described();
     check(spec, &wheels)?;
+    let made = wheels
+        .iter()
+        .map(|wheel| match is_made(&wheel.rollers) {
+            true => described_wheel::wheel(spec, wheel).map(Some),
+            false => Ok(None),
+        })
+        .collect::<Result<Vec<Option<Wheel>>, _>>()?;
     let mut out = String::new();
-    write_robot(&mut out, spec, &wheels).map_err(|e| {
+    write_robot(&mut out, spec, &wheels, &made).map_err(|e| {
         let reason = e.to_string();
         RobotError::new(&spec.name, Fault::Unreadable { reason })
     })?;
     Ok(out)
 }
 
-fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt::Result {
+/// Whether rollers are others than barrels that hand over. A seed alone changes none.
+fn is_made(rollers: &RollerSpec) -> bool {
+    let made = RollersAsMade {
+        radius_seed: 0,
+        ..rollers.made()
+    };
+    !made.is_ideal() || rollers.length_factor < 1.0
+}
+
+fn write_robot(
+    out: &mut String,
+    spec: &Spec,
+    wheels: &[Described],
+    made: &[Option<Wheel>],
+) -> std::fmt::Result {
     let (w, r) = (&spec.wheel, &spec.rollers);
     writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>")?;
     writeln!(
@@ -77,10 +128,10 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
             }
             _ => "lets neighbours hand over without gap or overlap".to_owned(),
         },
-        if r.made().is_ideal() && r.length_factor >= 1.0 {
-            ""
+        if is_made(r) {
+            "\n     They are made otherwise, as the elements <ilon_rollers> say: the solids of their links are those of rollers as made."
         } else {
-            "\n     How the rollers are made otherwise stands in the elements <ilon_rollers>, which other tools do not read."
+            ""
         },
     )?;
     for wheel in wheels {
@@ -107,38 +158,24 @@ fn write_robot(out: &mut String, spec: &Spec, wheels: &[Described]) -> std::fmt:
         writeln!(out)?;
     }
     writeln!(out, "-->\n<robot name=\"{}\">", attribute(&spec.name))?;
-    write_chassis(out, spec)?;
+    write_chassis(out, &spec.chassis)?;
     let carriers = carriers(spec, wheels);
     for carrier in &carriers {
         write_carrier(out, carrier)?;
     }
-    for wheel in wheels {
+    for (wheel, made) in wheels.iter().zip(made) {
         let carrier = carriers.iter().find(|of| of.carries(&wheel.placed.name));
-        write_wheel(out, wheel, carrier)?;
+        write_wheel(out, wheel, made.as_ref(), carrier)?;
     }
     writeln!(out, "</robot>")
 }
 
-fn write_chassis(out: &mut String, spec: &Spec) -> std::fmt::Result {
-    let c = &spec.chassis;
-    let (geometry, moments) = match c.shape {
-        ChassisShape::Box { size_m: [x, y, z] } => (
-            format!("<box size=\"{}\"/>", nums(&[x, y, z])),
-            box_moments(c.mass_kg, [x, y, z]),
-        ),
-        ChassisShape::Cylinder { radius_m, height_m } => (
-            cylinder(radius_m, height_m),
-            cylinder_moments(c.mass_kg, radius_m, height_m),
-        ),
-    };
-    let origin = format!("<origin xyz=\"{}\" rpy=\"0 0 0\"/>", nums(&c.center_m));
-    writeln!(out, "  <link name=\"base_link\">")?;
-    write_inertial(out, &origin, c.mass_kg, &moments)?;
-    write_geometry(out, &origin, &geometry, "chassis", "0.35 0.40 0.45 1")?;
-    writeln!(out, "  </link>")
-}
-
-fn write_wheel(out: &mut String, wheel: &Described, carrier: Option<&Carrier>) -> std::fmt::Result {
+fn write_wheel(
+    out: &mut String,
+    wheel: &Described,
+    made: Option<&Wheel>,
+    carrier: Option<&Carrier>,
+) -> std::fmt::Result {
     let (placed, w) = (&wheel.placed, &wheel.wheel);
     let name = attribute(&placed.name);
     // The link's y axis is the hub axis, a quarter turn ahead of its x axis.
@@ -186,13 +223,19 @@ fn write_wheel(out: &mut String, wheel: &Described, carrier: Option<&Carrier>) -
     writeln!(out, "  </link>")?;
     write_drive(out, wheel)?;
     write_surface(out, wheel)?;
-    // Shorter rollers leave gaps, and others than barrels have an outline of their own: what stands in the links are barrels that
-    // hand over, and their reader makes the others of them.
     let barrel = wheel.barrel_at_least_handing_over();
-    let (axial, across) = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
-    let moments = Vector3::new(across, across, axial);
-    for roller in 0..wheel.roller_count() {
-        write_roller(out, wheel, &barrel, &moments, roller)?;
+    let moments = barrel.solid_moments_kg_m2(wheel.rollers.mass_kg);
+    for index in 0..wheel.roller_count() {
+        let name = wheel.roller_name(index);
+        let as_made = made.and_then(|of| Some((of, of.rollers.iter().find(|r| r.name == name)?)));
+        let (moments, solids) = match as_made {
+            Some((of, roller)) => {
+                let moments = (roller.axial_inertia_kg_m2, roller.transverse_inertia_kg_m2);
+                (moments, solids_of(of, roller))
+            }
+            None => (moments, solids_of_barrel(&barrel)),
+        };
+        write_roller(out, wheel, index, moments, &solids)?;
     }
     Ok(())
 }
@@ -255,7 +298,10 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
             write!(out, " {name}=\"{}\"", num(value))?;
         }
     }
-    if factor < 1.0 {
+    if is_made(&wheel.rollers) {
+        write!(out, " radius=\"{}\"", num(wheel.rollers.radius_m))?;
+    }
+    if is_made(&wheel.rollers) && factor != 1.0 && made.profile_m.is_none() {
         write!(out, " length_factor=\"{}\"", num(factor))?;
     }
     if made.crown != 1.0 {
@@ -297,9 +343,9 @@ fn write_surface(out: &mut String, wheel: &Described) -> std::fmt::Result {
 fn write_roller(
     out: &mut String,
     wheel: &Described,
-    barrel: &Barrel,
-    moments: &Vector3<f64>,
     index: usize,
+    (axial, across): (f64, f64),
+    solids: &[(f64, String)],
 ) -> std::fmt::Result {
     let r = &wheel.rollers;
     let gamma_rad = wheel.placed.gamma_deg.to_radians();
@@ -323,7 +369,8 @@ fn write_roller(
     ]));
     let around = Rotation3::from_axis_angle(&Vector3::y_axis(), place_rad);
     let link_from_roller = around * link_from_down;
-    let center_m = around * (down * barrel.ring_radius_m) + Vector3::y() * row_offset_m;
+    let center_m =
+        around * (down * (wheel.wheel.radius_m - r.radius_m)) + Vector3::y() * row_offset_m;
     let [roll, pitch, yaw] = roll_pitch_yaw(&link_from_roller);
 
     writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
@@ -347,16 +394,13 @@ fn write_roller(
         out,
         "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
         r.mass_kg,
-        moments,
+        &Vector3::new(across, across, axial),
     )?;
-    for i in 0..SPHERES_PER_ROLLER {
-        // From -1 to 1 along the half length.
-        let along = 2.0 * i as f64 / (SPHERES_PER_ROLLER - 1) as f64 - 1.0;
-        let t_m = along * barrel.half_length_m;
+    for (t_m, geometry) in solids {
         write_geometry(
             out,
-            &format!("<origin xyz=\"0 0 {}\" rpy=\"0 0 0\"/>", num(t_m)),
-            &format!("<sphere radius=\"{}\"/>", num(barrel.sphere_radius_m(t_m))),
+            &format!("<origin xyz=\"0 0 {}\" rpy=\"0 0 0\"/>", num(*t_m)),
+            geometry,
             "roller",
             "0.12 0.12 0.12 1",
         )?;

@@ -46,6 +46,7 @@
 
 mod build;
 mod convert;
+mod described_wheel;
 mod diagnosis;
 mod error;
 mod generate;
@@ -68,7 +69,7 @@ pub use error::{
     CandidateJoint, Clue, ClueKind, Clues, Fault, MissingFile, Proposed, Remedy, RobotError,
     TextPlace,
 };
-pub use generate::{describe, generate, with_ros2_control};
+pub use generate::{describe, generate, generate_on_tyres, with_ros2_control};
 pub use load::LoadRobot;
 pub use loaded::Loaded;
 pub use options::{
@@ -77,8 +78,9 @@ pub use options::{
 pub use packages::Package;
 pub use prepare::urdf_text;
 pub use spec::{
-    Arrangement, ChassisShape, ChassisSpec, PlacedWheel, RollerBearings, RollerSpec, Spec,
-    SuspensionLaw, SuspensionSpec, TreadSpec, WheelOverride, WheelSpec,
+    Arrangement, CasterSpec, ChassisShape, ChassisSpec, PlacedWheel, RollerBearings, RollerSpec,
+    Spec, SpecOnTyres, SteeringSpec, SuspensionLaw, SuspensionSpec, TreadSpec, TyreSpec,
+    TyredWheel, WheelOverride, WheelSpec,
 };
 pub use urdf::{WheelOutline, link_tree, mesh_triangles};
 pub use wheels::{

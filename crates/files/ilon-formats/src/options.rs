@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 use crate::files::FileAccess;
 use crate::packages::{Machine, Package};
 
 /// How to read a robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, SmartDefault, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct LoadOptions {
@@ -51,6 +52,7 @@ pub struct LoadOptions {
     /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
     /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
     /// remarked.
+    #[default = true]
     pub infer_rollers: bool,
 }
 
@@ -72,26 +74,6 @@ impl LoadOptions {
     }
 }
 
-impl Default for LoadOptions {
-    fn default() -> Self {
-        Self {
-            packages: Vec::new(),
-            arguments: BTreeMap::new(),
-            leave_out_missing: false,
-            files: FileAccess::default(),
-            repair: false,
-            density_kg_m3: None,
-            rollers: RollerForms::default(),
-            wheels: None,
-            tyres: None,
-            wheel_radius_m: None,
-            joints: BTreeMap::new(),
-            spec: toml::Table::new(),
-            infer_rollers: true,
-        }
-    }
-}
-
 /// What rollers touch the ground with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -106,6 +88,7 @@ pub enum RollerForms {
 }
 
 /// Rollers for wheels that have none in the robot's file, as most published mobile bases have none.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotWheelsSection")]
@@ -118,11 +101,9 @@ pub struct WheelOptions {
     #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
     /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach the neighbours].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_radius_m: Option<f64>,
     /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at most half of the wheel].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_mass_kg: Option<f64>,
     /// Viscous damping of a roller's bearing, in N m s/rad.
@@ -159,6 +140,7 @@ impl WheelOptions {
 }
 
 /// Tyres of driven wheels without rollers: of differential, skid-steered, tricycle and swerve robots.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "RobotTyresSection")]
@@ -171,12 +153,10 @@ pub struct TyreOptions {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub free: Vec<String>,
     /// Width of a tyre, in metres [default: that of the wheel's geometry].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_m: Option<f64>,
     /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches in its middle and where they
     /// begin [default: an eighth of the width, which scrubs in a turn like a line of the tyre's width].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub shoulder_radius_m: Option<f64>,
 }
@@ -206,69 +186,53 @@ pub enum Handedness {
 
 /// What a joint that is neither a wheel's nor a roller's does. Numbers are in the units of how it moves: those with `rad` of a joint that
 /// turns, those without of one that slides.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct JointOptions {
     /// Its role [default: sprung where a stiffness is given].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleOption>,
     /// Stiffness of its spring or servo, in N/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
     /// Stiffness of its spring or servo, in N m/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m_rad: Option<f64>,
     /// Viscous damping, or a servo's, in N s/m [default: the robot's file; of a servo critical].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_s_m: Option<f64>,
     /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo critical].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub damping_n_m_s_rad: Option<f64>,
     /// Position at which the spring acts with its preload alone, in metres [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_m: Option<f64>,
     /// Position at which the spring acts with its preload alone, in radians [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_rad: Option<f64>,
     /// Force of the spring at its rest, along the joint's axis, in N [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n: Option<f64>,
     /// Torque of the spring at its rest, about the joint's axis, in N m [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub preload_n_m: Option<f64>,
     /// Dry friction, in N [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_n: Option<f64>,
     /// Dry friction, in N m [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_n_m: Option<f64>,
     /// Largest force of a servo, in N [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n: Option<f64>,
     /// Largest torque of a servo, in N m [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub effort_n_m: Option<f64>,
     /// Largest rate of a servo's target, in m/s [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_m_s: Option<f64>,
     /// Largest rate of a servo's target, in rad/s [default: the robot's file].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate_limit_rad_s: Option<f64>,
     /// Position that a servo holds, instead of setpoints, in metres [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_m: Option<f64>,
     /// Position that a servo holds, instead of setpoints, in radians [default: 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub target_rad: Option<f64>,
 }
 

@@ -8,7 +8,7 @@ use crate::error::{Fault, MissingFile, NOT_SET, RobotError};
 use crate::files::ReadError;
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::spec::Spec;
+use crate::spec::{Spec, SpecOnTyres, is_on_tyres};
 use crate::urdf::{LFS_POINTER, Origin, UrdfText, is_lfs_pointer, is_wheel_size};
 use crate::{convert, generate, xml};
 
@@ -105,6 +105,13 @@ pub(crate) fn prepare(
     // A byte order mark is not part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if Path::new(file).extension().is_some_and(|e| e == "toml") {
+        if is_on_tyres(text) {
+            let spec = SpecOnTyres::from_toml_str_with(text, file, &options.spec)?;
+            return Ok(UrdfText::as_it_is(
+                file,
+                &generate::generate_on_tyres(&spec)?,
+            ));
+        }
         let spec = Spec::from_toml_str_with(text, file, &options.spec)?;
         return Ok(UrdfText::as_it_is(file, &generate::generate(&spec)?));
     }

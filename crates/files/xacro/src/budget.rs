@@ -53,7 +53,7 @@ impl Budget {
     /// Charges a pass through a value, to print, copy or compare it, before the pass: a short text
     /// can build an endless value.
     pub(super) fn spend_on(&self, value: &Value) -> Result<(), Spent> {
-        self.spend_bytes(value.size().bytes())
+        self.spend_bytes(value.size().bytes)
     }
 
     /// The current depth.

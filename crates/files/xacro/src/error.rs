@@ -1,6 +1,5 @@
 //! Expansion errors with place and remedy.
 
-use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -34,7 +33,8 @@ impl Place {
 }
 
 /// The reason why a file cannot be expanded.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{}", self.text())]
 pub struct ExpandError {
     /// The reason.
     pub reason: Reason,
@@ -98,6 +98,17 @@ impl ExpandError {
         }
     }
 
+    /// Returns the place, the reason, what is missing, and the way that leads there.
+    fn text(&self) -> String {
+        let place = self.place.as_ref();
+        let place = place.map(|at| format!("{}:{}:{}: ", at.file, at.line(), at.column()));
+        let missing = self.missing.iter();
+        let missing = missing.map(|one| format!(", `{}` at {}", one.what, one.at));
+        let trail = self.trail.iter().map(|step| format!(", {step}"));
+        let rest: String = missing.chain(trail).collect();
+        format!("{}{}{rest}", place.unwrap_or_default(), self.reason)
+    }
+
     /// Returns a remedy, if known.
     pub fn hint(&self) -> Option<String> {
         Some(match &self.reason {
@@ -114,21 +125,3 @@ impl ExpandError {
         })
     }
 }
-
-impl fmt::Display for ExpandError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(place) = &self.place {
-            write!(f, "{}:{}:{}: ", place.file, place.line(), place.column())?;
-        }
-        write!(f, "{}", self.reason)?;
-        for missing in &self.missing {
-            write!(f, ", `{}` at {}", missing.what, missing.at)?;
-        }
-        for step in &self.trail {
-            write!(f, ", {step}")?;
-        }
-        Ok(())
-    }
-}
-
-impl std::error::Error for ExpandError {}

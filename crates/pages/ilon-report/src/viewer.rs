@@ -307,7 +307,7 @@ fn figure(of: &Viewer, pictures: &str, scene_controls: &str, legend: &str) -> St
          <option value=\"1\" selected>1×</option><option value=\"4\">4×</option><option value=\"16\">16×</option></select></label>\
          {scene_controls}</div>{legend}\
          <details class=\"help\"><summary>How to use it</summary><p>Drag the picture to turn it, scroll to zoom, click a wheel to \
-         see its touching roller close up. {help}</p></details>\n\
+         see close up where it touches. {help}</p></details>\n\
          <script type=\"application/json\" id=\"clock-data\">{clock}</script></figure>\n",
         title = of.title,
         track = of.track,

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 use ilon_control::Kinematics;
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 
 use crate::directions::contact;
-use crate::model::Parameter;
+use crate::model::{Parameter, is_held};
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
 
 /// Rollers within this angle of the controller's assumption agree with it, in radians.
@@ -31,7 +31,8 @@ pub fn gains(robot: &Robot, by_name: &BTreeMap<String, Value>) -> Gains {
 /// Returns the gains of twists ahead, to the left and of rotation by the touching rollers' geometry
 /// alone, relative to the robot's matrix; `None` if the rollers are unknown.
 fn rigid(robot: &Robot) -> Option<[f64; 3]> {
-    let kinematics = Kinematics::new(robot).ok()?;
+    // A tyre goes as far as its rate says.
+    let kinematics = Kinematics::new(robot).ok().filter(|_| !is_held(robot))?;
     let gain = |axis: usize| {
         let rates: Vec<f64> = kinematics
             .rate_matrix()
@@ -47,13 +48,21 @@ fn rigid(robot: &Robot) -> Option<[f64; 3]> {
 }
 
 /// Returns the controller of ros2_controllers that can drive such a robot: four mecanum wheels on
-/// parallel axes with equal sums of their arms, or omni wheels that face outward, spread evenly on
-/// a circle.
+/// parallel axes with equal sums of their arms, omni wheels that face outward, spread evenly on
+/// a circle, or tyres on parallel axles.
 pub fn kind(robot: &Robot) -> Option<ControllerKind> {
     /// Lengths that differ by less than this share are equal: files are rounded, and measurements
     /// too.
     const WITHIN: f64 = 0.01;
     let wheels = &robot.wheels;
+    if is_held(robot) {
+        let first = wheels.first()?.axis();
+        let is_parallel = |wheel: &Wheel| wheel.axis().perp(&first).abs() < WITHIN_RAD;
+        return wheels
+            .iter()
+            .all(is_parallel)
+            .then_some(ControllerKind::Differential);
+    }
     let count = wheels.len() as f64;
     let are_at = |gamma_rad: f64| {
         let mut all = wheels.iter();

@@ -12,7 +12,7 @@ use crate::delay::Delay;
 use crate::directions::directions;
 use crate::kinematic_fit::{Evidence, Fitted, Noise, fit};
 use crate::log::Log;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, is_held};
 use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::motion::{Tracker, Window, reckoned};
 use crate::outcome::{
@@ -269,12 +269,17 @@ fn models(study: &Study) -> Vec<ModelFile> {
     vec![
         nominal_model(),
         model("radius and lever", &["radius_m", "lever_m"]),
-        model(
-            "gains by direction",
-            &["gain.ahead", "gain.sideways", "gain.turn"],
-        ),
+        model("gains by direction", gains_of(study)),
         model("each wheel's radius and lever", &["radius_m.*", "lever_m"]),
     ]
+}
+
+/// The gains that a robot has: none sideways on tyres.
+fn gains_of(study: &Study) -> &'static [&'static str] {
+    match is_held(&study.robot) {
+        true => &["gain.ahead", "gain.turn"],
+        false => &["gain.ahead", "gain.sideways", "gain.turn"],
+    }
 }
 
 fn held(fitted: &Fitted, robot: &Robot) -> Vec<HeldParameter> {
@@ -356,7 +361,10 @@ fn fit_gains(
     noise: Noise,
     windows: &[&Window],
 ) -> Result<BTreeMap<String, Value>, Error> {
-    let names = ["gain.ahead", "gain.sideways", "gain.turn"].map(str::to_owned);
+    let names: Vec<String> = gains_of(study)
+        .iter()
+        .map(|name| (*name).to_owned())
+        .collect();
     let series = evidence.series_of(windows);
     let model = Model::new(&study.robot, &names)?.with_tracker(&study.file.tracker, &series);
     let fitted = fit(&model, evidence, windows, noise)?;

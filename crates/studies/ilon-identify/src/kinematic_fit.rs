@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix3xX, SymmetricEigen};
 
 use crate::least_squares::{Search, least_squares};
 use crate::log::middle;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, is_held};
 use crate::motion::{Tracker, Window};
 use crate::scatter::{Cluster, Interval, Scatter};
 
@@ -490,10 +490,13 @@ fn remedy(windows: &[&Window], model: &Model) -> String {
         went[2] += lever_m * moved[2].abs();
     }
     let all: f64 = went.iter().sum();
+    let is_held = is_held(&bare.robot(&[]));
     let lacks: Vec<&str> = ["drive ahead", "drive sideways", "turn"]
         .into_iter()
         .zip(went)
-        .filter(|(_, way)| *way < 0.05 * all)
+        .enumerate()
+        .filter(|(axis, (_, way))| *way < 0.05 * all && !(is_held && *axis == 1))
+        .map(|(_, of)| of)
         .map(|(words, _)| words)
         .collect();
     match lacks.is_empty() {

@@ -2,7 +2,7 @@
 //! on its output.
 
 use ilon_control::Kinematics;
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Roller, Wheel};
 use ilon_sim::Error;
 use nalgebra::{Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
 
@@ -189,8 +189,10 @@ impl Model {
     /// A model of a robot with these parameters free.
     ///
     /// # Errors
-    /// An unknown parameter, a repeated one, or one contained in another.
+    /// An unknown parameter, a repeated one, or one contained in another; a robot with steered
+    /// tyres.
     pub fn new(robot: &Robot, free: &[String]) -> Result<Self, Error> {
+        refuse_steered(robot)?;
         let mut parameters: Vec<Parameter> = Vec::new();
         for name in free {
             let Some(named) = Parameter::named(name, robot) else {
@@ -357,13 +359,34 @@ impl Model {
     }
 }
 
+/// Whether tyres hold a robot sideways.
+pub(crate) fn is_held(robot: &Robot) -> bool {
+    robot.wheels.iter().any(Wheel::has_tyre)
+}
+
+/// Refuses a robot whose kinematics depends on angles that no log of wheels has.
+fn refuse_steered(robot: &Robot) -> Result<(), Error> {
+    let mut wheels = robot.wheels.iter();
+    let steered = wheels.find(|wheel| wheel.has_tyre() && robot.steering_of(wheel).is_some());
+    match steered {
+        None => Ok(()),
+        Some(wheel) => Err(Error::invalid(
+            format!(
+                "`{}` is steered: what its rate does depends on the steering angle, which a log of wheels does not have",
+                wheel.name
+            ),
+            "fit robots on rollers, or on tyres that are not steered",
+        )),
+    }
+}
+
 /// Returns the robot without the parts that its ideal kinematics does not need.
 fn bare(robot: &Robot) -> Robot {
     let mut robot = robot.clone();
     robot
         .wheels
         .iter_mut()
-        .for_each(|wheel| wheel.rollers.clear());
+        .for_each(|wheel| wheel.rollers.retain(Roller::is_tyre));
     robot.chassis.collisions.clear();
     robot.remarks.clear();
     robot

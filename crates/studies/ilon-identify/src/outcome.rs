@@ -140,6 +140,8 @@ pub struct Controller {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ControllerKind {
+    /// `diff_drive_controller`.
+    Differential,
     /// `mecanum_drive_controller`.
     Mecanum,
     /// `omni_wheel_drive_controller`.

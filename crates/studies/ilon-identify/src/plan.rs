@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::kinematic_fit::{Evidence, Noise, residuals};
 use crate::log::Log;
-use crate::model::Model;
+use crate::model::{Model, is_held};
 use crate::motion::windows;
 
 /// Assumed noise of displacements over a second: a millimetre and a milliradian.
@@ -82,6 +82,10 @@ pub fn plan(robot: &Robot, free: &[String], speed_m_s: f64) -> Result<Plan, Erro
         [speed_m_s, 0.0, 0.5 * turn],
         [0.0, speed_m_s, 0.5 * turn],
     ];
+    let mut candidates = candidates.to_vec();
+    if is_held(robot) {
+        candidates.retain(|[_, sideways, _]| *sideways == 0.0);
+    }
     let information: Vec<DMatrix<f64>> = candidates
         .iter()
         .map(|twist| information(&model, &kinematics, &there_and_back(*twist)))
@@ -204,7 +208,7 @@ fn drive(kinematics: &Kinematics, ways: &[Way]) -> Log {
             } else {
                 REST_S
             };
-            let asked = Twist::new(twist[0], twist[1], twist[2]);
+            let asked = kinematics.reachable(Twist::new(twist[0], twist[1], twist[2]));
             kinematics.wheel_rates(asked, &mut rates);
             for _ in 0..(for_s / ROW_S).round() as usize {
                 let heading_rad = pose.heading_rad + twist[2] * ROW_S;

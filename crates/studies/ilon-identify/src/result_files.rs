@@ -73,10 +73,7 @@ fn fitted_description<'a>(
     found: &'a Identified,
     own: &Path,
 ) -> Result<(String, Vec<&'a str>), Error> {
-    let text = study
-        .files
-        .read_text(own, ilon_sim::scenario::MAX_BYTES)
-        .map_err(|fault| Error::read(own, &fault))?;
+    let text = ilon_sim::scenario::read_text(own, &study.files)?;
     let mut description: Table = toml::from_str(&text)
         .map_err(|error| Error::invalid(format!("{}: {}", own.display(), error.message()), ""))?;
     for (key, value) in spec_of(study) {

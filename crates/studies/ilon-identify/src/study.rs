@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_robot::Robot;
-use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting, read_toml};
+use ilon_sim::scenario::{Scenario, Setting, read_text, read_toml};
 use ilon_sim::{Error, load_robot};
 use toml::{Table, Value};
 
@@ -40,8 +40,7 @@ impl Study {
     /// Like [`Self::load`].
     pub fn load_within(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = files.read_text(path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let text = read_text(path, files)?;
         let file: StudyFile = read_toml(&text, path)?;
         let study = Self {
             path: path.to_owned(),

@@ -14,7 +14,7 @@ use ilon_control::Kinematics;
 use ilon_files::FileAccess;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_sim::Error;
-use ilon_sim::scenario::{MAX_BYTES, read_toml};
+use ilon_sim::scenario::{read_text, read_toml};
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ use toml::Table;
 use crate::controller::kind;
 use crate::kinematic_fit::search_of;
 use crate::least_squares::least_squares;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, is_held};
 use crate::outcome::{Controller, HeldParameter, Value};
 use crate::scatter::Interval;
 use crate::study::robot_of;
@@ -159,8 +159,7 @@ impl Tape {
     /// # Errors
     /// If the file or its robot cannot be read, or a run has no measurement.
     pub fn load_within(path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
-        let text = files.read_text(path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let text = read_text(path, files)?;
         let is_tape = |table: Table| table.contains_key("measured");
         if !toml::from_str(&text).is_ok_and(is_tape) {
             return Ok(None);
@@ -445,7 +444,11 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
     };
     let count = names.len();
     let mut drives = vec![after("none", DMatrix::zeros(count, count))];
-    for (drive, [x, y, turn]) in DRIVES {
+    let is_held = is_held(&model.robot(&model.nominal()));
+    for (drive, [x, y, turn]) in DRIVES
+        .into_iter()
+        .filter(|(_, of)| !is_held || of[1] == 0.0)
+    {
         let mut turned_rad = vec![0.0; known.wheel_count()];
         known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
         let place = Some((0.0, millimetres()));

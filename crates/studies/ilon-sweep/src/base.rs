@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use ilon_files::FileAccess;
 use ilon_sim::Error;
-use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
+use ilon_sim::scenario::{Scenario, Setting, read_text};
 use serde::{Deserialize, Serialize};
 
 /// The scenario that a study varies, with its text at the time of reading.
@@ -21,8 +21,7 @@ pub(crate) struct Base {
 impl Base {
     /// Reads the scenario's file.
     pub fn read(path: PathBuf, files: &FileAccess) -> Result<Self, Error> {
-        let text = files.read_text(&path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(&path, &fault))?;
+        let text = read_text(&path, files)?;
         let name = path
             .file_stem()
             .unwrap_or_default()

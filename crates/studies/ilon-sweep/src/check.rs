@@ -64,19 +64,20 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<StudyFile, Error> {
 
 /// Returns the axes of a study, in the order of its text.
 pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis>, Error> {
+    let refuse = |span: Range<usize>, message: String, help: &str| -> Result<Vec<Axis>, Error> {
+        Err(fault(text, path, span, message, help))
+    };
     let document = DeTable::parse(text);
     let written = document.as_ref().ok();
     let written = written.and_then(|document| document.get_ref().get("axes")?.get_ref().as_table());
     let found = written.map_or_else(Vec::new, |table| axes_of(table, &file.axes));
     let is_expectation = |key: &&String| key.split('.').next() == Some("expect");
     if let Some(key) = file.axes.keys().find(is_expectation) {
-        return Err(fault(
-            text,
-            path,
+        return refuse(
             place(text, &["axes", key]),
             format!("`{key}` cannot be varied: what a scenario expects is no part of its run"),
             "write what the runs shall keep below `[expect]` of the study",
-        ));
+        );
     }
     let mut axes: Vec<Axis> = Vec::new();
     for (span, axis) in found {
@@ -84,32 +85,26 @@ pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
             axis.map_err(|wrong| fault(text, path, span.clone(), wrong.message, wrong.help))?;
         let key = &axis.key;
         if let Some(other) = axes.iter().find(|other| overlap(&other.key, key)) {
-            return Err(fault(
-                text,
-                path,
+            return refuse(
                 span,
                 format!("`axes.{key}` and `axes.{}` set the same key", other.key),
                 "leave one of them out",
-            ));
+            );
         }
         let is_replaced = |(set, _): &(String, Value)| overlap(set, key) && set.len() >= key.len();
         if let Some((set, _)) = flat(&file.set).iter().find(|one| is_replaced(one)) {
-            return Err(fault(
-                text,
-                path,
+            return refuse(
                 span,
                 format!("`axes.{key}` replaces `set.{set}` in every run"),
                 "leave one of them out",
-            ));
+            );
         }
         if let (Method::Grid, None, None) = (file.method, axis.count(), &file.minimise) {
-            return Err(fault(
-                text,
-                path,
+            return refuse(
                 span,
                 format!("`axes.{key}` has no number of values, which a grid needs"),
                 "give it `steps`, or draw points: `method = \"latin_hypercube\"` with `points = 100`",
-            ));
+            );
         }
         axes.push(axis);
     }

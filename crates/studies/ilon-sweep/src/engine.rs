@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
-use ilon_trace::file::write_text;
 use rayon::prelude::*;
 use toml::Value;
 
@@ -18,7 +17,7 @@ use crate::row::{Row, Status, Task, figure_index};
 use crate::shard::Shard;
 use crate::store::Store;
 use crate::study::{Question, Study};
-use crate::table::write_runs;
+use crate::table::{write_json, write_runs};
 use ilon_sim::Error;
 
 /// State of a running study, shared by all threads.
@@ -90,9 +89,7 @@ pub fn write_results(study: &Study, store: &Store, findings: &Findings) -> Resul
         return Ok(());
     };
     write_runs(&folder.join("runs.parquet"), study, &store.rows())?;
-    let json = serde_json::to_string_pretty(findings);
-    let json = json.map_err(|error| Error::encode("the findings", &error))?;
-    Ok(write_text(&folder.join("findings.json"), &(json + "\n"))?)
+    write_json(&folder.join("findings.json"), "the findings", findings)
 }
 
 /// Returns the findings of a completed study from the rows of a store.

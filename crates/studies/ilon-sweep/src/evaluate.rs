@@ -12,6 +12,7 @@ use crate::options::Stop;
 use crate::robots;
 use crate::row::{Row, Status, Task, figures_of};
 use crate::study::Study;
+use crate::table::write_json;
 use ilon_sim::Error;
 use ilon_sim::scenario::{Expect, Scenario};
 use ilon_sim::simulate::design;
@@ -142,8 +143,5 @@ pub(crate) fn write(run: &Run<Recorded>, folder: &Path) -> Result<(), Error> {
     let text = scenario.moved_to(folder).to_toml()?;
     write_text(&folder.join("scenario.toml"), &text)?;
     trace.write_parquet(&folder.join("trace.parquet"))?;
-    let json = serde_json::to_string_pretty(summary);
-    let json = json.map_err(|error| Error::encode("the summary", &error))?;
-    write_text(&folder.join("summary.json"), &(json + "\n"))?;
-    Ok(())
+    write_json(&folder.join("summary.json"), "the summary", summary)
 }

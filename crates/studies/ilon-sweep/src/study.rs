@@ -17,7 +17,7 @@ use crate::row::{Row, Task};
 use crate::sample::{Sample, generator, unit};
 use crate::value_names;
 use ilon_sim::Error;
-use ilon_sim::scenario::{MAX_BYTES, Scenario, Setting};
+use ilon_sim::scenario::{Scenario, Setting, read_text};
 
 /// Many runs of one scenario, or of several, with varied keys.
 #[derive(Debug)]
@@ -76,8 +76,7 @@ impl Study {
     /// Like [`Self::load`].
     pub fn load_within(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = files.read_text(path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
+        let text = read_text(path, files)?;
         Self::from_toml(text, path, files)
     }
 
@@ -440,7 +439,7 @@ impl Study {
 
 /// Whether a file is a study, by its keys; its errors are reported when it is read.
 pub fn is_study(path: &Path, files: &FileAccess) -> bool {
-    let text = files.read_text(path, MAX_BYTES).unwrap_or_default();
+    let text = read_text(path, files).unwrap_or_default();
     let names = |table: &toml::de::DeTable<'_>| {
         table.contains_key("scenario") && !table.contains_key("robot")
     };

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
+use ilon_sim::Error;
 use ilon_trace::TraceError;
-use ilon_trace::file::write_atomically;
+use ilon_trace::file::{write_atomically, write_text};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -13,6 +14,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
+use serde::Serialize;
 
 use crate::axis::{number_of, text_of};
 use crate::row::{Row, figure_names};
@@ -52,6 +54,17 @@ pub fn write_runs(path: &Path, study: &Study, rows: &[Row]) -> Result<(), TraceE
         })?;
         write(file, study, rows).map_err(encode)
     })
+}
+
+/// Writes a value as JSON, which an error calls `what`.
+pub(crate) fn write_json(
+    path: &Path,
+    what: &'static str,
+    value: &impl Serialize,
+) -> Result<(), Error> {
+    let json = serde_json::to_string_pretty(value);
+    let json = json.map_err(|error| Error::encode(what, &error))?;
+    Ok(write_text(path, &(json + "\n"))?)
 }
 
 /// Returns the columns of `runs.parquet`: their names and values. Names and types depend only on

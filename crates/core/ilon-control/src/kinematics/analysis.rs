@@ -1,13 +1,12 @@
-//! Analysis of a wheel arrangement: rank, condition, decoupling, and the speeds within the wheels'
-//! limits.
+//! Analysis of a wheel arrangement: rank, condition and decoupling.
 
-use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Matrix2, Matrix3, MatrixXx3, Vector2, Vector3};
+use ilon_robot::{Robot, Wheel};
+use nalgebra::{Matrix2, MatrixXx3, Vector2};
 
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, all_rows, scaled, singular_values, singularity_of,
 };
-use crate::kinematics::tyres::steered;
+use crate::kinematics::tyres::{HeldRow, held_rows, named_rows, steered};
 use crate::{ControlError, Kinematics, Singularity};
 
 /// Properties of any robot's M of eq. (8), singular or not. Rank, condition and singular values
@@ -26,6 +25,13 @@ pub struct Arrangement {
     /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the
     /// largest counts as zero.
     pub rank: usize,
+    /// The rank of M alone, without the rows that tyres hold.
+    pub rank_of_m: usize,
+    /// The rows that tyres add; none on rollers.
+    pub held: Vec<HeldRow>,
+    /// The dimension of the twists that the wheels can drive, once steered ones have turned to
+    /// them: 3 less the rank of the rows of unsteered tyres.
+    pub reachable: usize,
     /// The cause of a rank below 3.
     pub singularity: Option<Singularity>,
 }
@@ -48,11 +54,17 @@ impl Arrangement {
         let mean_m = sum / count as f64;
         let (about_mean, _) = scaled(&all_rows((wheels, &steered), mean_m), wheels, mean_m);
         let s = singular_values(&about_mean).map(|(s, _)| s);
-        let rank = s
-            .iter()
-            .filter(|value| **value > RANK_TOLERANCE * s[0])
-            .count();
+        let rank = rank_of(&about_mean);
+        let each = wheels.iter().zip(steered.iter().copied());
+        let excluded = held_rows(each.filter(|(_, is_steered)| !is_steered), mean_m);
+        let lost = match &excluded[..] {
+            [] => 0,
+            rows => rank_of(&scaled(&MatrixXx3::from_rows(rows), wheels, mean_m).0),
+        };
         Ok(Self {
+            rank_of_m: rank_of(&MatrixXx3::from(about_mean.rows(0, count))),
+            held: named_rows(robot),
+            reachable: rank.saturating_sub(lost),
             singular_values: singular_values(&all).map(|(s, _)| s),
             condition: if rank == 3 {
                 s[0] / s[2]
@@ -64,6 +76,15 @@ impl Arrangement {
             m,
         })
     }
+}
+
+/// The number of singular values above the tolerance.
+fn rank_of(m: &MatrixXx3<f64>) -> usize {
+    // The decomposition needs three rows: zeros add nothing.
+    let rows = m.nrows().max(3);
+    let s = singular_values(&m.clone().resize_vertically(rows, 0.0)).map(|(s, _)| s);
+    let counts = |value: &&f64| **value > RANK_TOLERANCE * s[0];
+    s.iter().filter(counts).count()
 }
 
 impl Kinematics {
@@ -106,242 +127,12 @@ impl Kinematics {
     }
 }
 
-/// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
-/// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpeedLimits {
-    /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
-    rows: Vec<Vector3<f64>>,
-    /// Rows that tyres hold at zero which are not steered.
-    held: Vec<Vector3<f64>>,
-}
-
-impl SpeedLimits {
-    /// The limits of a robot whose wheels each have their own rate limit in rad/s, infinite for
-    /// none; wheels beyond the length of `limits_rad_s` have none.
-    pub fn new(kinematics: &Kinematics, limits_rad_s: &[f64]) -> Self {
-        let rows = kinematics.rate_matrix().row_iter().zip(limits_rad_s);
-        Self {
-            rows: rows
-                .filter(|(_, limit_rad_s)| limit_rad_s.is_finite() && **limit_rad_s > 0.0)
-                .map(|(row, limit_rad_s)| row.transpose() / *limit_rad_s)
-                .collect(),
-            held: kinematics.excluded_rows().to_vec(),
-        }
-    }
-
-    /// The same limit in rad/s on every wheel: the paper's q'_max.
-    pub fn uniform(kinematics: &Kinematics, limit_rad_s: f64) -> Self {
-        Self::new(kinematics, &vec![limit_rad_s; kinematics.wheel_count()])
-    }
-
-    /// Whether a twist in the body frame is within the limits.
-    pub fn allows(&self, twist_in_body: Twist) -> bool {
-        self.share(twist_in_body) <= 1.0
-    }
-
-    /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
-    /// is the boundary of the polytope. Infinite for a twist that tyres exclude.
-    pub fn share(&self, twist_in_body: Twist) -> f64 {
-        let twist = Vector3::new(
-            twist_in_body.vx_m_s,
-            twist_in_body.vy_m_s,
-            twist_in_body.omega_rad_s,
-        );
-        /// Of the twist's own size: far above rounding.
-        const HELD: f64 = 1e-9;
-        let is_held = |row: &Vector3<f64>| row.dot(&twist).abs() > HELD * row.norm() * twist.norm();
-        if self.held.iter().any(is_held) {
-            return f64::INFINITY;
-        }
-        self.rows
-            .iter()
-            .map(|row| row.dot(&twist).abs())
-            .fold(0.0, f64::max)
-    }
-
-    /// Returns the top speed in m/s without rotation, in a direction of the body frame given in
-    /// radians from x; infinite if no wheel limits it.
-    pub fn top_speed_m_s(&self, direction_rad: f64) -> f64 {
-        let (s, c) = libm::sincos(direction_rad);
-        1.0 / self.share(Twist::new(c, s, 0.0))
-    }
-
-    /// Returns the smallest and the largest top speed over all directions, without rotation, in
-    /// m/s.
-    pub fn top_speed_range_m_s(&self) -> (f64, f64) {
-        let steepest = self
-            .rows
-            .iter()
-            .map(|row| row.xy().norm())
-            .fold(0.0, f64::max);
-        let corners = self.at_yaw_rate(0.0);
-        let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        (
-            if self.held.is_empty() {
-                1.0 / steepest
-            } else {
-                0.0
-            },
-            if corners.is_empty() {
-                f64::INFINITY
-            } else {
-                furthest
-            },
-        )
-    }
-
-    /// Returns the top yaw rate in rad/s with the reference point at rest; infinite if no wheel
-    /// limits it.
-    pub fn top_yaw_rate_rad_s(&self) -> f64 {
-        1.0 / self.share(Twist::new(0.0, 0.0, 1.0))
-    }
-
-    /// Returns the possible velocities in m/s at a yaw rate in rad/s: the corners of a convex
-    /// polygon in the body frame, counter-clockwise. Empty if the yaw rate is out of reach or the
-    /// velocity is unlimited.
-    pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
-        let mut corners: Vec<Vector2<f64>> = Vec::new();
-        for (i, a) in self.rows.iter().enumerate() {
-            for b in &self.rows[i + 1..] {
-                let sides = Matrix2::new(a.x, a.y, b.x, b.y);
-                // Parallel sides have no corner.
-                let size = a.xy().norm() * b.xy().norm();
-                if sides.determinant().abs() <= 1e-9 * size {
-                    continue;
-                }
-                let Some(inverse) = sides.try_inverse() else {
-                    continue;
-                };
-                for (sign_a, sign_b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)] {
-                    let right =
-                        Vector2::new(sign_a - a.z * omega_rad_s, sign_b - b.z * omega_rad_s);
-                    let v = inverse * right;
-                    if self.share(Twist::new(v.x, v.y, omega_rad_s)) <= EDGE
-                        && corners
-                            .iter()
-                            .all(|c| (c - v).norm() > 1e-9 * (c.norm() + v.norm()))
-                    {
-                        corners.push(v);
-                    }
-                }
-            }
-        }
-        let middle = corners.iter().sum::<Vector2<f64>>() / corners.len().max(1) as f64;
-        let angle = |v: &Vector2<f64>| libm::atan2(v.y - middle.y, v.x - middle.x);
-        corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-        corners
-    }
-
-    /// Returns the corners of the polytope: twists in the body frame at which at least three wheels
-    /// are at their limits. Empty if the limited wheels leave a motion unlimited.
-    pub fn corners(&self) -> Vec<Twist> {
-        let n = self.rows.len();
-        let mut corners: Vec<Vector3<f64>> = Vec::new();
-        for i in 0..n {
-            for j in i + 1..n {
-                for k in j + 1..n {
-                    let (a, b, c) = (&self.rows[i], &self.rows[j], &self.rows[k]);
-                    let faces = Matrix3::from_rows(&[a.transpose(), b.transpose(), c.transpose()]);
-                    let size = a.norm() * b.norm() * c.norm();
-                    if faces.determinant().abs() <= 1e-9 * size {
-                        continue;
-                    }
-                    let Some(inverse) = faces.try_inverse() else {
-                        continue;
-                    };
-                    for signs in 0..8_u8 {
-                        let sign = |bit: u8| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
-                        let x = inverse * Vector3::new(sign(0), sign(1), sign(2));
-                        if self.share(Twist::new(x.x, x.y, x.z)) <= EDGE
-                            && corners
-                                .iter()
-                                .all(|c| (c - x).norm() > 1e-9 * (c.norm() + x.norm()))
-                        {
-                            corners.push(x);
-                        }
-                    }
-                }
-            }
-        }
-        corners.iter().map(|x| Twist::new(x.x, x.y, x.z)).collect()
-    }
-}
-
-/// The boundary of the polytope, with a margin for the rounding of a solved corner.
-const EDGE: f64 = 1.0 + 1e-9;
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
+
     use crate::fixtures::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
-    use std::f64::consts::{FRAC_PI_6, PI};
-
-    #[test]
-    fn section_4_the_volksbots_speeds_at_8_7_rad_per_s() {
-        let kinematics = Kinematics::new(&volksbot()).unwrap();
-        let limits = SpeedLimits::uniform(&kinematics, 8.7);
-        // rho q' / |b| = 0.05 * 8.7 / 0.25 = 1.74 rad/s = 99.7 deg/s, as the paper states.
-        assert!((limits.top_yaw_rate_rad_s() - 1.74).abs() < 1e-14);
-        assert!((limits.top_yaw_rate_rad_s().to_degrees() - 99.7).abs() < 0.05);
-        // rho q' = 0.435 m/s along a wheel's rolling direction; over cos 30 deg = 0.5023 m/s
-        // between two.
-        let (least, largest) = limits.top_speed_range_m_s();
-        assert!((least - 0.435).abs() < 1e-14);
-        assert!((largest - 0.435 / FRAC_PI_6.cos()).abs() < 1e-14);
-        assert!((limits.top_speed_m_s(0.0) - 0.502_3).abs() < 5e-5);
-        assert!((limits.top_speed_m_s(PI / 2.0) - 0.435).abs() < 1e-14);
-        // A hexagon without rotation, and a cube-like body of eight corners.
-        assert_eq!(limits.at_yaw_rate(0.0).len(), 6);
-        assert_eq!(limits.corners().len(), 8);
-        assert!(limits.at_yaw_rate(1.75).is_empty());
-    }
-
-    #[test]
-    fn the_mecanum_robot_reaches_the_textbook_speeds() {
-        let kinematics = Kinematics::new(&mecanum4()).unwrap();
-        let limits = SpeedLimits::uniform(&kinematics, 10.0);
-        // |vx| + |vy| + 0.31 |omega| <= rho q': an octahedron.
-        assert_eq!(limits.corners().len(), 6);
-        assert!((limits.top_speed_m_s(0.0) - 0.5).abs() < 1e-14);
-        assert!((limits.top_speed_m_s(PI / 4.0) - 0.5 / 2.0_f64.sqrt()).abs() < 1e-14);
-        assert!((limits.top_yaw_rate_rad_s() - 0.5 / 0.31).abs() < 1e-14);
-    }
-
-    #[test]
-    fn corners_and_slices_are_the_edge_of_what_is_allowed() {
-        let kinematics = Kinematics::new(&six_wheels()).unwrap();
-        let limits = SpeedLimits::new(&kinematics, &[8.0, 9.0, 10.0, 8.0, 9.0, 10.0]);
-        let corners = limits.corners();
-        assert!(corners.len() >= 8);
-        for corner in corners {
-            assert!((limits.share(corner) - 1.0).abs() < 1e-9);
-            let mut rates = [0.0; 6];
-            kinematics.wheel_rates(corner, &mut rates);
-            let bounds = [8.0, 9.0, 10.0, 8.0, 9.0, 10.0];
-            let at_limit = rates
-                .iter()
-                .zip(bounds)
-                .filter(|(r, b)| (r.abs() - b).abs() < 1e-6);
-            assert!(at_limit.count() >= 3);
-        }
-        let slice = limits.at_yaw_rate(0.5);
-        for (i, v) in slice.iter().enumerate() {
-            assert!((limits.share(Twist::new(v.x, v.y, 0.5)) - 1.0).abs() < 1e-9);
-            // Convex and counter-clockwise.
-            let (next, after) = (slice[(i + 1) % slice.len()], slice[(i + 2) % slice.len()]);
-            assert!((next - v).perp(&(after - next)) > 0.0);
-        }
-    }
-
-    #[test]
-    fn without_limits_nothing_is_out_of_reach() {
-        let kinematics = Kinematics::new(&volksbot()).unwrap();
-        let limits = SpeedLimits::uniform(&kinematics, f64::INFINITY);
-        assert_eq!(limits.top_speed_range_m_s(), (f64::INFINITY, f64::INFINITY));
-        assert!(limits.allows(Twist::new(1e6, 0.0, 0.0)));
-        assert!(limits.corners().is_empty());
-    }
 
     #[test]
     fn the_decoupling_point_decouples_and_no_other_does() {
@@ -399,27 +190,6 @@ mod tests {
         assert_eq!(found.rank, 2);
         assert_eq!(found.condition, f64::INFINITY);
         assert!(found.singularity.is_some() && found.singular_values[2] < 1e-15);
-    }
-
-    /// At 1 rad/s rotation takes 0.31 m/s of the 0.5 m/s, and the rest moves the middle in the
-    /// diamond |vx| + |vy| <= 0.19 m/s. A point 0.5 m ahead and 0.3 m to the left of it moves in
-    /// addition by 0.5 m/s to the left and 0.3 m/s back.
-    #[test]
-    fn possible_velocities_of_another_point_are_those_of_the_middle_moved() {
-        let kinematics = Kinematics::new(&mecanum4()).unwrap();
-        let there = kinematics.about(Vector2::new(0.5, 0.3)).unwrap();
-        let slice = SpeedLimits::uniform(&there, 10.0).at_yaw_rate(1.0);
-        let expected = [(0.0, -0.19), (0.19, 0.0), (0.0, 0.19), (-0.19, 0.0)];
-        assert_eq!(slice.len(), expected.len());
-        // Counter-clockwise, from any corner.
-        let first = (0..4)
-            .min_by(|a, b| slice[*a].y.total_cmp(&slice[*b].y))
-            .unwrap();
-        for (k, (x, y)) in expected.into_iter().enumerate() {
-            let corner = slice[(first + k) % 4];
-            let off = corner - Vector2::new(x - 0.3, y + 0.5);
-            assert!(off.norm() < 1e-12, "{slice:?}");
-        }
     }
 
     /// The rows are (1, +-1, +-(a + b)) times the same number, with rotation counted in the hubs'

@@ -146,6 +146,11 @@ impl Kinematics {
         self.excluded.is_empty()
     }
 
+    /// Whether the wheel at this index rolls on a tyre that is steered, which turns to each twist.
+    pub(crate) fn turns_to_twists(&self, wheel: usize) -> bool {
+        self.steered.get(wheel) == Some(&true) && self.wheels[wheel].has_tyre()
+    }
+
     /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).
     pub(crate) fn held_rows(&self) -> &[Vector3<f64>] {
         &self.held

@@ -7,4 +7,6 @@ pub(crate) mod handedness;
 pub(crate) mod ideal;
 pub(crate) mod matrix;
 pub(crate) mod singularity;
+pub(crate) mod speeds;
+pub(crate) mod turning;
 pub(crate) mod tyres;

@@ -40,6 +40,8 @@ pub struct Singularity {
     /// Whether reversing the handedness of every wheel gives M the rank 3: the wheels were mounted
     /// on the wrong sides.
     pub repaired_by_reversing_all: bool,
+    /// Whether these wheels roll on tyres: their ways meet, not the axes of rollers.
+    pub on_tyres: bool,
 }
 
 /// The geometry behind a rank below 3.
@@ -65,13 +67,19 @@ pub enum SingularityKind {
 impl fmt::Display for Singularity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names = quoted(&self.wheels);
+        if let (SingularityKind::Meet { point_m }, true) = (self.kind, self.on_tyres) {
+            return write!(
+                f,
+                "the ways of all wheels pass through {}: none of them turns the robot about it; wheels {names}; \
+                 move a wheel to the side",
+                place(point_m)
+            );
+        }
         match self.kind {
             SingularityKind::Meet { point_m } => write!(
                 f,
-                "all roller axes meet at ({:.4}, {:.4}) m: the robot cannot control its rotation about it; wheels {names}",
-                // Adding zero turns a negative zero into a positive one.
-                (point_m.x * 1e4).round() / 1e4 + 0.0,
-                (point_m.y * 1e4).round() / 1e4 + 0.0,
+                "all roller axes meet at {}: the robot cannot control its rotation about it; wheels {names}",
+                place(point_m)
             )?,
             SingularityKind::Parallel { direction } => write!(
                 f,
@@ -104,6 +112,12 @@ impl fmt::Display for Singularity {
             )
         }
     }
+}
+
+/// A place as text. Adding zero turns a negative zero into a positive one.
+fn place(point_m: Vector2<f64>) -> String {
+    let [x, y] = [point_m.x, point_m.y].map(|x_m| (x_m * 1e4).round() / 1e4 + 0.0);
+    format!("({x:.4}, {y:.4}) m")
 }
 
 /// Returns M with its last column divided by a length typical of the robot, so that its singular
@@ -159,6 +173,7 @@ pub(crate) fn singularity_of(wheels: &[Wheel], steered: &[bool]) -> Option<Singu
             .map(|i| wheels[i].name.clone())
             .collect(),
         repaired_by_reversing_all: kind_of(&all, steered).is_none(),
+        on_tyres: wheels.iter().all(Wheel::has_tyre),
     })
 }
 
@@ -220,6 +235,7 @@ mod tests {
             wheels: vec!["a".to_owned()],
             repaired_by_reversing: Vec::new(),
             repaired_by_reversing_all: false,
+            on_tyres: false,
         };
         let words = singularity.to_string();
         assert!(words.contains("meet at (0.0000, 0.0000) m"), "{words}");

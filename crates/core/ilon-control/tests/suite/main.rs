@@ -6,3 +6,4 @@ mod fixtures;
 mod paper;
 mod passive_by_hand;
 mod peers_kinematics;
+mod tyres;

@@ -9,6 +9,8 @@
 
 use std::f64::consts::PI;
 
+use super::solid_of_revolution::moments_of_slices;
+
 /// The barrel's profile in its own frame: sphere radius along the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrel {
@@ -124,16 +126,9 @@ impl Barrel {
     }
 
     /// Returns the moments of inertia about its centre of a barrel of uniform density, cut flat at
-    /// +-L/2: about its axis, and about any axis across it, in kg m^2. Each slice is a disc of mass
-    /// dm: dm r^2 / 2, and dm (r^2 / 4 + z^2).
+    /// +-L/2: about its axis, and about any axis across it, in kg m^2.
     pub fn solid_moments_kg_m2(&self, mass_kg: f64) -> (f64, f64) {
-        let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
-        for (z, r) in self.slices() {
-            volume += r * r;
-            axial += r * r * (0.5 * r * r);
-            across += r * r * (0.25 * r * r + z * z);
-        }
-        (axial * mass_kg / volume, across * mass_kg / volume)
+        moments_of_slices(self.slices(), mass_kg)
     }
 
     /// Returns middle and radius of evenly spaced slices from end to end, in metres.

@@ -1,5 +1,7 @@
 //! Joint friction, motor limits and gears.
 
+use smart_default::SmartDefault;
+
 /// Damping and dry friction of a joint (URDF `dynamics`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Joint {
@@ -10,40 +12,32 @@ pub struct Joint {
 }
 
 /// Limits of a wheel's drive, at the wheel (URDF `limit`); infinite if the file sets none.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, SmartDefault, PartialEq)]
 pub struct MotorLimits {
     /// Largest torque in N m, > 0; 0 for a wheel that no motor drives.
+    #[default(f64::INFINITY)]
     pub effort_n_m: f64,
     /// Largest rate in rad/s, > 0: the paper's q'_max of this wheel.
+    #[default(f64::INFINITY)]
     pub velocity_rad_s: f64,
 }
 
 /// The gear and the rotor between a motor and its wheel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, SmartDefault, PartialEq)]
 pub struct DriveTrain {
     /// Turns of the rotor per turn of the wheel, > 0; 1 for a motor without a gear.
+    #[default = 1.0]
     pub gear_ratio: f64,
     /// Inertia of the rotor about its own axis, before the gear, in kg m^2, >= 0.
     pub rotor_inertia_kg_m2: f64,
     /// Efficiency eta of the gear, in (0, 1]: the share of the motor's power that reaches the
     /// wheel. If the load drives, 2 - 1 / eta of the wheel's power reaches the motor; at 0.5 and
     /// below the gear is self-locking.
+    #[default = 1.0]
     pub gear_efficiency: f64,
     /// Dry friction of the gear, at the wheel, in N m, >= 0. It is added to that of the wheel's own
     /// bearing ([`Joint::friction_n_m`]).
     pub gear_friction_n_m: f64,
-}
-
-impl Default for DriveTrain {
-    /// A motor without gear and rotor inertia.
-    fn default() -> Self {
-        Self {
-            gear_ratio: 1.0,
-            rotor_inertia_kg_m2: 0.0,
-            gear_efficiency: 1.0,
-            gear_friction_n_m: 0.0,
-        }
-    }
 }
 
 impl DriveTrain {
@@ -52,14 +46,5 @@ impl DriveTrain {
     /// the wheel. MuJoCo calls it `armature`.
     pub fn reflected_inertia_kg_m2(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia_kg_m2
-    }
-}
-
-impl Default for MotorLimits {
-    fn default() -> Self {
-        Self {
-            effort_n_m: f64::INFINITY,
-            velocity_rad_s: f64::INFINITY,
-        }
     }
 }

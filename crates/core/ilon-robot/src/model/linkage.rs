@@ -145,6 +145,14 @@ impl JointServo {
 }
 
 impl BodyJoint {
+    /// Whether it turns about an upright axis, while all joints are at zero.
+    pub(super) fn turns_upright(&self) -> bool {
+        /// Cosine of the largest lean of an upright axis, 8 degrees (chosen).
+        const UPRIGHT: f64 = 0.99;
+        let axis = self.body_from_joint.rotation * Vector3::z();
+        self.kind == JointKind::Turns && axis.z.abs() > UPRIGHT
+    }
+
     /// The spring, if the joint is sprung.
     pub fn spring(&self) -> Option<&JointSpring> {
         match &self.role {

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Point3, Vector3};
 
 use super::scale::{LEAST_GRAVITY_M_S2, Scale};
-use super::{BodyJoint, Collision, Coupling, JointKind, MassProperties, Remark, Wheel};
+use super::{BodyJoint, Collision, Coupling, JointKind, JointRole, MassProperties, Remark, Wheel};
 
 /// An omnidirectional robot: a chassis carried by N >= 3 driven wheels with passive rollers.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,14 +214,34 @@ impl Robot {
     /// Returns the joint that steers a wheel, by its index in [`Robot::joints`]: the nearest one
     /// above it that a servo turns about an upright axis. `None` for a wheel that is not steered.
     pub fn steering_of(&self, wheel: &Wheel) -> Option<usize> {
-        /// Cosine of the largest lean of an upright axis, 8 degrees (chosen).
-        const UPRIGHT: f64 = 0.99;
         let steers = |at: &usize| {
             let joint = &self.joints[*at];
-            let axis = joint.body_from_joint.rotation * Vector3::z();
-            joint.kind == JointKind::Turns && joint.servo().is_some() && axis.z.abs() > UPRIGHT
+            joint.turns_upright() && joint.servo().is_some()
         };
         std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).find(steers)
+    }
+
+    /// Returns the joints of its casters, by their indices in [`Robot::joints`]: those that turn
+    /// freely about an upright axis and carry no wheel of [`Robot::wheels`], and the free ones below
+    /// them, on which the casters' own wheels roll.
+    pub fn caster_joints(&self) -> Vec<usize> {
+        let way = |at: usize| std::iter::successors(Some(at), |at| self.joints[*at].parent);
+        let swivels = |at: usize| {
+            let joint = &self.joints[at];
+            let carries =
+                |wheel: &Wheel| wheel.carrier.is_some_and(|on| way(on).any(|on| on == at));
+            joint.turns_upright()
+                && joint.role == JointRole::Free
+                && !self.wheels.iter().any(carries)
+        };
+        let is_free = |at: usize| self.joints[at].role == JointRole::Free;
+        let is_of_one = |at: &usize| is_free(*at) && way(*at).any(swivels);
+        let has_shapes = |at: usize| !self.joints[at].body.collisions.is_empty();
+        let found: Vec<usize> = (0..self.joints.len()).filter(is_of_one).collect();
+        match found.iter().any(|at| has_shapes(*at)) {
+            true => found,
+            false => Vec::new(),
+        }
     }
 
     /// Returns the joints between the chassis and a wheel, from the chassis on, by their indices in

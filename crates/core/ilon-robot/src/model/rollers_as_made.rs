@@ -27,11 +27,14 @@ use std::f64::consts::PI;
 use super::solid_of_revolution::{ProfileError, SolidOfRevolution};
 use super::{Barrel, RollerForm};
 
+use smart_default::SmartDefault;
+
 /// How the rollers of a wheel are made. The default is the ideal barrel for each.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, SmartDefault, PartialEq)]
 pub struct RollersAsMade {
     /// Curvature of the outline along the roller, at its middle, over that of the ideal barrel: 1
     /// is ideal, below flatter, above rounder; > 0.
+    #[default = 1.0]
     pub crown: f64,
     /// The profile by numbers, `[position along the axis from the middle, radius]` in metres;
     /// `None` for barrels.
@@ -46,19 +49,6 @@ pub struct RollersAsMade {
     /// Deviations of single rollers' radii, by the names of their joints, in metres; they replace
     /// the draw.
     pub radius_offsets_m: BTreeMap<String, f64>,
-}
-
-impl Default for RollersAsMade {
-    fn default() -> Self {
-        Self {
-            crown: 1.0,
-            profile_m: None,
-            edge_radius_m: 0.0,
-            radius_spread_m: 0.0,
-            radius_seed: 0,
-            radius_offsets_m: BTreeMap::new(),
-        }
-    }
 }
 
 /// Reasons why rollers cannot be made in a given way.

@@ -247,15 +247,11 @@ impl SolidOfRevolution {
     /// axis, and about any axis across it, in kg m^2 (like [`super::Barrel::solid_moments_kg_m2`]).
     pub fn solid_moments_kg_m2(&self, mass_kg: f64) -> (f64, f64) {
         let (first_m, last_m) = self.span_m();
-        let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
-        for i in 0..SLICES {
+        let slices = (0..SLICES).map(|i| {
             let z = first_m + (last_m - first_m) * (i as f64 + 0.5) / SLICES as f64;
-            let r = self.surface_radius_m(z);
-            volume += r * r;
-            axial += r * r * (0.5 * r * r);
-            across += r * r * (0.25 * r * r + z * z);
-        }
-        (axial * mass_kg / volume, across * mass_kg / volume)
+            (z, self.surface_radius_m(z))
+        });
+        moments_of_slices(slices, mass_kg)
     }
 
     /// Returns its volume in m^3: the sum of its slices.
@@ -268,6 +264,22 @@ impl SolidOfRevolution {
         };
         (0..SLICES).map(slice).sum()
     }
+}
+
+/// Returns the moments of inertia of a body of uniform density, about its axis and across it, in kg
+/// m^2, from the middles and radii of its slices. Each is a disc of mass dm: dm r^2 / 2, and dm
+/// (r^2 / 4 + z^2).
+pub(super) fn moments_of_slices(
+    slices: impl Iterator<Item = (f64, f64)>,
+    mass_kg: f64,
+) -> (f64, f64) {
+    let (mut volume, mut axial, mut across) = (0.0, 0.0, 0.0);
+    for (z, r) in slices {
+        volume += r * r;
+        axial += r * r * (0.5 * r * r);
+        across += r * r * (0.25 * r * r + z * z);
+    }
+    (axial * mass_kg / volume, across * mass_kg / volume)
 }
 
 /// Number of slices of a body; the error of their sums is of the order of one over its square.

@@ -76,6 +76,9 @@ pub struct Column {
     pub factor: f64,
 }
 
+/// The bytes of a file, up to its largest size.
+type Bytes = BufReader<Take<Box<dyn Read>>>;
+
 /// A table that is read row by row; values are those of the current row.
 pub struct Table<'a> {
     path: &'a Path,
@@ -83,7 +86,7 @@ pub struct Table<'a> {
     names: Vec<String>,
     /// Whether numbers follow the names: nothing is shown of other files.
     is_log: bool,
-    reader: ::csv::Reader<RowByRow<BufReader<Take<Box<dyn Read>>>>>,
+    reader: ::csv::Reader<RowByRow<Bytes>>,
     /// Bytes that may still be read for the row.
     left: Rc<Cell<usize>>,
     record: ::csv::ByteRecord,

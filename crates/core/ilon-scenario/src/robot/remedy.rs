@@ -154,11 +154,17 @@ pub fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
         .as_ref()
         .filter(|_| options.tyres != beyond.tyres)
     {
-        let mut inner = Vec::new();
-        if !tyres.joints.is_empty() {
-            inner.push(format!("joints = [{}]", quoted(&tyres.joints)));
-        }
-        inner.extend(tyres.width_m.map(|m| format!("width_m = {m}")));
+        let listed = |key: &str, joints: &[String]| {
+            (!joints.is_empty()).then(|| format!("{key} = [{}]", quoted(joints)))
+        };
+        let metres = |key: &str, m: Option<f64>| m.map(|m| format!("{key} = {m}"));
+        let inner = [
+            listed("joints", &tyres.joints),
+            listed("free", &tyres.free),
+            metres("width_m", tyres.width_m),
+            metres("shoulder_radius_m", tyres.shoulder_radius_m),
+        ];
+        let inner: Vec<String> = inner.into_iter().flatten().collect();
         keys.push(format!("tyres = {{ {} }}", inner.join(", ")));
     }
     if let Some(radius_m) = options.wheel_radius_m
@@ -299,6 +305,19 @@ mod tests {
         assert!(works(&closing(0.2)));
         assert!(works(&closing(0.02)));
         assert!(!works(&closing(0.002)));
+    }
+
+    /// The keys of given tyres are read as the same tyres.
+    #[test]
+    fn all_keys_of_tyres_are_written() {
+        let text =
+            "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
+        let mut options = LoadOptions::default();
+        options.tyres = Some(toml::from_str(text).expect("tyres"));
+        let written = keys(&options, &LoadOptions::default()).concat();
+        let read: toml::Table = toml::from_str(&written).expect("a key");
+        let tyres = read["tyres"].clone().try_into().expect("tyres");
+        assert_eq!(Some(tyres), options.tyres, "{written}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::checks::objection::Objection;
 
 /// A free rigid body of uniform density: `box`, `cylinder` or `sphere`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -16,10 +17,8 @@ pub struct Body {
     #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
     pub cuboid: Option<BoxShape>,
     /// It is a cylinder, upright unless it is turned.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderShape>,
     /// It is a sphere.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sphere: Option<SphereShape>,
     /// Its mass, in kg.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -29,7 +28,6 @@ pub struct Body {
     #[schemars(range(min = 0.0))]
     pub friction: f64,
     /// Friction coefficient against robots [default: `friction`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction_on_robots: Option<f64>,
     /// x of its middle, in metres.
@@ -38,7 +36,6 @@ pub struct Body {
     pub y_m: f64,
     /// Height of its middle above the floor, in metres [default: it stands on what is below it: floor, an earlier body, or the
     /// robot].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z_m: Option<f64>,
     /// Its heading in the world, in degrees.
     #[serde(default)]

@@ -20,25 +20,22 @@ pub struct Controller {
 
 /// What the controller believes wrongly of the robot. Commands, dead reckoning, fusion and the model of a torque law use the believed robot; physics and
 /// default gains use the real one.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedRobotSection")]
 pub struct Believed {
     /// The file of another robot, relative to the scenario, whose wheels are believed. Wheels are matched by name where all names are the same, else in
     /// the order of the files.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// The radius of all wheels, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_radius_m: Option<f64>,
     /// The lever of all wheels in turns, in metres: l_x + l_y of mecanum wheels at 45 degrees, the distance from the origin of omni wheels. Wheels move
     /// along the line from the body's origin.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub lever_m: Option<f64>,
     /// The angle gamma of all wheels, in degrees, each with its own sign; a negative one exchanges the signs, as if left and right were confused.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
     /// x of the body's origin in the body frame, in metres.
     pub origin_x_m: f64,
@@ -52,28 +49,23 @@ pub struct Believed {
 }
 
 /// What the controller believes of one wheel.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedWheelSection")]
 pub struct BelievedWheel {
     /// The wheel whose commands and encoder it has, as with exchanged cables. Each wheel is taken for one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub taken_for: Option<String>,
     /// Its radius, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_m: Option<f64>,
     /// x of its middle in the body frame, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub x_m: Option<f64>,
     /// y of its middle in the body frame, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub y_m: Option<f64>,
     /// Hub axis, in degrees from the body's x axis, counter-clockwise; 90 for a wheel that drives ahead.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_deg: Option<f64>,
     /// Its angle gamma, in degrees, with its sign.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
     /// Motor and encoder turn the other way.
     pub reversed: bool,

@@ -26,6 +26,7 @@ pub struct Expect {
 }
 
 /// Bounds of a recorded signal over time.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignalBound {
@@ -39,20 +40,15 @@ pub struct SignalBound {
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
     /// End of the window, or the time by which the signal must have settled, in seconds [default: the end].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
     /// At least this.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
     /// At most this.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// Equal to this, up to `within`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
     /// Largest distance from `equal`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub within: Option<f64>,
 }
@@ -83,21 +79,18 @@ impl SignalBound {
 }
 
 /// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bound {
     /// At least this.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
     /// At most this.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// Equal to this, up to `within`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub equal: Option<f64>,
     /// Largest distance from `equal`.
     #[schemars(range(min = 0.0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
 }
 

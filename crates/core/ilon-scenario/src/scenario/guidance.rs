@@ -2,33 +2,33 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 /// The guidance law of Indiveri 2009, section III.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde_with::skip_serializing_none]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "GuidanceSection")]
 pub struct Guidance {
     /// Task that keeps its wheel rates in saturation [default: position; of a twist in open loop, both give way together].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub priority: Option<Priority>,
     /// What is done with wheel rates above the limit.
     pub saturation: Saturation,
     /// Gain on the position error, K_r of equation (26), in 1/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 1.0]
     pub position_gain_per_s: f64,
     /// Gain on the heading error, K_phi of equation (26), in 1/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 1.0]
     pub heading_gain_per_s: f64,
     /// Largest commanded wheel rate, in rad/s [default: the lowest velocity limit in the URDF].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_rate_limit_rad_s: Option<f64>,
     /// Gain on the position error as a symmetric positive definite matrix in the world frame, in 1/s: `[[xx, xy], [xy,
     /// yy]]`. Instead of `position_gain_per_s`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub position_gain_matrix_per_s: Option<[[f64; 2]; 2]>,
     /// Capacity of all tasks together, c_1 of equation (34), in rad/s [default: the wheel rate limit].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub capacity_rad_s: Option<f64>,
     /// Largest commanded rate of each wheel, in rad/s, in the robot's order.
@@ -149,22 +149,4 @@ pub enum Kinematics {
     Ideal,
     /// The roller that really touches, so that the ripple of few rollers is cancelled.
     Contact,
-}
-
-impl Default for Guidance {
-    fn default() -> Self {
-        Self {
-            priority: None,
-            saturation: Saturation::default(),
-            position_gain_per_s: 1.0,
-            heading_gain_per_s: 1.0,
-            wheel_rate_limit_rad_s: None,
-            position_gain_matrix_per_s: None,
-            capacity_rad_s: None,
-            wheel_rate_limits_rad_s: Vec::new(),
-            tasks: Vec::new(),
-            kinematics: Kinematics::default(),
-            reference_point: ReferencePoint::default(),
-        }
-    }
 }

@@ -24,6 +24,7 @@ pub struct Joint {
 }
 
 /// A time with one of: position, rate, torque or force. All setpoints of a joint are of one kind.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotJointSetpoint")]
@@ -32,22 +33,16 @@ pub struct JointSetpoint {
     #[schemars(range(min = 0.0))]
     pub t_s: f64,
     /// Position, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<f64>,
     /// Position, in radians.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_rad: Option<f64>,
     /// Rate at which the target moves on from where the joint is, in m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_m_s: Option<f64>,
     /// Rate at which the target moves on from where the joint is, in rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_rad_s: Option<f64>,
     /// Force on the body, within the servo's effort, in N. Nothing holds a position.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_n: Option<f64>,
     /// Torque on the body, within the servo's effort, in N m. Nothing holds a position.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_n_m: Option<f64>,
 }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 pub type Materials = BTreeMap<String, BTreeMap<String, MaterialPair>>;
 
 /// What rollers of one material do on a floor of another.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialPair {
@@ -28,30 +29,25 @@ pub struct MaterialPair {
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: f64,
     /// Friction that falls with sliding speed [default: it does not].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
     /// Values across the floor's nap (`nap_deg`) [default: as along it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
     /// Values against the floor's nap [default: as with it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
 }
 
 /// Values across a nap or weave. Default: as along it.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Across {
     /// Friction coefficient.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub friction: Option<f64>,
     /// Rolling resistance.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
     /// Creep.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
 }

@@ -36,7 +36,7 @@ pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
 pub(crate) use reading::is_computable;
-pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_toml};
+pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_text, read_toml};
 pub use robot::{Robot, RollerBodies};
 pub use rollers::{RollerSurface, Tread};
 pub use run::{Auto, Run, Step, TIME_SLACK_S};
@@ -56,6 +56,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One run: a robot, the world it stands in, the motion asked of it, and what is expected to come of it.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
@@ -65,13 +66,10 @@ pub struct Scenario {
     #[serde(default)]
     pub world: World,
     /// A path in time that the robot tracks (closed loop). Either this or `twist`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Tracked>,
     /// A velocity of the body without feedback of the pose (open loop). Either this or `reference`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<Twist>,
     /// Drives the robot by a log: wheels, a twist or a path. Instead of `reference` and `twist`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub playback: Option<Playback>,
     /// How the robot tracks the reference. Under `twist` only its kinematics, wheel rate limits and saturation count.
     #[serde(default)]

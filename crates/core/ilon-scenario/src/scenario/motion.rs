@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 /// The motion asked for.
 #[derive(Clone, Copy, Debug)]
@@ -116,17 +117,15 @@ pub enum Reference {
 }
 
 /// `[reference]`: a path, and how its time passes.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracked {
     /// `"as fast as grip allows"`: least time within the limits. Without it the path's own speeds and times hold.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub timing: Option<Timing>,
     /// With `timing`: largest share of grip, torques and wheel rates; 0.9 unless given.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_limits: Option<f64>,
     /// With `timing`: share of grip and torques used, above 0 and at most `share_of_limits` [default: the largest at which the
     /// simulated robot hardly slides].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_grip: Option<f64>,
     /// The path.
     #[serde(flatten)]
@@ -206,7 +205,7 @@ impl Default for Heading {
 }
 
 /// A twist in the body frame, held after a ramp, or a schedule of several.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "TwistSection")]
 pub struct Twist {
@@ -218,12 +217,15 @@ pub struct Twist {
     pub omega_rad_s: f64,
     /// Rest before the first motion, in seconds.
     #[schemars(range(min = 0.0))]
+    #[default = 1.0]
     pub rest_s: f64,
     /// Time of each change of the twist, linear, in seconds.
     #[schemars(range(min = 0.0))]
+    #[default = 0.5]
     pub ramp_s: f64,
     /// Time after a ramp before the means of the summary begin, in seconds.
     #[schemars(range(min = 0.0))]
+    #[default = 1.0]
     pub settle_s: f64,
     /// Further twists, each from its own time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -246,18 +248,4 @@ pub struct Scheduled {
     /// Yaw rate in rad/s, counter-clockwise.
     #[serde(default)]
     pub omega_rad_s: f64,
-}
-
-impl Default for Twist {
-    fn default() -> Self {
-        Self {
-            vx_m_s: 0.0,
-            vy_m_s: 0.0,
-            omega_rad_s: 0.0,
-            rest_s: 1.0,
-            ramp_s: 0.5,
-            settle_s: 1.0,
-            schedule: Vec::new(),
-        }
-    }
 }

@@ -11,6 +11,7 @@ use super::joints::Quantity;
 
 /// Drives the robot by a log: a CSV file, an MCAP file or a ROS 2 bag. If the log has the real robot's pose, the trace has
 /// it beside the simulated one.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "PlaybackSection")]
@@ -20,20 +21,16 @@ pub struct Playback {
     /// What drives the robot.
     pub drives: Drives,
     /// Bags: topic that drives the robot [default: the only fitting one].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub topic: Option<String>,
     /// Bags: topic of the real robot's pose, `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`. A CSV file uses
     /// `measured_x_m`, `measured_y_m` and `measured_heading_rad` or `_deg`. Poses are shifted so that the first is where the
     /// simulated robot is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose_topic: Option<String>,
     /// Bags: the topic that drives joints with the role `driven` without a target or setpoints: `sensor_msgs/JointState` or
     /// `trajectory_msgs/JointTrajectory`. A CSV file uses columns `JOINT_position_rad` (`_deg`, `_m`, `_mm`),
     /// `JOINT_rate_rad_s` (`_deg_s`, `_m_s`, `_mm_s`), `JOINT_torque_n_m` or `JOINT_force_n`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint_topic: Option<String>,
     /// Which values of the log drive joints [default: per row the first of position, rate, torque or force].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints_by: Option<Quantity>,
     /// Other names in the log: `OURS = "THEIRS"`, for joints and columns such as `vx_m_s`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -43,7 +40,6 @@ pub struct Playback {
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
     /// Gain that leads wheels back to the log's angles, in 1/s; 10 unless given. For `wheel_angles`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub angle_gain_per_s: Option<f64>,
 }

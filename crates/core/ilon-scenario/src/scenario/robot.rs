@@ -13,6 +13,7 @@ use toml::Table;
 use super::joints::Joint;
 
 /// Which robot, and how it starts.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotSection")]
@@ -40,7 +41,6 @@ pub struct Robot {
     #[serde(default)]
     pub repair: bool,
     /// Density of a part whose size or mass is missing, for repairs, in kg/m^3 [default: 1500].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub density_kg_m3: Option<f64>,
     /// Leave out, and report, missing includes, macros and links.
@@ -57,14 +57,11 @@ pub struct Robot {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, PathBuf>,
     /// Radius of wheels whose geometry does not show it, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_radius_m: Option<f64>,
     /// Rollers for wheels that have none in the robot's file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wheels: Option<WheelOptions>,
     /// Tyres of wheels that have no rollers in the robot's file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tyres: Option<TyreOptions>,
     /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring, free for rockers, else
     /// held at zero.

@@ -2,8 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 /// Pose and wheel rates as the robot sees them; ideal by default.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SensorsSection")]
@@ -15,38 +17,28 @@ pub struct Sensors {
     /// Where the wheel rates come from.
     pub encoders: Encoders,
     /// Inertial measurement unit; without it the robot does not know its tilt.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub imu: Option<Imu>,
     /// Extended Kalman filter of poses and wheel odometry, each pose at the time when it was taken. Without it the robot
     /// uses the newest pose.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fusion: Option<Fusion>,
 }
 
 /// How far the filter trusts the wheels. How far it trusts the poses is their own noise.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FusionSection")]
 pub struct Fusion {
     /// Standard deviation of the odometry's x and y after 1 m, in metres; it grows with the square root of the distance.
     #[schemars(range(min = 0.0))]
+    #[default = 0.01]
     pub position_drift_m: f64,
     /// Standard deviation of the odometry's heading after 1 m, in degrees.
     #[schemars(range(min = 0.0))]
+    #[default = 1.0]
     pub heading_drift_deg: f64,
     /// Yaw rate from the gyroscope of `[sensors.imu]` instead of the wheels.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub gyroscope: bool,
-}
-
-impl Default for Fusion {
-    fn default() -> Self {
-        Self {
-            position_drift_m: 0.01,
-            heading_drift_deg: 1.0,
-            gyroscope: false,
-        }
-    }
 }
 
 /// A pose sensor, such as a camera.
@@ -93,7 +85,7 @@ fn is_zero(number: &f64) -> bool {
 
 /// An inertial measurement unit on the chassis: rates, accelerations, and tilt by a complementary filter, as means since its
 /// last sample. Ideal by default.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "ImuSection")]
 pub struct Imu {
@@ -116,28 +108,12 @@ pub struct Imu {
     pub pitch_deg: f64,
     /// Time constant of the tilt filter, in seconds.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 1.0]
     pub filter_s: f64,
     /// Errors of the accelerometer, in m/s^2.
     pub accelerometer: ImuNoise,
     /// Errors of the gyroscope, in rad/s.
     pub gyroscope: ImuNoise,
-}
-
-impl Default for Imu {
-    fn default() -> Self {
-        Self {
-            rate_hz: None,
-            latency_s: 0.0,
-            x_m: 0.0,
-            y_m: 0.0,
-            z_m: 0.0,
-            roll_deg: 0.0,
-            pitch_deg: 0.0,
-            filter_s: 1.0,
-            accelerometer: ImuNoise::default(),
-            gyroscope: ImuNoise::default(),
-        }
-    }
 }
 
 /// Errors on each axis, as standard deviations in the sensor's unit.

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use ilon_robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 /// The law that turns commanded wheel rates into torques. Default gains follow from the bandwidth and the robot's inertia.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde_with::skip_serializing_none]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "WheelLoopSection")]
 pub struct WheelLoop {
@@ -17,26 +19,22 @@ pub struct WheelLoop {
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that divides the control period
     /// [default: the physics step].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
     /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a PID is sampled with it [default: none].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 0.2))]
     pub latency_s: Option<f64>,
     /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 60.0]
     pub bandwidth_rad_s: f64,
     /// Friction coefficient assumed by the prioritised and the passive law [default: grip limits nothing].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub friction: Option<f64>,
     /// Torque per rate error, in N m s/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub proportional_n_m_s: Option<f64>,
     /// Torque per angle error, in N m/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub integral_n_m: Option<f64>,
     /// Torque per acceleration of the wheel, in N m s^2/rad.
@@ -46,7 +44,6 @@ pub struct WheelLoop {
     #[schemars(range(min = 0.0))]
     pub derivative_filter_s: f64,
     /// Largest torque of the PID's integral, in N m [default: torque limits and `anti_windup` alone hold it].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub integral_limit_n_m: Option<f64>,
     /// What the PID's integral does while the motor cannot give more.
@@ -59,42 +56,35 @@ pub struct WheelLoop {
     #[schemars(range(min = 0.0))]
     pub feedforward_friction_n_m: f64,
     /// Springs and dampers of the passive law. Defaults follow from mass and control period.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub passive: Option<Passive>,
 }
 
 /// Springs and dampers of the passive law, instead of the guidance's gains. A missing partner of stiffness or damping gives
 /// a damping ratio of 0.7.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "PassiveSection")]
 pub struct Passive {
     /// Force per position error of the reference point, in N/m.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
     /// Force per velocity error, in N s/m [default, without stiffness: a stop within ten control periods].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub damping_n_s_m: Option<f64>,
     /// Moment per heading error, in N m/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub heading_stiffness_n_m_rad: Option<f64>,
     /// Moment per error of the yaw rate, in N m s/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub heading_damping_n_m_s_rad: Option<f64>,
     /// Torque per angle of wheels against each other, in N m/rad: keeps a wheel on ice from spinning. Not for three wheels.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub wheel_stiffness_n_m_rad: Option<f64>,
     /// Torque per rate of wheels against each other, in N m s/rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub wheel_damping_n_m_s_rad: Option<f64>,
     /// Limit of the springs between wheels, in N m [default: that of a friction of 1].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_limit_n_m: Option<f64>,
 }
@@ -145,28 +135,6 @@ pub enum WheelLaw {
     Passive,
 }
 
-impl Default for WheelLoop {
-    fn default() -> Self {
-        Self {
-            law: WheelLaw::default(),
-            timing: LoopTiming::default(),
-            period_s: None,
-            latency_s: None,
-            bandwidth_rad_s: 60.0,
-            friction: None,
-            proportional_n_m_s: None,
-            integral_n_m: None,
-            derivative_n_m_s2: 0.0,
-            derivative_filter_s: 0.0,
-            integral_limit_n_m: None,
-            anti_windup: AntiWindup::default(),
-            feedforward_damping_n_m_s: 0.0,
-            feedforward_friction_n_m: 0.0,
-            passive: None,
-        }
-    }
-}
-
 impl WheelLoop {
     /// Whether it decides once in a period and holds its torques meanwhile.
     pub fn is_sampled(&self) -> bool {
@@ -180,33 +148,28 @@ impl WheelLoop {
 }
 
 /// Motors and gears. The `effort` and `velocity` of the URDF always hold too.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorsSection")]
 pub struct Motors {
     /// Torque-speed curve of a DC motor with its gear; without it only the URDF's limits hold.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dc: Option<DcMotor>,
     /// Turns of the rotor per turn of the wheel [default: the robot's file, else 1].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub gear_ratio: Option<f64>,
     /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it [default: the robot's file,
     /// else 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub rotor_inertia_kg_m2: Option<f64>,
     /// Efficiency eta of the gear. Where the load drives, 2 - 1 / eta of its power arrives at the motor; up to 0.5 the gear
     /// locks itself [default: the robot's file, else 1].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub gear_efficiency: Option<f64>,
     /// Dry friction of the gear at the wheel, in N m, beside the bearing's [default: the robot's file, else 0].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
     /// Torque below which a drive gives none, in N m.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub dead_band_n_m: Option<f64>,
     /// `[motors.wheels.NAME]`: single wheels whose motors are weaker or stronger.
@@ -215,25 +178,18 @@ pub struct Motors {
 }
 
 /// Strength of one motor relative to the others: with `[motors.dc]` of the voltage, so of stall torque and no-load rate, else of the effort.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, SmartDefault, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorStrengthSection")]
 pub struct MotorStrength {
     /// Where it pushes the wheel forwards, in the sense of its joint.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 1.0]
     pub forwards: f64,
     /// Where it pushes the wheel backwards.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 1.0]
     pub backwards: f64,
-}
-
-impl Default for MotorStrength {
-    fn default() -> Self {
-        Self {
-            forwards: 1.0,
-            backwards: 1.0,
-        }
-    }
 }
 
 impl Motors {

@@ -4,17 +4,19 @@ use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 
 use super::bodies::Body;
 use super::materials::{Across, Against, Sliding};
 
 /// The world that the robot stands in.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "WorldSection")]
 pub struct World {
     /// The acceleration of gravity, downwards, in m/s^2.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[default = 9.81]
     pub gravity_m_s2: f64,
     /// The ground.
     pub floor: Floor,
@@ -26,17 +28,16 @@ pub struct World {
 }
 
 /// The ground: an endless plane, unless it is rough, and what stands on it.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde_with::skip_serializing_none]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FloorSection")]
 pub struct Floor {
     /// Friction coefficient between rollers and floor; 0.6 unless given.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Material: a name of `[materials]`. The pair with the rollers' material then gives friction, rolling resistance,
     /// creep, `sliding`, `across` and `against`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Slope of the floor, downwards along +x, in degrees. All positions count in the sloping plane, heights along its
     /// normal.
@@ -55,10 +56,8 @@ pub struct Floor {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stairs: Vec<FloorStairs>,
     /// A bumpy square around the origin, instead of the plane.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rough: Option<Rough>,
     /// Ground from a picture or a mesh, instead of the plane.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub height_map: Option<HeightMap>,
     /// Rolling resistance: drag per load on level ground; 0.01 hard, 0.1 to 0.3 soft. Added to the rollers'.
     #[serde(skip_serializing_if = "is_zero")]
@@ -73,17 +72,13 @@ pub struct Floor {
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
     /// Friction that falls with sliding speed [default: it does not].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
     /// Direction of the floor's nap or weave, counter-clockwise from x, in degrees; 0 unless given. The floor's values hold
     /// along it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub nap_deg: Option<f64>,
     /// Values across the nap [default: as along it].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
     /// Values against the nap [default: as with it].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
 }
 
@@ -129,6 +124,7 @@ fn is_zero(number: &Option<f64>) -> bool {
 }
 
 /// A rectangle of other floor.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FloorPatch {
@@ -143,42 +139,32 @@ pub struct FloorPatch {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub length_y_m: f64,
     /// Friction coefficient; required without `material`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Material: a name of `[materials]`, instead of the values here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Rolling resistance [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
     /// Growth of rolling resistance on small radii [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: Option<f64>,
     /// Creep [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
     /// Friction that falls with sliding speed [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sliding: Option<Sliding>,
     /// Direction of its nap, in degrees [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nap_deg: Option<f64>,
     /// Values across its nap [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across: Option<Across>,
     /// Values against its nap [default: the floor's].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
     /// When it appears, in seconds.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
     /// When it disappears, in seconds; without it, never.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
 }
@@ -281,15 +267,14 @@ impl RoughnessClass {
 }
 
 /// Uneven ground on a square grid: random heights, or a class of ISO 8608.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rough {
     /// Largest height, in metres; heights are even between 0 and this. Or `iso_8608`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height_m: Option<f64>,
     /// Class of roughness by ISO 8608, isotropic, for waves from two cells to the side; mean height 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iso_8608: Option<RoughnessClass>,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -342,6 +327,7 @@ pub enum Contacts {
 }
 
 /// Settings of the solver, for checks of the solver.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "SolverSection")]
@@ -350,51 +336,14 @@ pub struct Solver {
     pub contacts: Contacts,
     /// Length of the parts into which steps are split while a roller begins to slide, in seconds [default: with an
     /// automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of 50 mm; with a given step none].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub split_dt_s: Option<f64>,
     /// Stiffness of each contact with the ground, in N/m [default: hard rollers on hard ground, which sink by 5.5e-6 of the
     /// wheel's radius: 1e8 for a robot of 11 kg with wheels of 50 mm].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 1e15), extend("exclusiveMinimum" = 0.0))]
     pub contact_stiffness_n_m: Option<f64>,
     /// Relaxation time of a contact's spring, in seconds [default: 0.014 sqrt(wheel radius / gravity), 0.001 for wheels of
     /// 50 mm]. Shorter: robots may bounce.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub contact_relaxation_s: Option<f64>,
-}
-
-impl Default for World {
-    fn default() -> Self {
-        Self {
-            gravity_m_s2: 9.81,
-            floor: Floor::default(),
-            solver: Solver::default(),
-            bodies: Vec::new(),
-        }
-    }
-}
-
-impl Default for Floor {
-    fn default() -> Self {
-        Self {
-            friction: None,
-            material: None,
-            slope_deg: 0.0,
-            patches: Vec::new(),
-            boxes: Vec::new(),
-            ramps: Vec::new(),
-            stairs: Vec::new(),
-            rough: None,
-            height_map: None,
-            rolling_resistance: None,
-            radius_exponent: None,
-            creep: None,
-            sliding: None,
-            nap_deg: None,
-            across: None,
-            against: None,
-        }
-    }
 }

@@ -402,8 +402,17 @@ fn usual(robot: &Robot) -> Vec<Usual> {
             },
         ),
     ];
-    let of_wheels = robot.wheels.iter().flat_map(|wheel| of_wheel(&wheel.name));
-    suspects.extend(of_wheels);
+    let is_driven = |wheel: &&Wheel| wheel.motor.effort_n_m != 0.0;
+    let driven = robot.wheels.iter().filter(is_driven).count();
+    for wheel in &robot.wheels {
+        let [smaller, stuck, dust, motor, bearing] = of_wheel(&wheel.name);
+        let is_driven = is_driven(&wheel);
+        // The size of the only driven wheel is that of all; of one that rolls along nothing depends.
+        suspects.extend((is_driven && driven > 1).then_some(smaller));
+        suspects.extend([stuck, dust]);
+        suspects.extend(is_driven.then_some(motor));
+        suspects.push(bearing);
+    }
     if robot.wheels.iter().all(Wheel::has_tyre) {
         suspects.retain(|suspect| !suspect.is_of_rollers);
     }

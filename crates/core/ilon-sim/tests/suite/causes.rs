@@ -302,6 +302,10 @@ fn what_keeps_the_error_smaller_helped() {
     let most_m = found.summary.position_error_max_m.expect("an error");
     let is_push = |twin: &&mut ilon_sim::trace::Twin| matches!(twin.change, Change::Without(_));
     let twin = header.twins.iter_mut().find(is_push).expect("its twin");
+    // Without it the heading would have been the same.
+    let heading_rad = found.summary.heading_error_max_rad.expect("an error");
+    twin.figures
+        .insert("heading_error_max_rad".to_owned(), heading_rad);
     for (times, helped) in [(1.02, false), (1.5, true)] {
         let error_m = times * most_m;
         twin.figures

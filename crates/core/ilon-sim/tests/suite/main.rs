@@ -3,6 +3,7 @@
 mod attached;
 mod beliefs;
 mod budget_terms;
+mod casters;
 mod causes;
 mod contest;
 mod converge;
@@ -30,5 +31,7 @@ mod stability;
 mod steered_rollers;
 mod support;
 mod suspensions;
+mod tyre_causes;
+mod tyre_laws;
 mod tyres;
 mod wheels_to_spare;

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use parry3d::shape::{HeightField, HeightFieldFlags};
 use parry3d::utils::Array2;
 use rapier3d::prelude::*;
+use smart_default::SmartDefault;
 
 use super::{ContactSurface, FloorSurface};
 use crate::WorldError;
@@ -12,9 +13,10 @@ use crate::WorldError;
 ///
 /// Its frame is that of the world: the origin is in its plane, and z is its normal. On a slope
 /// gravity is tilted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, SmartDefault, PartialEq)]
 pub struct Floor {
     /// Coulomb friction coefficient between roller and ground, >= 0.
+    #[default = 0.6]
     pub friction: f64,
     /// Slope: the angle by which the ground falls towards +x, in radians; 0 is level. All
     /// coordinates are in the sloping plane, and heights along its normal.
@@ -73,21 +75,6 @@ pub struct Relief {
     /// Heights above the plane in metres: row by row from -y to +y, in each row from -x to +x. Rows
     /// of one length, at least 2 x 2.
     pub heights_m: Vec<Vec<f64>>,
-}
-
-impl Default for Floor {
-    fn default() -> Self {
-        Self {
-            friction: 0.6,
-            slope_rad: 0.0,
-            patches: Vec::new(),
-            boxes: Vec::new(),
-            relief: None,
-            surface: FloorSurface::default(),
-            materials: Vec::new(),
-            footings: Vec::new(),
-        }
-    }
 }
 
 impl Floor {

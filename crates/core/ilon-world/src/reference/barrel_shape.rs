@@ -15,59 +15,17 @@ use parry3d::shape::{FeatureId, Shape, ShapeType, SupportMap, TypedShape};
 
 /// The barrel of one roller, in metres.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BarrelShape {
-    /// The wheel's radius rho.
-    wheel_radius_m: Real,
-    /// Distance a between hub axis and roller axis.
-    ring_radius_m: Real,
-    /// sin delta = cos gamma.
-    sin_delta: Real,
-    /// Half of the length L between the centres of the outermost spheres.
-    half_length_m: Real,
-}
+pub(crate) struct BarrelShape(pub Barrel);
 
 impl BarrelShape {
-    /// The shape of a barrel.
-    pub fn new(barrel: &Barrel) -> Self {
-        Self {
-            wheel_radius_m: barrel.wheel_radius_m,
-            ring_radius_m: barrel.ring_radius_m,
-            sin_delta: barrel.sin_delta,
-            half_length_m: barrel.half_length_m,
-        }
-    }
-
-    /// Half of the length L, in metres.
-    pub fn half_length_m(&self) -> Real {
-        self.half_length_m
-    }
-
-    /// Radius s(t) of the sphere centred `t_m` along the axis, in metres.
-    pub fn sphere_radius_m(&self, t_m: Real) -> Real {
-        let kt = self.sin_delta * t_m;
-        self.wheel_radius_m - (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt()
-    }
-
-    /// The position t* of the sphere that reaches furthest along a unit direction whose component
-    /// along the axis is `w_axial`, like `Barrel::support_place_m`.
-    pub fn support_place_m(&self, w_axial: Real) -> Real {
-        let k = self.sin_delta;
-        let under_root = k * k - w_axial * w_axial;
-        if under_root <= 0.0 {
-            return self.half_length_m.copysign(w_axial);
-        }
-        let t_m = w_axial * self.ring_radius_m / (k * under_root.sqrt());
-        t_m.clamp(-self.half_length_m, self.half_length_m)
-    }
-
     /// The largest radius, at the roller's middle, in metres.
     fn middle_radius_m(&self) -> Real {
-        self.wheel_radius_m - self.ring_radius_m
+        self.0.sphere_radius_m(0.0)
     }
 
     /// Distance from the middle to the tips, in metres.
     fn tip_m(&self) -> Real {
-        self.half_length_m + self.sphere_radius_m(self.half_length_m)
+        self.0.half_length_m + self.0.sphere_radius_m(self.0.half_length_m)
     }
 }
 
@@ -77,8 +35,8 @@ impl SupportMap for BarrelShape {
     }
 
     fn local_support_point_toward(&self, direction: Vector) -> Vector {
-        let t_m = self.support_place_m(direction.z);
-        Vector::Z * t_m + direction * self.sphere_radius_m(t_m)
+        let t_m = self.0.support_place_m(direction.z);
+        Vector::Z * t_m + direction * self.0.sphere_radius_m(t_m)
     }
 }
 
@@ -88,13 +46,18 @@ impl PointQuery for BarrelShape {
     /// finds it to rounding.
     fn project_local_point(&self, point: Vector, solid: bool) -> PointProjection {
         let r = point.truncate().length();
+        let Barrel {
+            ring_radius_m,
+            sin_delta,
+            half_length_m,
+            ..
+        } = self.0;
         let slope = |t: Real| {
-            let kt = self.sin_delta * t;
-            let q = (self.ring_radius_m * self.ring_radius_m + kt * kt).sqrt();
+            let kt = sin_delta * t;
             (t - point.z) / libm::hypot(r, t - point.z).max(Real::MIN_POSITIVE)
-                + self.sin_delta * kt / q
+                + sin_delta * kt / libm::hypot(ring_radius_m, kt)
         };
-        let (mut low, mut high) = (-self.half_length_m, self.half_length_m);
+        let (mut low, mut high) = (-half_length_m, half_length_m);
         for _ in 0..32 {
             let middle = 0.5 * (low + high);
             if slope(middle) > 0.0 {
@@ -105,7 +68,7 @@ impl PointQuery for BarrelShape {
         }
         let t_m = 0.5 * (low + high);
         let center = Vector::Z * t_m;
-        let radius = self.sphere_radius_m(t_m);
+        let radius = self.0.sphere_radius_m(t_m);
         let offset = point - center;
         let is_inside = offset.length() <= radius;
         if is_inside && solid {
@@ -168,12 +131,12 @@ impl Shape for BarrelShape {
     fn scale_dyn(&self, scale: Vector, _num_subdivisions: u32) -> Option<Box<dyn Shape>> {
         // An unevenly scaled barrel is not a barrel.
         (scale.x == scale.y && scale.y == scale.z && scale.x > 0.0).then(|| {
-            Box::new(Self {
-                wheel_radius_m: scale.x * self.wheel_radius_m,
-                ring_radius_m: scale.x * self.ring_radius_m,
-                sin_delta: self.sin_delta,
-                half_length_m: scale.x * self.half_length_m,
-            }) as Box<dyn Shape>
+            Box::new(Self(Barrel {
+                wheel_radius_m: scale.x * self.0.wheel_radius_m,
+                ring_radius_m: scale.x * self.0.ring_radius_m,
+                sin_delta: self.0.sin_delta,
+                half_length_m: scale.x * self.0.half_length_m,
+            })) as Box<dyn Shape>
         })
     }
 
@@ -182,8 +145,8 @@ impl Shape for BarrelShape {
         // default.
         MassProperties::from_capsule(
             density,
-            Vector::Z * -self.half_length_m,
-            Vector::Z * self.half_length_m,
+            Vector::Z * -self.0.half_length_m,
+            Vector::Z * self.0.half_length_m,
             self.middle_radius_m(),
         )
     }
@@ -220,7 +183,7 @@ mod tests {
     use super::*;
 
     fn shape() -> BarrelShape {
-        BarrelShape::new(&Barrel::handing_over(0.05, 0.012, 0.7, 9))
+        BarrelShape(Barrel::handing_over(0.05, 0.012, 0.7, 9))
     }
 
     /// A point above a point of the surface along its normal is projected to that point; the

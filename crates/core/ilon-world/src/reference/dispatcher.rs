@@ -48,16 +48,7 @@ pub(crate) fn nearest_to_half_space(
     ground_from_roller: &Pose,
     roller: &BarrelShape,
 ) -> Nearest {
-    let axis = ground_from_roller.rotation * Vector::Z;
-    let t_m = roller.support_place_m(-ground.normal.dot(axis));
-    let center = ground_from_roller.translation + axis * t_m;
-    let radius_m = roller.sphere_radius_m(t_m);
-    Nearest {
-        normal: ground.normal,
-        distance_m: center.dot(ground.normal) - radius_m,
-        center,
-        radius_m,
-    }
+    along_normal(ground_from_roller, roller, ground.normal, |_| Vector::ZERO)
 }
 
 /// The nearest points of a roller and a convex solid.
@@ -84,7 +75,7 @@ pub(crate) fn nearest_to_convex(
         } else {
             (offset / gap, gap)
         };
-        let radius_m = roller.sphere_radius_m(t_m);
+        let radius_m = roller.0.sphere_radius_m(t_m);
         Nearest {
             normal,
             distance_m: depth - radius_m,
@@ -95,7 +86,7 @@ pub(crate) fn nearest_to_convex(
 
     let mut nearest = at(0.0);
     for _ in 0..2 {
-        let next = at(roller.support_place_m(-nearest.normal.dot(axis)));
+        let next = at(roller.0.support_place_m(-nearest.normal.dot(axis)));
         // The normal did not change with the move along the axis: a flat face, for which the
         // plane's closed form holds.
         let settled = next.normal.dot(nearest.normal) > 1.0 - 4.0 * Real::EPSILON;
@@ -107,7 +98,7 @@ pub(crate) fn nearest_to_convex(
 
     // Golden section: 40 steps shrink the bracket by 0.618^40 = 4e-9.
     const GOLDEN: Real = 0.618_034;
-    let (mut low, mut high) = (-roller.half_length_m(), roller.half_length_m());
+    let (mut low, mut high) = (-roller.0.half_length_m, roller.0.half_length_m);
     let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
     let (mut at_left, mut at_right) = (at(left), at(right));
     for _ in 0..40 {
@@ -290,7 +281,8 @@ where
                 return Ok(());
             }
             if raw != nearest.normal {
-                nearest = along_normal(ground, &ground_from_roller, roller, nearest.normal);
+                let foot = |center| ground.project_local_point(center, false).point;
+                nearest = along_normal(&ground_from_roller, roller, nearest.normal, foot);
             }
         }
         write_contact(
@@ -305,21 +297,21 @@ where
 }
 
 /// The contact of a roller with a ground piece along a given normal: the sphere that reaches
-/// furthest against the normal, held to the plane that supports the piece along it.
+/// furthest against the normal, held to the plane that supports the piece along it. `foot` gives a
+/// point of that plane, for the sphere's centre.
 fn along_normal(
-    ground: &dyn Shape,
     ground_from_roller: &Pose,
     roller: &BarrelShape,
     normal: Vector,
+    foot: impl Fn(Vector) -> Vector,
 ) -> Nearest {
     let axis = ground_from_roller.rotation * Vector::Z;
-    let t_m = roller.support_place_m(-normal.dot(axis));
+    let t_m = roller.0.support_place_m(-normal.dot(axis));
     let center = ground_from_roller.translation + axis * t_m;
-    let radius_m = roller.sphere_radius_m(t_m);
-    let foot = ground.project_local_point(center, false).point;
+    let radius_m = roller.0.sphere_radius_m(t_m);
     Nearest {
         normal,
-        distance_m: (center - foot).dot(normal) - radius_m,
+        distance_m: (center - foot(center)).dot(normal) - radius_m,
         center,
         radius_m,
     }
@@ -409,7 +401,7 @@ mod tests {
     /// smallest distance of the spheres.
     #[test]
     fn a_roller_is_as_far_from_a_box_as_the_nearest_of_its_spheres() {
-        let roller = BarrelShape::new(&Barrel::handing_over(0.05, 0.012, 0.7, 9));
+        let roller = BarrelShape(Barrel::handing_over(0.05, 0.012, 0.7, 9));
         let ground = Cuboid::new(Vector::new(0.1, 0.1, 0.01));
         for step in 0..60 {
             let turn = 0.2 * step as Real;
@@ -421,13 +413,13 @@ mod tests {
             let found = nearest_to_convex(&ground, &pose, &roller);
             let least = (-2000..=2000)
                 .map(|k| {
-                    let t_m = roller.half_length_m() * k as Real / 2000.0;
+                    let t_m = roller.0.half_length_m * k as Real / 2000.0;
                     let center = pose.translation + (pose.rotation * Vector::Z) * t_m;
                     let foot =
                         parry3d::query::PointQuery::project_local_point(&ground, center, false);
                     let away_m = (center - foot.point).length();
                     let signed_m = if foot.is_inside { -away_m } else { away_m };
-                    signed_m - roller.sphere_radius_m(t_m)
+                    signed_m - roller.0.sphere_radius_m(t_m)
                 })
                 .fold(Real::INFINITY, Real::min);
             // The search has a step of 10 um on an axis tilted by less than 0.4.

@@ -356,7 +356,7 @@ fn insert_roller(
     rapier.insert_multibody_joint(hub, body, joint_about_z(&state.hub_from_roller));
     let shape = match (&roller.form, &state.barrel) {
         (RollerForm::AsModelled(_), _) => state.shape.clone(),
-        (_, Some(barrel)) => Some(SharedShape::new(BarrelShape::new(barrel))),
+        (_, Some(barrel)) => Some(SharedShape::new(BarrelShape(*barrel))),
         (_, None) => None,
     };
     let shape = shape.expect("the shapes are checked before the robot is built");

@@ -4,8 +4,9 @@ use crate::support;
 
 use ilon_robot::{Pose, Robot, Roller};
 use ilon_world::{Floor, MotorTorque, Settings, World};
-use nalgebra::Vector2;
+use nalgebra::{Matrix3, Vector2, Vector3};
 use support::mecanum4;
+use test_case::test_case;
 
 const WIDTH_M: f64 = 0.03;
 const SHOULDER_M: f64 = 0.125 * WIDTH_M;
@@ -84,38 +85,79 @@ fn a_tyre_holds_the_robot_sideways_up_to_its_grip() {
     }
 }
 
-/// Turning on the spot every place slides, and their moments about the middle cancel.
-#[test]
-fn a_skid_robot_turns_as_coulomb_says() {
-    let mut world = world(&skid(), 1e-3);
+/// The twist (v_x, v_y, omega) of the origin at which a turning skid robot stays: the forces of the
+/// three places of each tyre, a third of mu N each against their sliding, keep the centre of mass on
+/// its circle, and have no moment about it. Wheels stand at (+-x, +-y); the loads bear the weight,
+/// and the moment of the accelerated centre over the floor.
+fn by_coulomb(robot: &Robot, friction: f64, rates_rad_s: &[f64]) -> Vector3<f64> {
+    let (mass_kg, center_m) = (robot.mass_kg(), robot.center_of_mass_m());
+    let height_m = robot.ride_height_m() + center_m.z;
+    let center_m = center_m.xy();
+    let missing = |twist: Vector3<f64>| {
+        let omega = twist.z;
+        let velocity = |at: Vector2<f64>| twist.xy() + omega * Vector2::new(-at.y, at.x);
+        let v = velocity(center_m);
+        // The acceleration of the centre, which turns with the body.
+        let a = omega * Vector2::new(-v.y, v.x);
+        let leans_n_m = mass_kg * (9.81 * center_m - height_m * a);
+        let mut sum = Vector3::new(-mass_kg * a.x, -mass_kg * a.y, 0.0);
+        for (wheel, rate) in robot.wheels.iter().zip(rates_rad_s) {
+            let hub_m = wheel.position_m().xy();
+            let lean_n = leans_n_m.component_div(&hub_m).sum();
+            let load_n = 0.25 * (9.81 * mass_kg + lean_n);
+            for side in [-1.0, 0.0, 1.0] {
+                let at = hub_m + Vector2::new(0.0, side * (0.5 * WIDTH_M - SHOULDER_M));
+                let slides = velocity(at) - Vector2::new(wheel.radius_m * rate, 0.0);
+                let force = -friction * load_n / 3.0 * slides / slides.norm();
+                sum += force.push((at - center_m).perp(&force));
+            }
+        }
+        sum
+    };
+    // Newton's method, never away from the solution, from a turn about the middle of all tyres.
+    let mut twist = Vector3::new(0.0, 0.0, 0.5);
+    for _ in 0..50 {
+        let now = missing(twist);
+        let column = |axis: usize| (missing(twist + 1e-7 * Vector3::ith(axis, 1.0)) - now) / 1e-7;
+        let slope = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+        let step = slope.lu().solve(&now).expect("friction falls with sliding");
+        let ways = (0..30).map(|halvings| twist - step * 0.5_f64.powi(halvings));
+        let nearer = |way: &Vector3<f64>| missing(*way).norm() < now.norm();
+        twist = ways.into_iter().find(nearer).unwrap_or(twist);
+    }
+    assert!(missing(twist).norm() < 1e-6, "{twist}");
+    twist
+}
+
+/// Wheels `x_m` ahead and behind, `y_m` to both sides, and the chassis's centre ahead by `ahead_m`:
+/// the robot turns on the spot as Coulomb's law says, also where its axles carry different loads, and
+/// it turns about a point behind its middle.
+#[test_case(0.6, 0.15, 0.16, 0.0; "as long as wide")]
+#[test_case(0.9, 0.20, 0.12, 0.0; "long")]
+#[test_case(0.3, 0.08, 0.18, 0.03; "wide, on a slippery floor, loaded ahead")]
+fn a_skid_robot_turns_as_coulomb_says(friction: f64, x_m: f64, y_m: f64, ahead_m: f64) {
+    let mut robot = skid();
+    for wheel in &mut robot.wheels {
+        let place = &mut wheel.body_from_hub.translation;
+        (place.x, place.y) = (place.x.signum() * x_m, place.y.signum() * y_m);
+    }
+    robot.chassis.mass.center_of_mass_m.x = ahead_m;
+    let floor = Floor {
+        friction,
+        ..Floor::default()
+    };
+    let mut world =
+        World::new(&robot, &floor, Pose::default(), &Settings::default()).expect("valid");
     let rate = 6.0;
     turn(&mut world, &[-rate, rate, -rate, rate], 3.0);
-    let omega = world.robot().state().twist_in_body.omega_rad_s;
     // The motors stay behind by what they push with.
     let rates = world.robot().wheel_rates_rad_s();
-    let rate = rates.iter().map(|rate| rate.abs()).sum::<f64>() / 4.0;
-    // The places of one wheel, by symmetry those of all: a third of the load each.
-    let moment = |omega: f64| -> f64 {
-        let along = [-1.0, 0.0, 1.0].map(|side| {
-            let at = Vector2::new(0.15, 0.16 + side * (0.5 * WIDTH_M - SHOULDER_M));
-            let slides = Vector2::new(-omega * at.y + 0.05 * rate, omega * at.x);
-            let force = -slides / slides.norm();
-            at.x * force.y - at.y * force.x
-        });
-        along.iter().sum()
-    };
-    let (mut low, mut high) = (0.0, 3.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if moment(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let by_hand = by_coulomb(&robot, friction, rates);
+    let twist = world.robot().state().twist_in_body;
+    let off = Vector3::new(twist.vx_m_s, twist.vy_m_s, twist.omega_rad_s) - by_hand;
     // The places stand where the hubs are; the robot does not lean.
     assert!(
-        (omega / low - 1.0).abs() < 2e-3,
-        "{omega} rad/s, by hand {low}"
+        off.z.abs() < 2e-3 * by_hand.z && off.xy().norm() < 2e-3 * by_hand.z * x_m,
+        "{twist:?}, by hand {by_hand}"
     );
 }

@@ -1,8 +1,9 @@
 //! A robot and a scenario in the form in which the page shows them and offers them for download.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use ilon_files::normal;
 use ilon_robot::Robot;
 use ilon_sim::Scenario;
 use ilon_sim::scenario::Tracked;
@@ -47,20 +48,6 @@ pub(super) fn beside_its_files(scenario: &Scenario) -> Scenario {
         name(&mut playback.file);
     }
     beside
-}
-
-/// A path without `..`.
-fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in path.components() {
-        match part {
-            std::path::Component::ParentDir => {
-                normal.pop();
-            }
-            part => normal.push(part),
-        }
-    }
-    normal
 }
 
 /// A part of a reply as JSON.

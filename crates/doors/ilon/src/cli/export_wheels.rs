@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ilon_formats::{Format, write_fitted};
+use ilon_robot::Robot;
 use serde_json::{Value, json};
 
 use super::escape::{one_line, path_in_line};
@@ -12,10 +13,10 @@ use super::outcome::Outcome;
 use super::robot::{load, not_scenario};
 use super::{console, json, reserve};
 use crate::cli::failure::Failure;
-use crate::exported::{DRIVE_PY, Export};
+use crate::exported::{DRIVE_NEWTON_PY, DRIVE_PY, Export};
 use crate::inspect::conditions;
 use crate::scenario::Scenario;
-use crate::simulate::{Simulation, load_robot};
+use crate::simulate::{Run, Simulation, load_robot};
 
 /// Settings for Isaac Sim and other USD tools.
 const USD_NOTES: &str = "\
@@ -37,11 +38,66 @@ Isaac Sim was not run with these notes. What the shapes themselves do is known b
 /// The simulator agrees with ilon where it is off by no more of the ideal speed.
 const AGREES: f64 = 0.01;
 
+/// A robot for export, from its own file or from a scenario.
+struct Subject<'a> {
+    path: &'a Path,
+    /// Before the scenario's keys are applied.
+    plain: Robot,
+    robot: Robot,
+    scenario: Scenario,
+    /// The scenario's run, for playback.
+    run: Option<Run>,
+}
+
 /// Writes the files, and measures if requested.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let subject = subject(arguments)?;
+    let path = subject.path;
+    let out = arguments.out.clone();
+    let out = out.unwrap_or_else(|| named_after(path, "_export"));
+    let _claim = reserve::folder(&out, "--out")?;
+    let mut told = Vec::new();
+    let mut outcome = Outcome::Done;
+    for (is_asked, name, format) in [
+        (arguments.mjcf, "mjcf", Format::Mjcf),
+        (arguments.newton, "newton", Format::Mjcf),
+        (arguments.sdf, "sdf", Format::Sdf),
+        (arguments.urdf, "urdf", Format::Urdf),
+        (arguments.usd_notes, "usd_notes", Format::Urdf),
+    ] {
+        if !is_asked {
+            continue;
+        }
+        let (export, said) = export(arguments, &subject, &out, name, format)?;
+        if said["verdict"]["agrees"] == false {
+            outcome = Outcome::Unexpected;
+            console::note(&format!(
+                "warning: {} and ilon differ by {:.2} % on the drive `{}`: do not trust this robot there",
+                simulator(name),
+                1e2 * said["verdict"]["off"].as_f64().unwrap_or(f64::NAN),
+                said["verdict"]["drive"].as_str().unwrap_or_default()
+            ));
+        }
+        told.push((table(name, &export, &said), said));
+    }
+    if arguments.json {
+        let all: Vec<&Value> = told.iter().map(|(_, said)| said).collect();
+        console::data(&json::pretty("what was exported", &all)?)?;
+    } else {
+        let tables: String = told.iter().map(|(table, _)| table.as_str()).collect();
+        let name = one_line(&subject.robot.name);
+        console::lines(&format!(
+            "{tables}`{name}` written to {}\n",
+            path_in_line(&out)
+        ))?;
+    }
+    Ok(outcome)
+}
+
+fn subject(arguments: &Arguments) -> Result<Subject<'_>, Failure> {
     let files = arguments.sandbox.files()?;
     let settings = &arguments.settings.settings;
-    let (path, plain, scenario, robot, run) = match (&arguments.robot, &arguments.scenario) {
+    match (&arguments.robot, &arguments.scenario) {
         (Some(path), None) => {
             let mut options = arguments.reading.options();
             options.files = files.clone();
@@ -52,114 +108,111 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             })?;
             let plain = load(path, &options, "ilon export", &arguments.sandbox)?.robot;
             let (scenario, robot) = conditions(settings, &plain, &files)?;
-            (path, plain, scenario, robot, None)
+            Ok(Subject {
+                path,
+                plain,
+                robot,
+                scenario,
+                run: None,
+            })
         }
         (None, Some(path)) => {
             let scenario = Scenario::load_within(path, settings, &files)?;
             let robot = load_robot(&scenario)?;
-            let run = Simulation::new(&scenario)?.run();
-            (path, robot.clone(), scenario, robot, Some(run))
+            Ok(Subject {
+                path,
+                plain: robot.clone(),
+                robot,
+                run: Some(Simulation::new(&scenario)?.run()),
+                scenario,
+            })
         }
-        _ => {
-            return Err(Failure::usage(
-                "name one robot, or one scenario with --scenario",
-                "for example `ilon export robot.urdf --mjcf`",
-            ));
-        }
-    };
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| named_after(path, "_export"));
-    let _claim = reserve::folder(&out, "--out")?;
-    let stem = path
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .replace(['.', ' '], "_");
-    let mut told = Vec::new();
-    let mut outcome = Outcome::Done;
-    for (is_asked, name, format) in [
-        (arguments.mjcf, "mjcf", Format::Mjcf),
-        (arguments.sdf, "sdf", Format::Sdf),
-        (arguments.urdf, "urdf", Format::Urdf),
-        (arguments.usd_notes, "usd_notes", Format::Urdf),
-    ] {
-        if !is_asked {
-            continue;
-        }
-        let mut export = Export::new(&scenario, &robot, format)?;
-        let is_mjcf = format == Format::Mjcf;
-        let about = export.about();
-        for (name, bytes) in write_fitted(&export.fitted, format, &stem, &export.ground, &about) {
-            let place = out.join(name);
-            reserve::not_an_input(&place, "--out", std::slice::from_ref(path))?;
-            ilon_trace::file::write_bytes(&place, &bytes)?;
-        }
-        let mut scenario_table = Value::Null;
-        if is_mjcf {
-            let mut drive = export.drive(&format!("{stem}_scene.xml"));
-            if let Some(run) = run.as_ref() {
-                drive["trace"] = export.trace(&robot, run)?;
-            }
-            let script_path = out.join("drive.py");
-            let drive_path = out.join("drive.json");
-            ilon_trace::file::write_text(&script_path, DRIVE_PY)?;
-            ilon_trace::file::write_text(&drive_path, &json::pretty("the drives", &drive)?)?;
-            if arguments.verify {
-                if run.is_none() {
-                    export.simulate(&plain, settings, &files)?;
-                }
-                let measured = python(&script_path, &drive_path)?;
-                export.take(&measured);
-                scenario_table = measured["scenario"].clone();
-            }
-        }
-        let furthest = export.furthest();
-        if let Some((drive, off)) = furthest.filter(|(_, off)| off.is_nan() || *off > AGREES) {
-            outcome = Outcome::Unexpected;
-            console::note(&format!(
-                "warning: MuJoCo and ilon differ by {:.2} % on the drive `{drive}`: do not trust this robot there",
-                1e2 * off
-            ));
-        }
-        let fitted = &export.fitted;
-        let said = json!({
-            "format": name,
-            "shapes": export.shapes(),
-            "fit_error_mm": 1e3 * fitted.error_m,
-            "hub_travel_mm": 1e3 * fitted.travel_m,
-            "hub_travel_as_made_mm": 1e3 * fitted.travel_as_made_m,
-            "drives": &export.drives,
-            "left_out": export.left_out(),
-            "verdict": furthest.map(|(drive, off)| json!({ "agrees": off <= AGREES, "off": off, "drive": drive })),
-            "scenario": scenario_table,
-        });
-        if name == "usd_notes" {
-            let text = format!("{USD_NOTES}{}\n", export.about().replace("\n     ", "\n"));
-            ilon_trace::file::write_text(&out.join("usd_notes.txt"), &text)?;
-        }
-        told.push((table(name, &export, &said["scenario"]), said));
+        _ => Err(Failure::usage(
+            "name one robot, or one scenario with --scenario",
+            "for example `ilon export robot.urdf --mjcf`",
+        )),
     }
-    if arguments.json {
-        let all: Vec<&Value> = told.iter().map(|(_, said)| said).collect();
-        console::data(&json::pretty("what was exported", &all)?)?;
-    } else {
-        let tables: String = told.iter().map(|(table, _)| table.as_str()).collect();
-        let name = one_line(&robot.name);
-        console::lines(&format!(
-            "{tables}`{name}` written to {}\n",
-            path_in_line(&out)
-        ))?;
+}
+
+/// Writes the files of one format, and measures in its simulator if requested: what it does, and the
+/// same as JSON.
+fn export(
+    arguments: &Arguments,
+    subject: &Subject<'_>,
+    out: &Path,
+    name: &str,
+    format: Format,
+) -> Result<(Export, Value), Failure> {
+    let stem = subject.path.file_stem().unwrap_or_default();
+    let stem = stem.to_string_lossy().replace(['.', ' '], "_");
+    let mut export = Export::new(&subject.scenario, &subject.robot, format)?;
+    let about = export.about();
+    for (name, bytes) in write_fitted(&export.fitted, format, &stem, &export.ground, &about) {
+        let place = out.join(name);
+        reserve::not_an_input(&place, "--out", &[subject.path.to_path_buf()])?;
+        ilon_trace::file::write_bytes(&place, &bytes)?;
     }
-    Ok(outcome)
+    let mut scenario_table = Value::Null;
+    if format == Format::Mjcf {
+        let mut drive = export.drive(&format!("{stem}_scene.xml"));
+        if let Some(run) = subject.run.as_ref().filter(|_| name == "mjcf") {
+            drive["trace"] = export.trace(&subject.robot, run)?;
+        }
+        let drive = json::pretty("the drives", &drive)?;
+        ilon_trace::file::write_text(&out.join("drive.json"), &drive)?;
+        let mut script = "drive.py";
+        ilon_trace::file::write_text(&out.join(script), DRIVE_PY)?;
+        if name == "newton" {
+            script = "drive_newton.py";
+            ilon_trace::file::write_text(&out.join(script), DRIVE_NEWTON_PY)?;
+        }
+        if arguments.verify {
+            if subject.run.is_none() {
+                let files = arguments.sandbox.files()?;
+                export.simulate(&subject.plain, &arguments.settings.settings, &files)?;
+            }
+            let measured = python(&out.join(script), &out.join("drive.json"), name)?;
+            export.take(&measured);
+            scenario_table = measured["scenario"].clone();
+        }
+    }
+    if name == "usd_notes" {
+        let text = format!("{USD_NOTES}{}\n", about.replace("\n     ", "\n"));
+        ilon_trace::file::write_text(&out.join("usd_notes.txt"), &text)?;
+    }
+    let fitted = &export.fitted;
+    let verdict = export
+        .furthest()
+        .map(|(drive, off)| json!({ "agrees": off <= AGREES, "off": off, "drive": drive }));
+    let said = json!({
+        "format": name,
+        "shapes": export.shapes(),
+        "fit_error_mm": 1e3 * fitted.error_m,
+        "hub_travel_mm": 1e3 * fitted.travel_m,
+        "hub_travel_as_made_mm": 1e3 * fitted.travel_as_made_m,
+        "drives": &export.drives,
+        "left_out": export.left_out(),
+        "verdict": verdict,
+        "scenario": scenario_table,
+    });
+    Ok((export, said))
+}
+
+/// The simulator of a format that is verified.
+fn simulator(name: &str) -> &'static str {
+    if name == "newton" { "Newton" } else { "MuJoCo" }
 }
 
 /// One format as text for a terminal.
-fn table(name: &str, export: &Export, scenario: &Value) -> String {
+fn table(name: &str, export: &Export, said: &Value) -> String {
     let fitted = &export.fitted;
     let mut text = format!(
-        "{name}: rollers as {}; hub height off by {:.4} mm at most\n",
+        "{name}: {} as {}; hub height off by {:.4} mm at most\n",
+        if export.is_on_tyres() {
+            "tyres"
+        } else {
+            "rollers"
+        },
         export.shapes().join(", "),
         1e3 * fitted.error_m
     );
@@ -189,7 +242,7 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
         );
     }
     for words in ["difference", "geometry", "softness", "step", "remainder"] {
-        if let Some(of) = scenario[words].as_array() {
+        if let Some(of) = said["scenario"][words].as_array() {
             let [x, y, heading] = [0, 1, 2].map(|axis| of[axis].as_f64().unwrap_or(f64::NAN));
             text += &format!(
                 "  end of the scenario, {words:<11}: {:8.2} mm {:8.2} mm {:8.3} deg\n",
@@ -203,15 +256,24 @@ fn table(name: &str, export: &Export, scenario: &Value) -> String {
 }
 
 /// The JSON output of a Python script, with the Python of `ILON_PYTHON`, or `python3`.
-fn python(script: &Path, argument: &Path) -> Result<Value, Failure> {
+fn python(script: &Path, argument: &Path, name: &str) -> Result<Value, Failure> {
+    let package = if name == "newton" {
+        "newton[sim]"
+    } else {
+        "mujoco"
+    };
     let python = std::env::var("ILON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let refused = |reason: String| {
         Failure::usage(
             format!("the simulator could not be run: {reason}"),
-            "install it, such as with `pip install mujoco`, name a Python that has it by ILON_PYTHON, or leave --verify out",
+            format!(
+                "install it, such as with `pip install \"{package}\"`, name a Python that has it by ILON_PYTHON, or leave --verify out"
+            ),
         )
     };
-    let output = Command::new(&python).arg(script).arg(argument).output();
+    // Without a folder of compiled scripts beside the files.
+    let mut command = Command::new(&python);
+    let output = command.arg("-B").arg(script).arg(argument).output();
     let output = output.map_err(|error| refused(format!("{python}: {error}")))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let last = said.lines().rev().find(|line| !line.trim().is_empty());

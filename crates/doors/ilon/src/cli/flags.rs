@@ -77,7 +77,12 @@ fn flags(options: &LoadOptions) -> Vec<String> {
         if !tyres.joints.is_empty() {
             flags.push(format!("--wheels {}", shell(&tyres.joints.join(","))));
         }
+        if !tyres.free.is_empty() {
+            flags.push(format!("--free-wheels {}", shell(&tyres.free.join(","))));
+        }
         flags.extend(tyres.width_m.map(|m| format!("--tyre-width-m {m}")));
+        let shoulder_m = tyres.shoulder_radius_m;
+        flags.extend(shoulder_m.map(|m| format!("--tyre-shoulder-m {m}")));
     }
     if let Some(radius_m) = options.wheel_radius_m {
         flags.push(format!("--wheel-radius-m {radius_m}"));
@@ -121,6 +126,26 @@ pub(crate) fn shell(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The flags of given tyres set the same tyres.
+    #[test]
+    fn all_flags_of_tyres_are_written() {
+        use clap::Parser;
+
+        #[derive(Parser)]
+        struct Line {
+            #[command(flatten)]
+            reading: crate::cli::robot::Reading,
+        }
+        let mut options = LoadOptions::default();
+        let text =
+            "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
+        options.tyres = Some(toml::from_str(text).expect("tyres"));
+        let written = flags(&options).join(" ");
+        let words = std::iter::once("ilon").chain(written.split(' '));
+        let line = Line::try_parse_from(words).expect("flags of the command");
+        assert_eq!(line.reading.options().tyres, options.tyres, "{written}");
+    }
 
     #[test]
     fn words_are_quoted_for_the_shell_only_where_they_must_be() {

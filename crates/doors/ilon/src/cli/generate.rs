@@ -1,8 +1,8 @@
-//! `ilon generate`: a URDF with explicit rollers from a short description.
+//! `ilon generate`: a URDF with explicit rollers, or on tyres, from a short description.
 
 use std::path::PathBuf;
 
-use ilon_formats::{LoadRobot, Spec};
+use ilon_formats::{LoadRobot, Spec, SpecOnTyres};
 use ilon_robot::Robot;
 
 use super::outcome::Outcome;
@@ -26,16 +26,13 @@ pub(super) struct Arguments {
 
 /// Writes the URDF if it can be read and simulated.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let spec = Spec::load(&arguments.spec)?;
-    let urdf = ilon_formats::generate(&spec)?;
+    let urdf = match SpecOnTyres::load(&arguments.spec)? {
+        Some(spec) => ilon_formats::generate_on_tyres(&spec)?,
+        None => ilon_formats::generate(&Spec::load(&arguments.spec)?)?,
+    };
     // Only a robot that runs is written.
     let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", arguments.spec.display()))?;
     Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
-    if !robot.wheels.iter().all(ilon_robot::Wheel::is_round) {
-        console::note(
-            "the URDF's spheres are ideal barrels, and how the rollers are made only ilon reads: `ilon export ROBOT --urdf` writes their shapes for other tools",
-        );
-    }
     match &arguments.out {
         Some(path) => {
             let _claim = reserve::file(path, "--out", std::slice::from_ref(&arguments.spec))?;

@@ -18,7 +18,7 @@ use crate::cli::json::pretty;
 use crate::drawing;
 use crate::inspect::{
     Inspection, JointInspection, MadeInspection, SurfaceInspection, TreadInspection,
-    WheelInspection,
+    TyreInspection, TyresInspection, WheelInspection,
 };
 use crate::pages;
 use crate::sim::remedy;
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     /// Write the URDF that was read: expanded, converted and repaired.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     urdf: Option<PathBuf>,
-    /// Write YAML for ros2_controllers (mecanum or omni), with the rolling radius, and speeds for Nav2's MPPI controller.
+    /// Write YAML for ros2_controllers (mecanum, omni, differential, tricycle, Ackermann, bicycle), with the rolling radius, and speeds for Nav2's MPPI controller.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     ros2_controllers: Option<PathBuf>,
     /// Write the robot's URDF with a `<ros2_control>` block for its wheels.
@@ -93,9 +93,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .joints;
     let loaded = load(path, &options, "ilon inspect", &arguments.sandbox)?;
     let inspection = Inspection::of_standing(&loaded, &scenario)?;
-    let inspection = arguments
-        .limits
-        .add_to(inspection, &loaded.robot, &options.files)?;
+    // Planners take real swerve drives without limits of acceleration.
+    let (is_swerve, is_mecanum) = arguments.planners.are_asked();
+    let inspection = match inspection.tyres.is_some() && (is_swerve || is_mecanum) {
+        true => inspection,
+        false => arguments
+            .limits
+            .add_to(inspection, &loaded.robot, &options.files)?,
+    };
     write(arguments, &options.files, &loaded, &inspection)?;
     if arguments.json {
         console::data(&pretty("the inspection", &inspection)?)?;
@@ -343,7 +348,13 @@ fn by_name(robot: &Inspection) -> impl Iterator<Item = (&str, &WheelInspection)>
 
 fn text(robot: &Inspection) -> String {
     let any = |has: fn(&WheelInspection) -> bool| robot.wheels.iter().any(has);
-    let mut tables = vec![wheels(robot), rollers(robot)];
+    let mut tables = vec![wheels(robot)];
+    if any(|wheel| wheel.tyre.is_none()) {
+        tables.push(rollers(robot));
+    }
+    if any(|wheel| wheel.tyre.is_some()) {
+        tables.push(tyres(robot));
+    }
     if !robot.joints.is_empty() {
         tables.extend([joints(robot), loads(robot)]);
     }
@@ -359,10 +370,15 @@ fn text(robot: &Inspection) -> String {
     if !robot.outlines.is_empty() {
         tables.push(as_modelled(robot));
     }
-    tables.extend([matrix(robot), kinematics(robot)]);
+    tables.push(matrix(robot));
+    tables.extend(robot.tyres.as_ref().map(held_rows));
+    tables.push(kinematics(robot));
     let tables: Vec<String> = tables.iter().map(ToString::to_string).collect();
     let mut text = tables.join("\n");
 
+    if let Some(excluded) = robot.tyres.as_ref().and_then(|of| of.excluded.as_ref()) {
+        text.push_str(&format!("\nexcluded by tyres: {excluded}\n"));
+    }
     if let Some(singularity) = &robot.singularity {
         let singularity = one_line(singularity);
         text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
@@ -429,6 +445,38 @@ fn rollers(robot: &Inspection) -> Table {
     table
 }
 
+fn tyres(robot: &Inspection) -> Table {
+    let mut table = Table::new();
+    table.heading("tyres: width and radius of the shoulders in mm");
+    let on_tyres = by_name(robot).filter_map(|(name, wheel)| Some((name, wheel.tyre?)));
+    table.columns::<TyreInspection>(
+        &[
+            ("width", &|tyre| format!("{:.2}", 1e3 * tyre.width_m)),
+            ("shoulders", &|tyre| {
+                format!("{:.2}", 1e3 * tyre.shoulder_radius_m)
+            }),
+        ],
+        on_tyres,
+    );
+    table
+}
+
+/// The rows that tyres add below M.
+fn held_rows(tyres: &TyresInspection) -> Table {
+    let mut table = Table::new();
+    table.heading("rows that tyres add: no motion along their axles; unsteered tyres on parallel axles give one, in their middle");
+    for held in &tyres.rows {
+        let name = held.wheels.join(", ");
+        let name = match held.is_steered {
+            true => format!("{name}, steered"),
+            false => name,
+        };
+        // A negative zero has no meaning here.
+        table.row_of(&name, &held.row.map(|value| Some(value + 0.0)), 4, "");
+    }
+    table
+}
+
 fn matrix(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("M, Indiveri 2009, equation (8)");
@@ -441,29 +489,70 @@ fn matrix(robot: &Inspection) -> Table {
 fn kinematics(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("kinematics");
-    table.row("rank of M", Some(robot.rank as f64), 0, "of 3");
+    match &robot.tyres {
+        Some(tyres) => {
+            table.row("rank of M", Some(tyres.rank_of_m as f64), 0, "of 3");
+            table.row(
+                "rank with the rows of tyres",
+                Some(robot.rank as f64),
+                0,
+                "of 3",
+            );
+        }
+        None => table.row("rank of M", Some(robot.rank as f64), 0, "of 3"),
+    }
     table.row_of("singular values", &robot.singular_values.map(Some), 4, "");
     table.row("condition", robot.condition, 2, "");
-    let coupled = match robot.decoupled {
-        true => "decoupled",
-        false => "coupled",
-    };
-    table.words("position and heading", &[coupled.to_owned()]);
+    match &robot.tyres {
+        Some(tyres) => what_tyres_leave(&mut table, tyres),
+        None => {
+            let coupled = match robot.decoupled {
+                true => "decoupled",
+                false => "coupled",
+            };
+            table.words("position and heading", &[coupled.to_owned()]);
+        }
+    }
     if let Some(point) = robot.decoupling_point_m {
         table.row_of("decoupled about", &point.map(Some), 4, "m");
     }
     if let Some(limits) = robot.speed_limits {
-        for (name, speed_m_s) in [
+        let is_held = robot.tyres.as_ref().is_some_and(TyresInspection::is_held);
+        let speeds = [
             ("top speed, slowest direction", limits.slowest_direction_m_s),
             ("top speed, fastest direction", limits.fastest_direction_m_s),
-        ] {
-            table.row(name, Some(speed_m_s), 3, "m/s");
+        ];
+        match is_held || limits.is_even() {
+            true => table.row("top speed", Some(limits.fastest_direction_m_s), 3, "m/s"),
+            false => {
+                for (name, speed_m_s) in speeds {
+                    table.row(name, Some(speed_m_s), 3, "m/s");
+                }
+            }
         }
         let rate_deg_s = limits.yaw_rate_rad_s.to_degrees();
         table.row("top yaw rate", Some(rate_deg_s), 1, "deg/s");
     }
     table
 }
+
+/// The twists that tyres leave, and the sharpest turn.
+fn what_tyres_leave(table: &mut Table, tyres: &TyresInspection) {
+    let twists = tyres.reachable_twists as f64;
+    table.row("twists that it can drive", Some(twists), 0, "of 3");
+    match tyres.turning_radius_m {
+        Some(0.0) => table.words("sharpest turn", &["on the spot".to_owned()]),
+        Some(radius_m) => table.row("sharpest turn, radius", Some(radius_m), 3, "m"),
+        None => {}
+    }
+    let apart_m = tyres.axles_apart_m();
+    if apart_m > SAME_LINE_M {
+        table.row("tyres scrub in turns: axles apart", Some(apart_m), 3, "m");
+    }
+}
+
+/// Axles nearer than this lie on one line, in metres: the last digit that is printed.
+const SAME_LINE_M: f64 = 5e-4;
 
 /// Groups remarks of the form `subject: text` by their text, in order of first appearance.
 pub(super) fn gathered(remarks: &[String]) -> Vec<String> {

@@ -52,6 +52,30 @@ impl Exports {
             .collect()
     }
 
+    /// Whether files for swerve drives, and whether files for mecanum drives are requested.
+    pub fn are_asked(&self) -> (bool, bool) {
+        let is_swerve = self.pathplanner.is_some() || self.choreo.is_some();
+        (
+            is_swerve,
+            self.road_runner.is_some() || self.pedro.is_some(),
+        )
+    }
+
+    fn write_swerve(&self, swerve: Result<Swerve, planners::NoSwerve>) -> Result<(), Failure> {
+        let swerve = swerve.map_err(|fault| {
+            Failure::usage(fault.to_string(), "leave --pathplanner and --choreo out")
+        })?;
+        for (path, text) in [
+            (&self.pathplanner, planners::pathplanner(&swerve)),
+            (&self.choreo, planners::choreo(&swerve)),
+        ] {
+            if let Some(path) = path {
+                write_text(path, &text)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the requested files.
     pub fn write(
         &self,
@@ -60,22 +84,25 @@ impl Exports {
         conditions: &limits::Asked,
         files: &FileAccess,
     ) -> Result<(), Failure> {
+        let (is_swerve, is_mecanum) = self.are_asked();
+        if !(is_swerve || is_mecanum) {
+            return Ok(());
+        }
+        let (scenario, robot) = conditions.conditions(&loaded.robot, files)?;
+        if robot.wheels.iter().any(ilon_robot::Wheel::has_tyre) {
+            if is_mecanum {
+                return Err(Failure::usage(
+                    "--road-runner and --pedro are for four equal mecanum wheels, and this robot rolls on tyres",
+                    "leave them out; --pathplanner and --choreo take robots whose tyres are all steered",
+                ));
+            }
+            return self.write_swerve(Swerve::of_modules(&robot, &scenario));
+        }
         let Some(limits) = &inspection.limits else {
             return Ok(());
         };
-        let (scenario, robot) = conditions.conditions(&loaded.robot, files)?;
-        if self.pathplanner.is_some() || self.choreo.is_some() {
-            let swerve = Swerve::of(&robot, limits).map_err(|fault| {
-                Failure::usage(fault.to_string(), "leave --pathplanner and --choreo out")
-            })?;
-            for (path, text) in [
-                (&self.pathplanner, planners::pathplanner(&swerve)),
-                (&self.choreo, planners::choreo(&swerve)),
-            ] {
-                if let Some(path) = path {
-                    write_text(path, &text)?;
-                }
-            }
+        if is_swerve {
+            self.write_swerve(Swerve::of(&robot, limits))?;
         }
         for (path, flag) in [
             (&self.road_runner, "--road-runner"),

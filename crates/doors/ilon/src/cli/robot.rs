@@ -88,6 +88,17 @@ struct Wheels {
     /// Width of a tyre [default: that of the wheel's geometry].
     #[arg(long, value_name = "M", requires = "tyres")]
     tyre_width_m: Option<f64>,
+    /// Radius of a tyre's shoulders [default: an eighth of its width].
+    #[arg(long, value_name = "M", requires = "tyres")]
+    tyre_shoulder_m: Option<f64>,
+    /// Joints of wheels on tyres that nothing drives.
+    #[arg(
+        long,
+        value_name = "JOINT,..",
+        value_delimiter = ',',
+        requires = "tyres"
+    )]
+    free_wheels: Vec<String>,
     /// The wheels' joints [default: every joint on a level axis that stands on the floor].
     #[arg(
         long,
@@ -136,7 +147,9 @@ impl Wheels {
     /// The requested tyres, if any.
     fn tyres(&self) -> Option<TyreOptions> {
         let mut options = TyreOptions::on(self.wheels.clone());
+        options.free = self.free_wheels.clone();
         options.width_m = self.tyre_width_m;
+        options.shoulder_radius_m = self.tyre_shoulder_m;
         self.tyres.then_some(options)
     }
 

@@ -7,7 +7,7 @@ use ilon_trace::file::write_text;
 
 use crate::cli::failure::Failure;
 use crate::cli::limits::must_give;
-use crate::ros2_control::{DriveParameters, yaml};
+use crate::ros2_control::{DriveParameters, TyreDrive, yaml, yaml_on_tyres};
 use crate::simulate::Limits;
 
 /// Writes the requested files. A robot that no controller can drive is refused before anything is
@@ -19,7 +19,16 @@ pub(super) fn write(
     control: Option<&Path>,
 ) -> Result<(), Failure> {
     let robot = &loaded.robot;
-    if let Some(path) = controllers {
+    let on_tyres = robot.wheels.iter().any(ilon_robot::Wheel::has_tyre);
+    if let Some(path) = controllers.filter(|_| on_tyres) {
+        let drive = TyreDrive::of(robot).map_err(|why| {
+            Failure::usage(
+                format!("no controller of ros2_controllers can drive this robot: {why}"),
+                "command its joints each by itself, as a forward_command_controller does; `--ros2-control` writes the block for them",
+            )
+        })?;
+        write_text(path, &yaml_on_tyres(robot, &drive))?;
+    } else if let Some(path) = controllers {
         let drive = DriveParameters::of(robot)?.map_err(|unsuitable| {
             Failure::usage(
                 unsuitable.to_string(),

@@ -1,7 +1,7 @@
 //! `ilon schema`: the JSON Schema of an input file.
 
 use clap::ValueEnum;
-use ilon_formats::Spec;
+use ilon_formats::{Spec, SpecOnTyres};
 
 use super::console;
 use super::outcome::Outcome;
@@ -25,6 +25,8 @@ enum File {
     Scenario,
     /// A robot in short, as `ilon generate` takes it.
     Robot,
+    /// A robot on tyres in short, as `ilon generate` takes it.
+    RobotOnTyres,
     /// Many runs, as `ilon sweep` takes them.
     Study,
 }
@@ -34,6 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let schema = match arguments.file {
         File::Scenario => Scenario::json_schema(),
         File::Robot => Spec::json_schema(),
+        File::RobotOnTyres => SpecOnTyres::json_schema(),
         File::Study => StudyFile::json_schema(),
     };
     console::data(&format!("{schema:#}\n"))?;

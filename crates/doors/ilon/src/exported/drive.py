@@ -13,14 +13,18 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-
 # How much finer a run shows what the step and soft contacts do.
 FINER = 8.0
 # Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
 FOLLOWS = 25.0
+# Of motors in the file: the time in which they settle, in seconds.
+SETTLES_S = 0.02
+# Tyres slide in turns, and where a wheel turns more easily than its robot moves MuJoCo's friction pulls less along it than Coulomb's. Its
+# motor, which follows the drive in any case, therefore carries this many times its inertia.
+HEAVIER = 10.0
 
 
-def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
+def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, steering=None):
     """Time, x, y, z, heading and the wheels' angles after each step. Angles that are not given are the integrals of the rates."""
     model = mujoco.MjModel.from_xml_path(str(file))
     if step_s:
@@ -30,15 +34,23 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
     wheels = about["wheels"]
     angle_at = [model.joint(name).qposadr[0] for name in wheels]
     motor_of = [model.actuator(name).id for name in wheels]
+    if about["on_tyres"]:
+        turned = [model.joint(name).dofadr[0] for name in wheels]
+        model.dof_armature[turned] += (HEAVIER - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
+        model.actuator_gainprm[motor_of, 0] *= HEAVIER
+        model.actuator_biasprm[motor_of, 2] *= HEAVIER
+        model.actuator_forcelimited[motor_of] = 0
     model.actuator_gainprm[motor_of, 0] *= FOLLOWS
     model.actuator_biasprm[motor_of, 1] = -model.actuator_gainprm[motor_of, 0]
     model.actuator_ctrllimited[motor_of] = 0
+    for name, position in (steering or {}).items():
+        data.qpos[model.joint(name).qposadr[0]] = position
+        data.ctrl[model.actuator(name).id] = position
     base = model.joint(0).qposadr[0]
     steps_s = model.opt.timestep * np.arange(round(times[-1] / model.opt.timestep) + 1)
     rates = np.array([np.interp(steps_s, times, of_wheel) for of_wheel in rates])
     if angles is None:
-        means = 0.5 * model.opt.timestep * (rates[:, 1:] + rates[:, :-1])
-        angles = np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
+        angles = angles_of(rates, model.opt.timestep)
     else:
         angles = np.array([np.interp(steps_s, times, of_wheel) - of_wheel[0] for of_wheel in angles])
     rows = []
@@ -53,16 +65,25 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0):
     return rows
 
 
-def measured(about, rows, window):
+def angles_of(rates, step_s):
+    """The integrals of rates."""
+    means = 0.5 * step_s * (rates[:, 1:] + rates[:, :-1])
+    return np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
+
+
+def measured(matrix, rows, window):
     """Twist over that of ideal kinematics, by axis, and how far the base rises and falls, in mm."""
-    rows = rows[rows[:, 0] >= window[0]]
+    rows = rows[(rows[:, 0] >= window[0] - 1e-9) & (rows[:, 0] <= window[1] + 1e-9)]
     lasts_s = rows[-1, 0] - rows[0, 0]
     steps = np.diff(rows, axis=0)
     heading = 0.5 * (rows[1:, 4] + rows[:-1, 4])
     ahead = np.cos(heading) * steps[:, 1] + np.sin(heading) * steps[:, 2]
     left = np.cos(heading) * steps[:, 2] - np.sin(heading) * steps[:, 1]
     twist = np.array([ahead.sum(), left.sum(), steps[:, 4].sum()]) / lasts_s
-    ideal = np.linalg.pinv(np.array(about["rate_matrix"])) @ ((rows[-1, 5:] - rows[0, 5:]) / lasts_s)
+    # Rows below those of the wheels are what tyres hold at zero.
+    rates = np.zeros(len(matrix))
+    rates[: rows.shape[1] - 5] = (rows[-1, 5:] - rows[0, 5:]) / lasts_s
+    ideal = np.linalg.pinv(np.array(matrix)) @ rates
     return twist, ideal, 1e3 * (rows[:, 3].max() - rows[:, 3].min())
 
 
@@ -72,8 +93,8 @@ def main():
     file = place.parent / about["model"]
     drives = []
     for one in about["drives"]:
-        rows = drive(file, about, one["times_s"], one["rates_rad_s"])
-        twist, ideal, travel_mm = measured(about, rows, one["window_s"])
+        rows = drive(file, about, one["times_s"], one["rates_rad_s"], steering=one["steering"])
+        twist, ideal, travel_mm = measured(one["rate_matrix"], rows, one["window_s"])
         axis = one["axis"]
         drives.append({"name": one["name"], "ratio": twist[axis] / ideal[axis], "travel_mm": travel_mm})
     answer = {"simulator": "MuJoCo " + mujoco.__version__, "drives": drives}
@@ -103,4 +124,5 @@ def main():
     print(json.dumps(answer))
 
 
-main()
+if __name__ == "__main__":
+    main()

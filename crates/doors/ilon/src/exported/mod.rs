@@ -12,12 +12,16 @@ use ilon_trace::WheelSample;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+mod tyres;
+
 use crate::Error;
 use crate::scenario::{Scenario, Setting};
 use crate::simulate::{Driver, Plant, Run, Simulation, resolve_for};
 
 /// The program that drives a robot in MuJoCo.
 pub const DRIVE_PY: &str = include_str!("drive.py");
+/// The program that drives the same file in Newton, beside the other.
+pub const DRIVE_NEWTON_PY: &str = include_str!("drive_newton.py");
 
 /// Durations of rest, acceleration and settling before a drive is measured, in seconds; chosen.
 const REST_S: f64 = 0.5;
@@ -38,7 +42,6 @@ pub struct Export {
     format: Format,
     /// Whether the scenario's floor is more than a level plane.
     has_relief: bool,
-    kinematics: Kinematics,
 }
 
 /// One drive: a twist along one axis of the body frame. Ratios are speeds over those of ideal
@@ -65,6 +68,12 @@ pub struct Drive {
     twist_in_body: Twist,
     #[serde(skip)]
     rates_rad_s: Vec<f64>,
+    /// Rows of the rates of driven wheels, and of what tyres hold.
+    #[serde(skip)]
+    rows: Vec<[f64; 3]>,
+    /// Positions of the joints that steer.
+    #[serde(skip)]
+    steering: Value,
     #[serde(skip)]
     lasts_s: f64,
 }
@@ -91,14 +100,7 @@ impl Export {
     /// A robot that is not omnidirectional, rollers without a shape in the format, and an invalid
     /// simulation.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
-        if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
-            return Err(Error::invalid(
-                format!("rollers are exported, and `{}` rolls on a tyre", wheel.name),
-                "take the robot's own file: a simulator's cylinder does what a tyre does",
-            ));
-        }
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
-        let kinematics = Kinematics::new(robot)?;
         let fitted = fit(robot, format.shapes());
         if format != Format::Mjcf && fitted.shapes.iter().flatten().any(is_hull) {
             return Err(Error::invalid(
@@ -112,15 +114,25 @@ impl Export {
             || !floor.patches.is_empty()
             || floor.rough.is_some()
             || floor.height_map.is_some();
-        let mut made = ContactKinematics::new(robot)?;
-        let mut shown = ContactKinematics::new(&fitted.robot)?;
         let mut drives = Vec::new();
         for motion in standard_motions(robot)?.into_iter().flatten() {
             if !["ahead", "left", "turn"].contains(&motion.name) {
                 continue;
             }
+            let Some((twist_in_body, positions)) = tyres::aimed(robot, &motion) else {
+                continue;
+            };
+            let is_aimed = positions.iter().any(|position| *position != 0.0);
+            let aimed = |robot: &Robot| match is_aimed {
+                true => robot.posed(&positions),
+                false => robot.clone(),
+            };
+            let posed = aimed(robot);
+            let kinematics = Kinematics::new(&posed)?;
+            let mut made = ContactKinematics::new(&posed)?;
+            let mut shown = ContactKinematics::new(&aimed(&fitted.robot))?;
             let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-            kinematics.wheel_rates(motion.twist_in_body, &mut rates_rad_s);
+            kinematics.wheel_rates(kinematics.reachable(twist_in_body), &mut rates_rad_s);
             let fastest = rates_rad_s.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
             let turn_s = std::f64::consts::TAU / fastest;
             let mut drive = Drive {
@@ -130,8 +142,10 @@ impl Export {
                 ilon: None,
                 measured: None,
                 travel_mm: None,
-                twist_in_body: motion.twist_in_body,
+                twist_in_body,
                 rates_rad_s,
+                rows: tyres::rows(&posed, &kinematics)?,
+                steering: tyres::named(robot, &positions),
                 lasts_s: turn_s * (LEAST_WINDOW_S / turn_s).ceil(),
             };
             drive.as_made = mean_ratio(&mut made, &drive);
@@ -147,7 +161,6 @@ impl Export {
             drives,
             format,
             has_relief,
-            kinematics,
         })
     }
 
@@ -162,9 +175,11 @@ impl Export {
         settings: &[Setting],
         files: &ilon_files::FileAccess,
     ) -> Result<(), Error> {
-        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads have their own.
+        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
+        // their own.
         let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
-        let is_hard = robot.wheels.iter().all(|of| of.surface.tread.is_none());
+        let is_soft = |of: &ilon_robot::Wheel| of.surface.tread.is_some() || of.has_tyre();
+        let is_hard = !robot.wheels.iter().any(is_soft);
         let stiffness = is_hard.then(|| {
             let stiffness_n_m = contact_stiffness_n_m(carried_kg);
             format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
@@ -188,18 +203,15 @@ impl Export {
 
     /// The input of [`DRIVE_PY`] to drive the model in a file.
     pub fn drive(&self, model: &str) -> Value {
-        let matrix = self.kinematics.rate_matrix();
-        let rows: Vec<[f64; 3]> = matrix
-            .row_iter()
-            .map(|row| [row[0], row[1], row[2]])
-            .collect();
-        let wheels = self.fitted.robot.wheels.iter();
-        let drives: Vec<Value> = self.drives.iter().map(Drive::told).collect();
+        let robot = &self.fitted.robot;
+        let driven = tyres::driven(robot);
+        let names = driven.iter().map(|wheel| &robot.wheels[*wheel].name);
+        let drives = self.drives.iter().map(|drive| drive.told(&driven));
         json!({
             "model": model,
-            "wheels": wheels.map(|wheel| &wheel.name).collect::<Vec<_>>(),
-            "rate_matrix": rows,
-            "drives": drives,
+            "wheels": names.collect::<Vec<_>>(),
+            "on_tyres": self.is_on_tyres(),
+            "drives": drives.collect::<Vec<_>>(),
         })
     }
 
@@ -232,11 +244,22 @@ impl Export {
     /// # Errors
     /// Where the robot has no contact kinematics.
     pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
+        let mut wheels = robot.wheels.iter();
+        if let Some(wheel) = wheels.find(|wheel| tyres::steering(robot, wheel).is_some()) {
+            return Err(Error::invalid(
+                format!(
+                    "what is played back are the angles of wheels, and `{}` is steered",
+                    wheel.name
+                ),
+                "export the robot alone, without --scenario",
+            ));
+        }
         let steps: Vec<_> = run.trace.steps().collect();
         let count = robot.wheels.len();
+        let driven = tyres::driven(robot);
         let of = |value: fn(&WheelSample) -> f64| -> Vec<Vec<f64>> {
             let of_wheel = |wheel| steps.iter().map(move |(_, of)| value(&of[wheel])).collect();
-            (0..count).map(of_wheel).collect()
+            driven.iter().copied().map(of_wheel).collect()
         };
         let led = |robot: &Robot| -> Result<[f64; 3], Error> {
             let mut contact = ContactKinematics::new(robot)?;
@@ -284,11 +307,15 @@ impl Export {
         let fitted = &self.fitted;
         let robot = &fitted.robot;
         let mut text = format!(
-            "     The robot `{}` with its wheels as made, by ilon {}. A roller is {}.\n     \
-             Error of a hub's height by these shapes: {:.4} mm at most over a turn; travel {:.4} mm, of the rollers as made {:.4} mm.\n     \
+            "     The robot `{}` with its wheels as made, by ilon {}. A {} is {}.\n     \
+             Error of a hub's height by these shapes: {:.4} mm at most over a turn; travel {:.4} mm, of the wheels as made {:.4} mm.\n     \
              Speed over ideal kinematics, without slip, as made and on these shapes:",
             robot.name,
             env!("CARGO_PKG_VERSION"),
+            match self.is_on_tyres() {
+                true => "tyre",
+                false => "roller",
+            },
             self.shapes().join(", or "),
             1e3 * fitted.error_m,
             1e3 * fitted.travel_m,
@@ -301,9 +328,16 @@ impl Export {
             );
         }
         text += &format!(
-            "\n     Motors hold the rates of wheels. Floor of friction {}. Rollers meet the world, not their robot.",
-            self.ground.friction
+            "\n     Motors hold the rates of wheels. Floor of friction {}. {} meet the world, not their robot.",
+            self.ground.friction,
+            match self.is_on_tyres() {
+                true => "Tyres",
+                false => "Rollers",
+            }
         );
+        if self.is_on_tyres() {
+            text += "\n     A tyre's cylinder is as long as makes it resist a turn on the spot as the tyre does: mu N length / 2.";
+        }
         let left_out = self.left_out();
         if !left_out.is_empty() {
             text += &format!("\n     Left out: {}.", left_out.join(", "));
@@ -311,7 +345,16 @@ impl Export {
         text
     }
 
-    /// The kinds of shapes of its rollers.
+    /// Whether its wheels roll on tyres.
+    pub fn is_on_tyres(&self) -> bool {
+        self.fitted
+            .robot
+            .wheels
+            .iter()
+            .any(ilon_robot::Wheel::has_tyre)
+    }
+
+    /// The kinds of shapes of its rollers, or of its tyres.
     pub fn shapes(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for shape in self.fitted.shapes.iter().flatten() {
@@ -381,10 +424,13 @@ impl Drive {
     }
 
     /// The drive for a program that plays it.
-    fn told(&self) -> Value {
-        let rates = self.rates_rad_s.iter().map(|rate| [0.0, 0.0, *rate, *rate]);
+    fn told(&self, driven: &[usize]) -> Value {
+        let rates = driven.iter().map(|wheel| self.rates_rad_s[*wheel]);
+        let rates = rates.map(|rate| [0.0, 0.0, rate, rate]);
         json!({
             "name": self.name,
+            "rate_matrix": self.rows,
+            "steering": self.steering,
             "axis": self.axis(),
             "times_s": [0.0, REST_S, REST_S + RAMP_S, self.end_s()],
             "rates_rad_s": rates.collect::<Vec<_>>(),

@@ -8,6 +8,7 @@
 //! ([`Feedforward`]). Pedro Pathing models them too and takes what its tuners measure.
 
 mod choreo;
+mod modules;
 mod pathplanner;
 mod pedro;
 mod road_runner;

@@ -11,7 +11,7 @@ use crate::simulate::Limits;
 pub(super) const PLANNERS_GRAVITY_M_S2: f64 = 9.8;
 
 /// Share of the limits that is given to planners; chosen.
-const SHARE: f64 = 0.9;
+pub(super) const SHARE: f64 = 0.9;
 
 /// A swerve drive: the robot can reach from rest every acceleration that it allows.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +57,11 @@ pub enum NoSwerve {
         "there is no direction-free acceleration to give: on this ground the robot cannot even stand, or a motor holds it"
     )]
     NothingToGive,
+    /// It rolls on tyres that are not all driven and steered.
+    #[error(
+        "planners for swerve drives take robots that move in every direction, and the tyre of `{0}` is not driven and steered"
+    )]
+    NotSteered(String),
     /// Its wheels have no rate limit.
     #[error(
         "the robot's file sets no rate limits of its wheels: give its joints <limit velocity=...>"
@@ -103,14 +108,13 @@ impl Swerve {
             speed_m_s,
             yaw_rate_rad_s,
             acceleration_box: limits.acceleration_box,
-            reach_m: [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()]
-                .map(|way| reach_m(robot, &way)),
+            reach_m: reaches_m(robot),
         })
     }
 }
 
 /// The wheels' positions: front left, front right, back left, back right.
-fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
+pub(super) fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
     let not = |where_they_are| {
         NoSwerve::NotFourCorners(format!("{} wheels{where_they_are}", robot.wheels.len()))
     };
@@ -134,7 +138,7 @@ fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
 }
 
 /// The robot as one rigid body, its joints at zero.
-fn whole(robot: &Robot) -> Option<MassProperties> {
+pub(super) fn whole(robot: &Robot) -> Option<MassProperties> {
     let mut parts = vec![robot.chassis.mass.clone()];
     for joint in &robot.joints {
         parts.push(joint.body.mass.moved(&joint.body_from_joint));
@@ -180,6 +184,11 @@ fn force_within_n(
         .iter()
         .map(per_newton)
         .fold(0.0, f64::max)
+}
+
+/// The extent of the robot ahead, back, left and right, in metres.
+pub(super) fn reaches_m(robot: &Robot) -> [f64; 4] {
+    [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()].map(|way| reach_m(robot, &way))
 }
 
 /// The extent of chassis and wheels from the origin of the body frame in a horizontal direction, in

@@ -9,7 +9,11 @@
 //! them.
 
 mod drive_parameters;
+mod on_tyres;
 mod text;
+mod text_on_tyres;
 
 pub use drive_parameters::{Controller, DriveParameters, Unsuitable};
+pub use on_tyres::{TyreController, TyreDrive};
 pub use text::yaml;
+pub use text_on_tyres::yaml_on_tyres;

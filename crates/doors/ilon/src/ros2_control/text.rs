@@ -222,18 +222,18 @@ fn mppi(robot: &Robot, drive: &DriveParameters) -> String {
 }
 
 /// A number with a decimal point in YAML: ROS 2 refuses integers for such parameters.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     // A value that rounds to zero has no sign.
     format!("{:.6}", if value.abs() < 5e-7 { 0.0 } else { value })
 }
 
 /// A quoted YAML string with any content.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
 /// The text without characters that would end a comment.
-fn one_line(text: &str) -> String {
+pub(super) fn one_line(text: &str) -> String {
     text.chars()
         .map(|letter| if letter.is_control() { ' ' } else { letter })
         .collect()

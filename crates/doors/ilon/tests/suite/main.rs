@@ -40,6 +40,8 @@ mod strangers;
 mod streams;
 mod support;
 mod sweep;
+mod swerve_in_mujoco;
+mod tyres;
 mod visual_meshes;
 mod wild_options;
 mod words;

@@ -10,11 +10,11 @@ use roxmltree::Node;
 
 use super::assembled::Assembled;
 use super::malformed::of_xml;
-use super::writer::escaped;
 use crate::error::{Fault, MissingFile, RobotError};
+use crate::generate::elements::attribute as escaped;
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::urdf::Meshes;
+use crate::urdf::{Meshes, child, text_of};
 use crate::xml;
 
 /// Deepest model within models.
@@ -74,14 +74,6 @@ pub(super) fn flattened(
 /// The model that a node lies in.
 fn model_around<'a, 'i>(node: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     node.ancestors().skip(1).find(|n| n.has_tag_name("model"))
-}
-
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.has_tag_name(tag))
-}
-
-fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Option<&'a str> {
-    Some(child(node, tag)?.text()?.trim()).filter(|text| !text.is_empty())
 }
 
 /// Where a model is written out.

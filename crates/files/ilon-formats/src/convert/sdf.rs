@@ -15,11 +15,12 @@ use super::choice::with_most_wheels;
 use super::ellipsoid::{Placed, ellipsoid};
 use super::malformed::of_xml;
 use super::nested;
-use super::writer::{JointOf, ShapeOf, Writer, escaped};
+use super::writer::{JointOf, ShapeOf, Writer};
 use crate::error::RobotError;
+use crate::generate::elements::attribute as escaped;
 use crate::model::{JointSpring, Remark};
 use crate::options::LoadOptions;
-use crate::urdf::UrdfText;
+use crate::urdf::{UrdfText, child, text_of};
 use crate::xml;
 
 /// Deepest chain of frames that are each relative to another.
@@ -89,20 +90,16 @@ fn version_before(version: &str, limit: (u32, u32)) -> bool {
     numbers.is_some_and(|numbers| numbers < limit)
 }
 
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.has_tag_name(tag))
-}
-
-/// The text of a child element.
-fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Option<&'a str> {
-    Some(child(node, tag)?.text()?.trim()).filter(|text| !text.is_empty())
-}
-
 fn number_of(node: Node, tag: &str) -> Option<f64> {
     text_of(node, tag)?
         .parse()
         .ok()
         .filter(|x: &f64| x.is_finite())
+}
+
+fn vector_of(node: Node, tag: &str) -> Option<Vector3<f64>> {
+    let values = numbers(text_of(node, tag)?)?;
+    Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
 }
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
@@ -217,12 +214,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 "its frames are relative to one another".to_owned(),
             ));
         }
-        let of = ["link", "joint", "frame"]
-            .iter()
-            .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(&frame)));
-        let Some(of) = of else {
-            return Err((self.fault)(node, format!("there is no frame `{frame}`")));
-        };
+        let of = self.frame_named(&frame, node)?;
         let default = match of.tag_name().name() {
             "joint" => text_of(of, "child").unwrap_or_default().to_owned(),
             "frame" => of
@@ -232,6 +224,14 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             _ => "__model__".to_owned(),
         };
         Ok(self.pose_of(of, &default, depth + 1)? * own)
+    }
+
+    /// The link, joint or frame of a name, which stands at a place.
+    fn frame_named(&self, name: &str, at: Node) -> Result<Node<'a, 'i>, RobotError> {
+        ["link", "joint", "frame"]
+            .iter()
+            .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(name)))
+            .ok_or_else(|| (self.fault)(at, format!("there is no frame `{name}`")))
     }
 
     /// The pose that an element says, and the frame that it names.
@@ -458,12 +458,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         let rotation = match xyz.attribute("expressed_in").filter(|f| !f.is_empty()) {
             Some("__model__") => UnitQuaternion::identity(),
             Some(frame) => {
-                let of = ["link", "joint", "frame"]
-                    .iter()
-                    .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(frame)));
-                let Some(of) = of else {
-                    return Err((self.fault)(xyz, format!("there is no frame `{frame}`")));
-                };
+                let of = self.frame_named(frame, xyz)?;
                 self.pose_of(of, "__model__", 0)?.rotation
             }
             None if in_model => UnitQuaternion::identity(),
@@ -525,12 +520,8 @@ fn shapes(geometry: Node) -> Result<Placed, String> {
     let Some(kind) = geometry.children().find(Node::is_element) else {
         return Err("geometry".to_owned());
     };
-    let three = |tag: &str| -> Option<Vector3<f64>> {
-        let values = numbers(text_of(kind, tag)?)?;
-        Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
-    };
     let found = match kind.tag_name().name() {
-        "ellipsoid" => three("radii")
+        "ellipsoid" => vector_of(kind, "radii")
             .filter(|radii| radii.min() > 0.0)
             .and_then(|radii| ellipsoid(radii.into())),
         _ => shape(kind).map(|shape| vec![(Isometry3::identity(), shape)]),
@@ -540,12 +531,8 @@ fn shapes(geometry: Node) -> Result<Placed, String> {
 
 fn shape(kind: Node) -> Option<ShapeOf> {
     let number = |tag: &str| number_of(kind, tag).filter(|x| *x > 0.0);
-    let three = |tag: &str| -> Option<Vector3<f64>> {
-        let values = numbers(text_of(kind, tag)?)?;
-        Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
-    };
     Some(match kind.tag_name().name() {
-        "box" => ShapeOf::Box(three("size")?),
+        "box" => ShapeOf::Box(vector_of(kind, "size")?),
         "cylinder" => ShapeOf::Cylinder {
             radius: number("radius")?,
             length: number("length")?,
@@ -557,7 +544,7 @@ fn shape(kind: Node) -> Option<ShapeOf> {
         "sphere" => ShapeOf::Sphere(number("radius")?),
         "mesh" => ShapeOf::Mesh {
             file: text_of(kind, "uri")?.to_owned(),
-            scale: three("scale").unwrap_or(Vector3::repeat(1.0)),
+            scale: vector_of(kind, "scale").unwrap_or(Vector3::repeat(1.0)),
         },
         _ => return None,
     })

@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use roxmltree::Node;
 
 use super::assembled::Assembled;
+use crate::generate::elements::attribute as escaped;
 use crate::urdf::Origin;
 use crate::xml;
 use ilon_robot::roll_pitch_yaw;
@@ -76,11 +77,7 @@ impl Writer {
     }
 
     fn attribute(&mut self, name: &str, value: &str) {
-        let value = value
-            .replace('&', "&amp;")
-            .replace('<', "&lt;")
-            .replace('"', "&quot;");
-        let _ = write!(self.out, " {name}=\"{value}\"");
+        let _ = write!(self.out, " {name}=\"{}\"", escaped(value));
     }
 
     /// Begins a link, which lasts until the next [`Self::end_link`].
@@ -210,12 +207,4 @@ impl Writer {
             p.x, p.y, p.z
         );
     }
-}
-
-/// A text for an attribute or a content of XML.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }

@@ -288,11 +288,13 @@ pub enum Fault {
         /// Mean moment across it, in kg m^2.
         across_kg_m2: f64,
     },
-    /// The robot has fewer than three wheels.
+    /// The robot has fewer than three wheels, or than two on tyres.
     #[error(
-        "{} with passive rollers{}, but moving freely in the plane takes three{}{has}",
+        "{} {}{}, but {}{}{has}",
         counted(wheels.len(), "wheel"),
+        if *on_tyres { "to roll on a tyre" } else { "with passive rollers" },
         if wheels.is_empty() { String::new() } else { format!(": {}", listed(wheels)) },
+        if *on_tyres { "driving and turning takes two" } else { "moving freely in the plane takes three" },
         looked_at(looked)
     )]
     TooFewWheels {
@@ -302,6 +304,8 @@ pub enum Fault {
         looked: Vec<CandidateJoint>,
         /// A summary of a file without a single wheel.
         has: String,
+        /// Whether its wheels roll on tyres.
+        on_tyres: bool,
     },
     /// The robot has wheels without rollers.
     #[error(

@@ -68,7 +68,7 @@ impl Fault {
             Self::Unreadable { reason } if reason.contains("UTF-8") => "save it as UTF-8",
             Self::Unreadable { .. } => "give the path of a file that exists and may be read",
             Self::Toml { .. } => {
-                "every key is described in docs/format-robot.md; whole descriptions are in assets/robots"
+                "every key is described in docs/format-robot.md, of robots on tyres in docs/format-robot-on-tyres.md; whole descriptions are in assets/robots"
             }
             Self::NotADescription { .. } => {
                 "name the description from which the robot is generated, or leave these keys out"
@@ -152,6 +152,9 @@ impl Fault {
                 "a joint between bodies may be `free`, `sprung` with a stiffness, `driven` by a servo, or `held`"
             }
             Self::NoMass => "add an `<inertial>` with mass and inertia",
+            Self::TooFewWheels { on_tyres: true, .. } => {
+                "a wheel is a continuous joint on a level axis whose shape stands on the floor; or name the joints of all wheels"
+            }
             Self::TooFewWheels { .. } => {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
                  ring; or name the joints of wheels that are modelled without rollers"

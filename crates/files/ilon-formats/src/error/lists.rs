@@ -16,14 +16,11 @@ pub(super) fn missing(files: &[MissingFile]) -> String {
     };
     let (first, more) = (files.first().map(of), files.iter().skip(1).take(5).map(of));
     let named: Vec<String> = first.into_iter().chain(more).collect();
-    let rest = match files.len().saturating_sub(named.len()) {
-        0 => String::new(),
-        rest => format!(", and {rest} more"),
-    };
     format!(
-        "{} that it names cannot be found: {}{rest}",
+        "{} that it names cannot be found: {}{}",
         counted(files.len(), "file"),
-        named.join(", ")
+        named.join(", "),
+        and_more(files.len(), named.len(), ",")
     )
 }
 
@@ -38,10 +35,7 @@ pub(super) fn looked_at(looked: &[CandidateJoint]) -> String {
         .take(SHOWN)
         .map(|l| format!("`{}` {}", l.joint, l.reason))
         .collect();
-    let rest = match looked.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        rest => format!("; and {rest} more"),
-    };
+    let rest = and_more(looked.len(), SHOWN, ";");
     format!(". Looked at: {}{rest}", shown.join("; "))
 }
 
@@ -55,10 +49,7 @@ pub(super) fn left_out_of(left_out: &[CandidateJoint]) -> String {
     let shown: Vec<String> = shown
         .map(|of| format!("`{}` ({})", of.joint, of.reason))
         .collect();
-    let rest = match left_out.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        rest => format!(" and {rest} more"),
-    };
+    let rest = and_more(left_out.len(), SHOWN, "");
     format!("; left out: {}{rest}", shown.join(", "))
 }
 
@@ -85,9 +76,13 @@ pub(super) fn counted(count: usize, noun: &str) -> String {
 pub(super) fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
-    let mut text = shown.join(", ");
-    if names.len() > SHOWN {
-        text.push_str(&format!(" and {} more", names.len() - SHOWN));
+    shown.join(", ") + &and_more(names.len(), SHOWN, "")
+}
+
+/// Returns how many follow the shown ones, after a separator; nothing if all are shown.
+fn and_more(count: usize, shown: usize, separator: &str) -> String {
+    match count.saturating_sub(shown) {
+        0 => String::new(),
+        rest => format!("{separator} and {rest} more"),
     }
-    text
 }

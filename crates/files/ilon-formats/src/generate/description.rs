@@ -8,8 +8,9 @@ use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
-use super::SPHERES_PER_ROLLER as SPHERES;
 use super::elements::attribute;
+use super::elements::spheres_of;
+use super::slices_of;
 use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
 use crate::urdf::{child, link_tree};
 
@@ -125,16 +126,12 @@ fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) ->
     if let RollerForm::Turned(turned) = &roller.form {
         return slices(turned, link_from_roller);
     }
-    let barrel = wheel.barrel(roller);
-    (0..SPHERES).fold(String::new(), |mut shown, index| {
-        let along = 2.0 * index as f64 / (SPHERES - 1) as f64 - 1.0;
-        let t_m = along * barrel.half_length_m;
+    spheres_of(&wheel.barrel(roller)).fold(String::new(), |mut shown, [t_m, radius_m]| {
         let at = link_from_roller * Isometry3::translation(0.0, 0.0, t_m);
         let at = origin(&Isometry3::from_parts(
             at.translation,
             UnitQuaternion::identity(),
         ));
-        let radius_m = barrel.sphere_radius_m(t_m);
         let _ = writeln!(
             shown,
             "    <visual>{at}<geometry><sphere radius=\"{radius_m}\"/></geometry></visual>"
@@ -145,12 +142,8 @@ fn visuals(wheel: &Wheel, roller: &Roller, link_from_roller: &Isometry3<f64>) ->
 
 /// A roller with a profile by numbers, as a stack of cylinders.
 fn slices(turned: &SolidOfRevolution, link_from_roller: &Isometry3<f64>) -> String {
-    let (first_m, last_m) = turned.span_m();
-    let length_m = (last_m - first_m) / SPHERES as f64;
-    (0..SPHERES).fold(String::new(), |mut shown, index| {
-        let t_m = first_m + length_m * (index as f64 + 0.5);
+    slices_of(turned).fold(String::new(), |mut shown, [t_m, length_m, radius_m]| {
         let at = origin(&(link_from_roller * Isometry3::translation(0.0, 0.0, t_m)));
-        let radius_m = turned.surface_radius_m(t_m);
         let _ = writeln!(
             shown,
             "    <visual>{at}<geometry><cylinder radius=\"{radius_m}\" length=\"{length_m}\"/></geometry></visual>"
@@ -180,6 +173,7 @@ fn unique(mut name: String, taken: &mut HashSet<String>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::elements::SPHERES_PER_ROLLER as SPHERES;
     use super::*;
     use crate::LoadRobot;
     use crate::model::{CollisionShape, Visual, VisualShape};

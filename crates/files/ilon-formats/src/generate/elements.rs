@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 
+use crate::model::Barrel;
+use crate::spec::{ChassisShape, ChassisSpec};
+
 /// Principal moments of a solid cylinder along z about its centre, in kg m^2.
 pub(crate) fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
     let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
@@ -110,4 +113,36 @@ pub(crate) fn attribute(text: &str) -> String {
 pub(crate) fn comment_text(text: &str) -> String {
     // Each second hyphen of a run too.
     text.replace("--", "- -").replace("--", "- -")
+}
+
+/// Spheres that stand for one roller in collision and visual.
+pub(super) const SPHERES_PER_ROLLER: usize = 7;
+
+/// The spheres that stand for a barrel: place along its axis and radius, in metres.
+pub(crate) fn spheres_of(barrel: &Barrel) -> impl Iterator<Item = [f64; 2]> {
+    (0..SPHERES_PER_ROLLER).map(|i| {
+        // From -1 to 1 along the half length.
+        let along = 2.0 * i as f64 / (SPHERES_PER_ROLLER - 1) as f64 - 1.0;
+        let t_m = along * barrel.half_length_m;
+        [t_m, barrel.sphere_radius_m(t_m)]
+    })
+}
+
+/// The chassis as the root link.
+pub(super) fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Result {
+    let (geometry, moments) = match c.shape {
+        ChassisShape::Box { size_m: [x, y, z] } => (
+            format!("<box size=\"{}\"/>", nums(&[x, y, z])),
+            box_moments(c.mass_kg, [x, y, z]),
+        ),
+        ChassisShape::Cylinder { radius_m, height_m } => (
+            cylinder(radius_m, height_m),
+            cylinder_moments(c.mass_kg, radius_m, height_m),
+        ),
+    };
+    let origin = format!("<origin xyz=\"{}\" rpy=\"0 0 0\"/>", nums(&c.center_m));
+    writeln!(out, "  <link name=\"base_link\">")?;
+    write_inertial(out, &origin, c.mass_kg, &moments)?;
+    write_geometry(out, &origin, &geometry, "chassis", "0.35 0.40 0.45 1")?;
+    writeln!(out, "  </link>")
 }

@@ -7,7 +7,7 @@ use roxmltree::Document;
 use super::description::quoted;
 use crate::model::Robot;
 
-/// A URDF with a `<ros2_control>` block for the wheels, without which no controller manager takes it: commands and states go over the topics
+/// A URDF with a `<ros2_control>` block for the driven wheels and the joints that steer them, without which no controller manager takes it: commands and states go over the topics
 /// that `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left as it is.
 ///
 /// `None` of a text without an end.
@@ -29,7 +29,8 @@ pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
          <param name=\"trigger_joint_command_threshold\">-1</param>\n    </hardware>\n",
         quoted(&robot.name)
     );
-    for wheel in &robot.wheels {
+    let driven = robot.wheels.iter().filter(|of| of.motor.effort_n_m > 0.0);
+    for wheel in driven {
         let limit = wheel.motor.velocity_rad_s;
         let command = if limit.is_finite() {
             format!(
@@ -47,8 +48,30 @@ pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
             quoted(&wheel.name)
         );
     }
+    for joint in steering_joints(robot) {
+        let _ = write!(
+            block,
+            "    <joint name={}>\n      <command_interface name=\"position\"/>\n      <state_interface name=\"position\"/>\n      \
+             <state_interface name=\"velocity\"/>\n      <state_interface name=\"effort\"/>\n    </joint>\n",
+            quoted(joint)
+        );
+    }
     block.push_str("  </ros2_control>\n");
     Some(format!("{}{block}{}", &urdf[..end], &urdf[end..]))
+}
+
+/// The names of the joints that steer wheels on tyres, each once.
+fn steering_joints(robot: &Robot) -> Vec<&str> {
+    let on_tyres = robot.wheels.iter().filter(|wheel| wheel.has_tyre());
+    let steered = on_tyres.filter_map(|wheel| robot.steering_of(wheel));
+    let mut names: Vec<&str> = Vec::new();
+    for joint in steered {
+        let name = robot.joints[joint].name.as_str();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::{ChassisShape, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec};
+use super::{
+    ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec,
+};
 use crate::error::{Fault, RobotError};
 
 const POSITIVE: &str = "a finite number above 0";
@@ -22,7 +24,7 @@ pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError>
     })
 }
 
-fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
+pub(super) fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
     Fault::OutOfRange {
         key: key.to_owned(),
         value: value.to_string(),
@@ -30,7 +32,7 @@ fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
     }
 }
 
-fn positive(key: &str, value: f64) -> Result<(), Fault> {
+pub(super) fn positive(key: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
@@ -38,7 +40,7 @@ fn positive(key: &str, value: f64) -> Result<(), Fault> {
 }
 
 /// Checks a length of a wheel's part: millimetres written as metres are a thousand times too large.
-fn length_of_wheel(key: &str, value_m: f64) -> Result<(), Fault> {
+pub(super) fn length_of_wheel(key: &str, value_m: f64) -> Result<(), Fault> {
     const MOST_M: f64 = 5.0;
     positive(key, value_m)?;
     if value_m < MOST_M {
@@ -51,23 +53,22 @@ fn length_of_wheel(key: &str, value_m: f64) -> Result<(), Fault> {
     ))
 }
 
-fn not_negative(key: &str, value: f64) -> Result<(), Fault> {
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value >= 0.0 {
         return Ok(());
     }
     Err(out_of_range(key, value, NOT_NEGATIVE))
 }
 
-fn finite(key: &str, value: f64) -> Result<(), Fault> {
+pub(super) fn finite(key: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() {
         return Ok(());
     }
     Err(out_of_range(key, value, FINITE))
 }
 
-/// Checks the chassis and the values shared by all wheels.
-fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
-    let (c, w, r) = (&spec.chassis, &spec.wheel, &spec.rollers);
+/// Checks the chassis.
+pub(super) fn check_chassis(c: &ChassisSpec) -> Result<(), Fault> {
     let (shape_key, sides): (&str, &[f64]) = match &c.shape {
         ChassisShape::Box { size_m } => ("chassis.shape.box.size_m", size_m),
         ChassisShape::Cylinder { radius_m, height_m } => {
@@ -77,8 +78,17 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
     sides
         .iter()
         .try_for_each(|side| positive(shape_key, *side))?;
+    positive("chassis.mass_kg", c.mass_kg)?;
+    c.center_m
+        .iter()
+        .try_for_each(|value| finite("chassis.center_m", *value))
+}
+
+/// Checks the chassis and the values shared by all wheels.
+fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+    let (w, r) = (&spec.wheel, &spec.rollers);
+    check_chassis(&spec.chassis)?;
     for (key, value) in [
-        ("chassis.mass_kg", c.mass_kg),
         ("wheel.radius_m", w.radius_m),
         ("wheel.hub_mass_kg", w.hub_mass_kg),
         ("wheel.hub_radius_m", w.hub_radius_m),
@@ -139,9 +149,6 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
             range,
         ));
     }
-    c.center_m
-        .iter()
-        .try_for_each(|value| finite("chassis.center_m", *value))?;
     if !(1..=2).contains(&r.rows) {
         return Err(out_of_range("rollers.rows", r.rows, "1 or 2"));
     }

@@ -7,6 +7,7 @@ mod bearings;
 mod changed;
 mod check;
 mod described;
+mod on_tyres;
 mod suspension;
 
 use std::collections::BTreeMap;
@@ -25,6 +26,8 @@ use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
 pub use bearings::RollerBearings;
 pub(crate) use check::check;
 pub(crate) use described::Described;
+pub(crate) use on_tyres::is_on_tyres;
+pub use on_tyres::{CasterSpec, SpecOnTyres, SteeringSpec, TyreSpec, TyredWheel};
 pub use suspension::{SuspensionLaw, SuspensionSpec};
 
 /// Largest description, in bytes: one with thousands of wheels stays below.

@@ -1,7 +1,5 @@
 //! Rigid bodies: links merged over locked joints.
 
-use std::collections::HashMap;
-
 use nalgebra::{Point3, Vector3};
 
 use super::geometry::extent_m;
@@ -94,14 +92,10 @@ impl RigidBody {
         if self.held.is_empty() {
             return;
         }
-        let above: HashMap<usize, usize> = (0..tree.joints.len())
-            .map(|j| (tree.joints[j].child, j))
-            .collect();
-        let joint_above = |j: &usize| above.get(&tree.joints[*j].parent).copied();
         for &j in &self.held {
             let carried = wheels
                 .iter()
-                .filter(|&&wheel| std::iter::successors(Some(wheel), joint_above).any(|k| k == j));
+                .filter(|&&wheel| wheel == j || tree.joints_above(wheel).any(|k| k == j));
             let carried: Vec<String> = carried
                 .map(|&wheel| format!("`{}`", tree.joints[wheel].name))
                 .collect();

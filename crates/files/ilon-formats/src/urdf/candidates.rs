@@ -3,7 +3,7 @@
 //! A candidate turns about a level axis, or its geometry is round about one; nothing that turns is
 //! below it, and no steering above; and it stands on the same floor as the others.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -395,10 +395,6 @@ impl Survey {
             .chain(&others)
             .map(radius_m)
             .fold(0.0, f64::max);
-        let above: HashMap<usize, usize> = (0..tree.joints.len())
-            .map(|j| (tree.joints[j].child, j))
-            .collect();
-        let joint_above = |j: &usize| above.get(&tree.joints[*j].parent).copied();
         let hubs: HashSet<usize> = candidates.iter().map(|candidate| candidate.hub).collect();
         let is_part = |like: &WheelLike| {
             let own_m = radius_m(like);
@@ -408,8 +404,8 @@ impl Survey {
                     || (radius_m(other) == own_m && other.joint < like.joint);
                 other.joint != like.joint && is_larger && apart_m < INSIDE * radius_m(other)
             };
-            let mut holders = std::iter::successors(Some(like.joint), joint_above);
-            let in_hub = holders.any(|j| hubs.contains(&j));
+            let in_hub = hubs.contains(&like.joint)
+                || tree.joints_above(like.joint).any(|j| hubs.contains(&j));
             let is_small = own_m > 0.0 && own_m < SMALLER * largest_m;
             in_hub || is_small || turning.iter().chain(&others).any(within)
         };

@@ -6,7 +6,6 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::check::REMARKED_TILT_DEG;
 use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
 
 /// By how much a caster may reach below the wheels' floor in a file and still be taken to reach
@@ -16,6 +15,8 @@ const ROUNDED_M: f64 = 2e-3;
 
 /// A shape of the chassis within this distance of the floor stands on it, in wheel radii (chosen).
 pub(super) const TOUCHES: f64 = 1e-3;
+/// A smaller lean is not remarked, in degrees.
+pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
 /// reach the floor. Returns whether it does.

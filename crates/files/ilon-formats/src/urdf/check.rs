@@ -5,8 +5,9 @@ use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
-use super::casters::{self, TOUCHES};
+use super::casters::{self, REMARKED_TILT_DEG, TOUCHES};
 use super::faults::Faults;
+use super::from_options::BareWheel;
 use super::geometry::{mesh_points, primitive};
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
@@ -24,24 +25,25 @@ pub(super) const LEAST_WHEELS: usize = 3;
 const LARGEST_WHEEL_M: f64 = 5.0;
 /// The largest accepted lean of a robot on its wheels, in degrees.
 const MOST_TILT_DEG: f64 = 5.0;
-/// A smaller lean is not remarked, in degrees.
-pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 /// A radius of gyration above this multiple of the body's reach is rejected; above the reach it is
 /// doubted.
 const MOST_GYRATION: f64 = 5.0;
 /// Density of steel, in kg/m^3; a denser wheel is doubted.
 const STEEL_KG_M3: f64 = 8000.0;
 
+/// Why a joint that turns as a wheel does is none.
+const BARE: &str = "could be a wheel, but carries no rollers";
+
 /// Rejects fewer than three wheels, or two on tyres, with a report of what was found instead.
 pub(super) fn check_wheel_count(
     loading: &Loading,
     candidates: &[Candidate],
-    (given, on_tyres): (usize, bool),
+    (given, on_tyres): (&[BareWheel], bool),
     survey: &Survey,
 ) -> Result<(), RobotError> {
     // Tyres hold a robot sideways: two drive it.
     let least = if on_tyres { 2 } else { LEAST_WHEELS };
-    if candidates.len() + given >= least {
+    if candidates.len() + given.len() >= least {
         return Ok(());
     }
     let (source, tree) = (loading.source, loading.tree);
@@ -55,7 +57,7 @@ pub(super) fn check_wheel_count(
     if !hubs.is_empty() {
         let mut faults = Faults::default();
         for (hub, rollers) in hubs {
-            let wheels = candidates.len() + given;
+            let wheels = candidates.len() + given.len();
             let fault = Fault::HubDoesNotTurn { rollers, wheels };
             faults.push(source.joint_error(&tree.joints[hub].name, fault));
         }
@@ -72,7 +74,7 @@ pub(super) fn check_wheel_count(
         };
         return Err(source.joint_error(&tree.joints[first.hub].name, fault));
     }
-    if candidates.is_empty() && given == 0 {
+    if candidates.is_empty() && given.is_empty() {
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();
         let likely = survey.likely();
         let steered: Vec<&WheelLike> = survey.steered.iter().collect();
@@ -104,14 +106,22 @@ pub(super) fn check_wheel_count(
     if let Some(error) = schema::of_old_xacro(source) {
         return Err(error);
     }
+    let wheels = candidates.iter().map(|c| c.hub);
+    let wheels = wheels.chain(given.iter().map(|of| of.like.joint));
+    let wheels: Vec<String> = wheels
+        .map(|joint| tree.joints[joint].name.clone())
+        .collect();
+    let mut looked = looked(loading, survey);
+    looked.retain(|of| !wheels.contains(&of.joint));
+    for of in looked.iter_mut().filter(|of| on_tyres && of.reason == BARE) {
+        of.reason = "could be one too".to_owned();
+    }
     Err(source.robot_error(Fault::TooFewWheels {
-        wheels: candidates
-            .iter()
-            .map(|c| tree.joints[c.hub].name.clone())
-            .collect(),
-        looked: looked(loading, survey),
+        wheels,
+        on_tyres,
+        looked,
         has: match candidates {
-            [] => format!(". The file has {}", inventory(tree)),
+            [] if given.is_empty() => format!(". The file has {}", inventory(tree)),
             _ => String::new(),
         },
     }))
@@ -164,9 +174,7 @@ fn looked(loading: &Loading, survey: &Survey) -> Vec<CandidateJoint> {
         is_too_high: false,
     };
     let likely = survey.likely();
-    let likely = likely
-        .iter()
-        .map(|like| of(like, "could be a wheel, but carries no rollers"));
+    let likely = likely.iter().map(|like| of(like, BARE));
     let steered = survey
         .steered
         .iter()

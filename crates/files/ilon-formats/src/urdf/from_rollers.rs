@@ -15,13 +15,16 @@ use super::recognise::Candidate;
 use super::roller_dimensions::{self, DrawnOutline, Skew};
 use super::roller_gaps::barrel_half_length_m;
 use super::source::Source;
+use super::transmission;
 use super::tree::{PlacedShape, Tree};
 use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
+use crate::generate::elements::spheres_of;
 use crate::model::{
-    Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart, Remark,
-    Roller, RollerForm,
+    Barrel, Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart,
+    Remark, Roller, RollerForm,
 };
+use crate::options::RollerForms;
 
 /// If gamma is closer to 90 degrees than this, the rollers turn with the hub.
 const LEAST_CARRY_RAD: f64 = 0.035;
@@ -45,12 +48,17 @@ pub(super) fn rollers(
     body_from_joint: &Isometry3<f64>,
     hub: &RigidBody,
 ) -> Result<Vec<RollerGeometry>, RobotError> {
-    let half_pitch_rad = PI / candidate.rollers.len() as f64;
+    let count = candidate.rollers.len();
+    let name = &loading.tree.joints[candidate.hub].name;
+    let given_m = match loading.options.rollers {
+        RollerForms::Barrel => transmission::given_radius_m(loading.source, name),
+        RollerForms::AsModelled => None,
+    };
     let mut faults = Faults::default();
     let mut seen = Vec::with_capacity(candidate.rollers.len());
     let mut bare: Vec<Fault> = Vec::new();
     for &j in &candidate.rollers {
-        let look = see(loading, j, body_from_joint, half_pitch_rad, &mut bare);
+        let look = see(loading, j, body_from_joint, (count, given_m), &mut bare);
         seen.extend(faults.keep(look).flatten());
     }
     faults.into_result()?;
@@ -115,7 +123,7 @@ fn see(
     loading: &Loading,
     j: usize,
     body_from_joint: &Isometry3<f64>,
-    half_pitch_rad: f64,
+    (count, given_m): (usize, Option<f64>),
     bare: &mut Vec<Fault>,
 ) -> Result<Option<RollerGeometry>, RobotError> {
     let (source, tree) = (loading.source, loading.tree);
@@ -138,7 +146,11 @@ fn see(
             geometry: s.geometry.clone(),
         })
         .collect();
-    let profile = match geometry::profile(&skew.foot, &axis, &shapes, &loading.meshes) {
+    let drawn = match given_m {
+        Some(radius_m) => ideal(&skew, radius_m, count),
+        None => geometry::profile(&skew.foot, &axis, &shapes, &loading.meshes),
+    };
+    let profile = match drawn {
         Ok(profile) => profile,
         Err(fault) => {
             let unreadable = matches!(
@@ -166,7 +178,7 @@ fn see(
             Profile::of(ball)
         }
     };
-    let outline = roller_dimensions::outline(&skew, &profile, half_pitch_rad);
+    let outline = roller_dimensions::outline(&skew, &profile, PI / count as f64);
     Ok(Some(RollerGeometry {
         joint: j,
         body,
@@ -176,6 +188,18 @@ fn see(
         profile,
         outline,
     }))
+}
+
+/// Returns the spheres of the ideal barrel that rollers of a radius are made from.
+fn ideal(skew: &Skew, radius_m: f64, count: usize) -> Result<Profile, Fault> {
+    let wheel_radius_m = skew.ring_radius_m + radius_m;
+    let barrel = Barrel::handing_over(wheel_radius_m, radius_m, skew.gamma_rad, count);
+    let parts = spheres_of(&barrel).map(|[t_m, ball_m]| ProfilePart {
+        t_m,
+        ring_m: 0.0,
+        ball_m,
+    });
+    Profile::new(parts.collect()).ok_or(Fault::RollerWithoutShape)
 }
 
 /// Checks that all rollers of a wheel imply the same wheel.

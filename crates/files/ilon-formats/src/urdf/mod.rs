@@ -42,6 +42,7 @@ mod recognise;
 mod repair;
 mod roller_dimensions;
 mod roller_gaps;
+mod said_tyres;
 mod schema;
 mod sides;
 mod source;
@@ -74,7 +75,7 @@ pub use outline::WheelOutline;
 use recognise::Candidate;
 pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
-pub(crate) use source::child;
+pub(crate) use source::{child, text_of};
 use tree::{Motion, Tree};
 pub(crate) use urdf_text::{Origin, UrdfText};
 pub use visual_meshes::mesh_triangles;
@@ -163,6 +164,10 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     let asked = loading.options.wheels.clone();
     let enough = candidates.len() >= LEAST_WHEELS;
     let tyres = loading.options.tyres.clone();
+    let tyres = tyres.or_else(|| match asked {
+        None => said_tyres::of(loading.source),
+        Some(_) => None,
+    });
     if enough && asked.is_none() && tyres.is_none() {
         return Ok((Vec::new(), None, None));
     }
@@ -236,7 +241,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
             &survey,
         )?);
     }
-    check::check_wheel_count(loading, candidates, (given.len(), tyres.is_some()), &survey)?;
+    check::check_wheel_count(loading, candidates, (&given, tyres.is_some()), &survey)?;
     if rollers.is_some() {
         remark_left_alone(loading, &survey);
     }

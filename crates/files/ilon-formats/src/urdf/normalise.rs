@@ -11,6 +11,7 @@ use roxmltree::Node;
 
 use super::schema::GEOMETRIES;
 use super::source::{Source, child};
+use crate::generate::elements::attribute as escaped;
 use crate::model::Remark;
 
 /// The attributes of `<origin>`.
@@ -279,10 +280,5 @@ fn copy(out: &mut String, node: Option<Node>, attributes: &[&str]) {
 }
 
 fn attribute(out: &mut String, name: &str, value: &str) {
-    let value = value
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;");
-    let _ = write!(out, " {name}=\"{value}\"");
+    let _ = write!(out, " {name}=\"{}\"", escaped(value));
 }

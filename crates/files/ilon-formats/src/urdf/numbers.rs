@@ -18,7 +18,7 @@ enum Range {
 }
 
 /// The numeric attributes of URDF: element, attribute, count, whether required, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
+const NUMBERS: [(&str, &str, usize, bool, Range); 51] = [
     ("origin", "xyz", 3, false, Range::Any),
     ("origin", "rpy", 3, false, Range::Any),
     ("origin", "quat_xyzw", 4, false, Range::Any),
@@ -97,6 +97,7 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
         Range::NotNegative,
     ),
     ("ilon_rollers", "axle_radius", 1, false, Range::NotNegative),
+    ("ilon_rollers", "radius", 1, false, Range::Positive),
     ("ilon_rollers", "length_factor", 1, false, Range::Positive),
     ("ilon_rollers", "crown", 1, false, Range::Positive),
     ("ilon_rollers", "edge_radius", 1, false, Range::NotNegative),
@@ -108,6 +109,14 @@ const NUMBERS: [(&str, &str, usize, bool, Range); 48] = [
         Range::NotNegative,
     ),
     ("ilon_rollers", "radius_seed", 1, false, Range::NotNegative),
+    ("ilon_tyres", "width", 1, false, Range::Positive),
+    (
+        "ilon_tyres",
+        "shoulder_radius",
+        1,
+        false,
+        Range::NotNegative,
+    ),
     ("roller", "radius_offset", 1, true, Range::Any),
 ];
 

@@ -15,6 +15,7 @@ use super::tree::{Motion, Tree};
 use super::urdf_text::{Edit, UrdfText};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError, is_zero_size};
+use crate::generate::elements::attribute as escaped;
 use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
 
@@ -322,12 +323,6 @@ fn rename(source: &Source, node: Node, tag: &'static str) -> Option<(Vec<Edit>, 
         edits.extend(below.filter_map(|end| value(*end, "link")));
     }
     Some((edits, format!("called `{new}`, for its name is taken")))
-}
-
-fn escaped(name: &str) -> String {
-    name.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('"', "&quot;")
 }
 
 /// Lets a joint with rollers turn, about the axis of their ring.

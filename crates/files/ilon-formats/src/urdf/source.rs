@@ -222,6 +222,7 @@ impl<'a> Source<'a> {
                     "ilon_drive",
                     "ilon_rollers",
                     "ilon_spring",
+                    "ilon_tyres",
                 ],
             ),
             ("link", &["inertial", "collision", "visual"]),
@@ -283,6 +284,11 @@ impl<'a> Source<'a> {
 /// Returns the first child element with that tag.
 pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.has_tag_name(tag))
+}
+
+/// Returns the text of the first child element with that tag; `None` if it is empty.
+pub(crate) fn text_of<'a>(node: Node<'a, '_>, tag: &str) -> Option<&'a str> {
+    Some(child(node, tag)?.text()?.trim()).filter(|text| !text.is_empty())
 }
 
 /// Returns ``joint `arm` ``, or ``link `base`, `<inertia>` `` for an inner element.

@@ -9,7 +9,9 @@ use super::numbers::number;
 use super::source::{Source, child};
 use super::tree::Tree;
 use crate::error::{Fault, RobotError};
-use crate::model::{DriveTrain, JointSpring, RollerSurface, RollersAsMade, Tread, Wheel};
+use crate::model::{
+    DriveTrain, JointSpring, Roller, RollerForm, RollerSurface, RollersAsMade, Tread, Wheel,
+};
 
 /// Returns the drives of the joints that have one in the file.
 pub(super) fn drives(source: &Source, tree: &Tree) -> BTreeMap<String, DriveTrain> {
@@ -116,15 +118,28 @@ pub(super) fn materials(source: &Source) -> BTreeMap<String, String> {
     .collect()
 }
 
+/// Returns the element on the rollers of a wheel.
+fn rollers_element<'a>(source: &'a Source<'a>, wheel: &str) -> Option<Node<'a, 'a>> {
+    let mut elements = source.robot().children();
+    elements.find(|n| n.has_tag_name("ilon_rollers") && n.attribute("joint") == Some(wheel))
+}
+
+/// Returns the radius of a wheel's rollers at their middle, in metres, if the file gives it: then
+/// their links have the shapes as made.
+pub(super) fn given_radius_m(source: &Source, wheel: &str) -> Option<f64> {
+    let node = rollers_element(source, wheel)?;
+    node.attribute("radius").map(|_| number(node, "radius"))
+}
+
 /// Makes the rollers of a wheel as the file specifies, if it does.
 pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), RobotError> {
-    let mut elements = source.robot().children();
-    let of_wheel = |n: &Node| {
-        n.has_tag_name("ilon_rollers") && n.attribute("joint") == Some(wheel.name.as_str())
-    };
-    let Some(node) = elements.find(of_wheel) else {
+    let Some(node) = rollers_element(source, &wheel.name) else {
         return Ok(());
     };
+    let is_modelled = |of: &Roller| matches!(of.form, RollerForm::AsModelled(_));
+    if node.attribute("radius").is_some() && wheel.rollers.iter().any(is_modelled) {
+        return Ok(());
+    }
     // Joints and numbers were checked with all others, except the profile, which may have any
     // length.
     let said = |name: &str| node.attribute(name).map(|_| number(node, name));
@@ -155,8 +170,17 @@ pub(super) fn make_rollers(source: &Source, wheel: &mut Wheel) -> Result<(), Rob
     if made.is_ideal() && length_factor.is_none() {
         return Ok(());
     }
+    let read = wheel.rollers.clone();
     wheel.make_rollers(made, length_factor).map_err(|e| {
         let reason = e.to_string();
         source.error(node, Fault::RollersNotMade { reason })
-    })
+    })?;
+    if node.attribute("radius").is_some() {
+        // The moments of the file are those of the rollers as made.
+        for (roller, read) in wheel.rollers.iter_mut().zip(&read) {
+            roller.axial_inertia_kg_m2 = read.axial_inertia_kg_m2;
+            roller.transverse_inertia_kg_m2 = read.transverse_inertia_kg_m2;
+        }
+    }
+    Ok(())
 }

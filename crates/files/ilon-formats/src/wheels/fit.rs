@@ -59,9 +59,10 @@ pub struct FittedRobot {
     pub travel_as_made_m: f64,
 }
 
-/// An error of this share of the wheel's radius is small enough for one native shape, and of spheres so much of that.
-const ENOUGH: f64 = 1e-3;
-const OF_SPHERES: f64 = 0.2;
+/// An error of this share of the wheel's radius is small enough for one native shape: as much again is off in speed, which shall stay below
+/// 0.1 % together with the simulator's own errors. Of spheres more are taken until the second is reached.
+const ENOUGH: f64 = 9e-4;
+const OF_SPHERES: f64 = 2e-4;
 /// Beyond the hand-over a shape must stay below what carries the wheel there, by this share of the wheel's radius per radian and at most by so
 /// much of it. The end spheres of barrels that touch each other lie in one place: as long as both carry, they slip against each other.
 const CLEAR_PER_RAD: f64 = 0.03;
@@ -142,6 +143,10 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
         let mut known: Vec<(RollerForm, [f64; 3], RollerShape)> = Vec::new();
         let mut of_wheel = Vec::new();
         for (index, roller) in wheel.rollers.iter().enumerate() {
+            if let Some(cylinder) = super::tyres::cylinder(roller) {
+                of_wheel.push(RollerShape::Solids(vec![cylinder]));
+                continue;
+            }
             let target = Target::new(wheel, index);
             let figures = [target.tallest_m(), roller.length_m, roller.ring_radius_m()];
             let same = |was: &&(RollerForm, [f64; 3], RollerShape)| {
@@ -150,7 +155,7 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
             };
             let shape = match known.iter().find(same) {
                 Some((_, _, shape)) => shape.clone(),
-                None => target.nearest(format, ENOUGH * wheel.radius_m),
+                None => target.nearest(format),
             };
             if let Some(profile) = shape.profile().filter(|_| !target.is_modelled()) {
                 let shapes = Vec::new();
@@ -312,7 +317,7 @@ impl<'a> Target<'a> {
     }
 
     /// The simplest shape that is near enough, or the nearest.
-    fn nearest(&self, format: Shapes, enough_m: f64) -> RollerShape {
+    fn nearest(&self, format: Shapes) -> RollerShape {
         if let RollerForm::AsModelled(modelled) = &self.roller.form {
             return RollerShape::Solids(modelled.shapes.clone());
         }
@@ -343,7 +348,7 @@ impl<'a> Target<'a> {
             let length_m = 2.0 * half_m;
             one(CollisionShape::Cylinder { radius_m, length_m })
         };
-        let spheres = || self.spheres(OF_SPHERES * enough_m);
+        let spheres = || self.spheres(OF_SPHERES * self.wheel.radius_m);
         let mesh = || self.mesh();
         type Makes<'a> = &'a dyn Fn() -> RollerShape;
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
@@ -363,7 +368,7 @@ impl<'a> Target<'a> {
             if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
                 best = Some((error_m, shape));
             }
-            if error_m < enough_m {
+            if error_m < ENOUGH * self.wheel.radius_m {
                 break;
             }
         }

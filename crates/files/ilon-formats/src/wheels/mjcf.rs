@@ -9,10 +9,13 @@ use super::frame::{Ground, STEP_S, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot, Wheel};
 
 /// Of contacts of rollers: the time constant, two steps, which stops what comes down within a step.
 const SETTLES_S: f64 = 2.0 * STEP_S;
+/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps then opens and closes, so that its
+/// friction is not Coulomb's.
+const TYRE_SETTLES_S: f64 = 10.0 * STEP_S;
 /// Their impedance, at all depths: a harder contact opens again in the step after each hand-over, a softer one creeps.
 const IMPEDANCE: f64 = 0.98;
 /// How much harder friction is than the normal of a contact.
@@ -41,13 +44,17 @@ pub(super) fn write(
         "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" balanceinertia=\"true\"/>\n  \
          <option timestep=\"{}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"{IMPRATIO}\" gravity=\"0 0 {}\"/>\n  \
          <size memory=\"64M\"/>\n  <default>\n    <default class=\"roller\">\n      \
-         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{SETTLES_S} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
+         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
          </default>\n    <default class=\"body\">\n      <geom contype=\"1\" conaffinity=\"0\" friction=\"{} 0.005 0.0001\" rgba=\"0.35 0.4 0.45 1\"/>\n    \
          </default>\n  </default>",
         attribute(&robot.name),
         num(STEP_S),
         num(-ground.gravity_m_s2),
         num(ground.friction),
+        num(match robot.wheels.iter().any(Wheel::has_tyre) {
+            true => TYRE_SETTLES_S,
+            false => SETTLES_S,
+        }),
         num(ground.friction),
     );
     let _ = writeln!(out, "  <asset>");
@@ -125,8 +132,8 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
         Some(joint) => {
             write_joint(out, joint);
             match joint.role {
-                Role::Roller => "roller",
-                Role::Wheel { .. } | Role::Body(_) => "body",
+                Role::Roller | Role::Wheel { .. } => "roller",
+                Role::Body(_) => "body",
             }
         }
     };
@@ -153,7 +160,7 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
                 format!("type=\"ellipsoid\" size=\"{}\"", nums(&[*a, *a, *c]))
             }
             Shape::Mesh(mesh) => format!("type=\"mesh\" mesh=\"roller_{mesh}\""),
-            Shape::Solid(solid) => geom(solid, hulls),
+            Shape::Solid(solid) => geom(&solid.shape, hulls) + &friction(solid.friction),
         };
         let mut at = *at;
         if class == "body" && shape.contains("cylinder") {
@@ -181,6 +188,16 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
         body(out, hulls, parts, child, height_m);
     }
     let _ = writeln!(out, "    </body>");
+}
+
+/// The friction of a shape that has its own, such as of a ball: without priority the floor's, if greater, would hold.
+fn friction(of_shape: Option<f64>) -> String {
+    of_shape.map_or(String::new(), |friction| {
+        format!(
+            " priority=\"1\" friction=\"{} 0.005 0.0001\"",
+            num(friction)
+        )
+    })
 }
 
 fn geom(solid: &CollisionShape, hulls: &mut String) -> String {
@@ -242,6 +259,8 @@ fn actuator(out: &mut String, joint: &PartJoint) {
         false => String::new(),
     };
     let _ = match &joint.role {
+        // Nothing drives a wheel that only rolls along.
+        Role::Wheel { effort, .. } if *effort == 0.0 => Ok(()),
         Role::Wheel { effort, rate, gain } => writeln!(
             out,
             "    <velocity name=\"{name}\" joint=\"{name}\" kv=\"{}\"{}{}/>",

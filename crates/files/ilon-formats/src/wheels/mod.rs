@@ -6,6 +6,7 @@
 //! | `parts` | the robot as a tree of bodies on joints |
 //! | `frame` | what every file has around the robot: ground, step, the comment at its head |
 //! | `mjcf`, `tags` | the formats |
+//! | `tyres` | what stands for a tyre |
 //! | `stl` | meshes of rollers for which no native shape is near |
 
 mod fit;
@@ -14,6 +15,7 @@ mod mjcf;
 mod parts;
 mod stl;
 mod tags;
+mod tyres;
 
 pub use fit::{FittedRobot, RollerShape, Shapes, fit};
 pub use frame::{Ground, STEP_S};

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::fit::{FittedRobot, RollerShape};
-use crate::model::{Collision, CollisionShape, Joint, JointKind, JointRole, MassProperties};
+use crate::model::{Collision, Joint, JointKind, JointRole, MassProperties};
 
 /// A body and the joint on which it moves; all frames are at zero of all joints.
 pub(super) struct Part<'a> {
@@ -41,7 +41,7 @@ pub(super) enum Role<'a> {
 
 /// A shape of another format.
 pub(super) enum Shape<'a> {
-    Solid(&'a CollisionShape),
+    Solid(&'a Collision),
     Ellipsoid([f64; 2]),
     /// The mesh of a profile, by its place among [`meshes`].
     Mesh(usize),
@@ -146,22 +146,18 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
             body_from_part: wheel.body_from_hub,
             mass: wheel.hub.clone(),
             joint: Some(free(JointKind::Turns)),
-            shapes: Vec::new(),
-            hub_m: Some([(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
+            shapes: match wheel.has_tyre() {
+                true => shapes.iter().flat_map(|of| solids(of, &meshes)).collect(),
+                false => Vec::new(),
+            },
+            hub_m: (!wheel.has_tyre()).then(|| [(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
         });
+        if wheel.has_tyre() {
+            // It turns with its hub.
+            continue;
+        }
         for (roller, shape) in wheel.rollers.iter().zip(shapes) {
-            let identity = Isometry3::identity();
-            let shapes = match shape {
-                RollerShape::Ellipsoid {
-                    radius_m,
-                    half_length_m,
-                } => vec![(identity, Shape::Ellipsoid([*radius_m, *half_length_m]))],
-                RollerShape::Solids(solids) => solids.iter().map(solid).collect(),
-                RollerShape::Mesh(points) => {
-                    let place = meshes.iter().position(|mesh| *mesh == &points[..]);
-                    vec![(identity, Shape::Mesh(place.unwrap_or(0)))]
-                }
-            };
+            let shapes = solids(shape, &meshes);
             let across = roller.transverse_inertia_kg_m2;
             let moments = Vector3::new(across, across, roller.axial_inertia_kg_m2);
             parts.push(Part {
@@ -189,8 +185,24 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
     parts
 }
 
+/// The shapes of a roller or a tyre, in its frame.
+fn solids<'a>(shape: &'a RollerShape, meshes: &[&[[f64; 2]]]) -> Vec<(Isometry3<f64>, Shape<'a>)> {
+    let identity = Isometry3::identity();
+    match shape {
+        RollerShape::Ellipsoid {
+            radius_m,
+            half_length_m,
+        } => vec![(identity, Shape::Ellipsoid([*radius_m, *half_length_m]))],
+        RollerShape::Solids(solids) => solids.iter().map(solid).collect(),
+        RollerShape::Mesh(points) => {
+            let place = meshes.iter().position(|mesh| *mesh == &points[..]);
+            vec![(identity, Shape::Mesh(place.unwrap_or(0)))]
+        }
+    }
+}
+
 fn solid(of: &Collision) -> (Isometry3<f64>, Shape<'_>) {
-    (of.body_from_shape, Shape::Solid(&of.shape))
+    (of.body_from_shape, Shape::Solid(of))
 }
 
 impl Part<'_> {

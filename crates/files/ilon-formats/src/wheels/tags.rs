@@ -34,10 +34,13 @@ pub(super) fn sdf(
         "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.11\">\n",
         about_comment(about)
     );
-    let friction = format!(
-        "<surface><friction><ode><mu>{0}</mu><mu2>{0}</mu2></ode></friction></surface>",
-        num(ground.friction)
-    );
+    let surface = |friction: f64| {
+        format!(
+            "<surface><friction><ode><mu>{0}</mu><mu2>{0}</mu2></ode></friction></surface>",
+            num(friction)
+        )
+    };
+    let friction = surface(ground.friction);
     if is_world {
         let _ = writeln!(
             out,
@@ -79,6 +82,11 @@ pub(super) fn sdf(
         );
         for (number, (at, shape)) in part.shapes.iter().enumerate() {
             let (at, geometry) = sdf_geometry(at, shape, meshes);
+            let own = match shape {
+                Shape::Solid(solid) => solid.friction,
+                _ => None,
+            };
+            let friction = own.map_or_else(|| friction.clone(), surface);
             let _ = writeln!(
                 out,
                 "<collision name=\"collision_{number}\">{0}<geometry>{geometry}</geometry>{friction}</collision><visual name=\"visual_{number}\">{0}<geometry>{geometry}</geometry></visual>",
@@ -140,7 +148,7 @@ pub(super) fn sdf(
             );
         }
     }
-    for wheel in &robot.wheels {
+    for wheel in robot.wheels.iter().filter(|of| of.motor.effort_n_m > 0.0) {
         let _ = writeln!(
             out,
             "<plugin filename=\"gz-sim-joint-controller-system\" name=\"gz::sim::systems::JointController\"><joint_name>{}</joint_name></plugin>",
@@ -163,7 +171,7 @@ fn sdf_geometry(at: &Isometry3<f64>, shape: &Shape, meshes: &[String]) -> (Isome
             nums(&[*a, *a, *c])
         ),
         Shape::Mesh(mesh) => format!("<mesh><uri>{}</uri></mesh>", attribute(&meshes[*mesh])),
-        Shape::Solid(solid) => match solid {
+        Shape::Solid(solid) => match &solid.shape {
             CollisionShape::Cylinder { radius_m, length_m } => format!(
                 "<cylinder><radius>{}</radius><length>{}</length></cylinder>",
                 num(*radius_m),
@@ -178,7 +186,7 @@ fn sdf_geometry(at: &Isometry3<f64>, shape: &Shape, meshes: &[String]) -> (Isome
                 format!("<sphere><radius>{}</radius></sphere>", num(*radius_m))
             }
             CollisionShape::Box { .. } | CollisionShape::ConvexHull { .. } => {
-                let (at, size) = boxed(at, solid);
+                let (at, size) = boxed(at, &solid.shape);
                 return (at, format!("<box><size>{}</size></box>", nums(&size)));
             }
         },
@@ -309,6 +317,7 @@ pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str
             ))
         );
     }
+    out += &super::tyres::element(robot);
     out + "</robot>\n"
 }
 
@@ -334,7 +343,7 @@ fn urdf_geometries(
         }
         // Never asked of URDF, which has none.
         Shape::Ellipsoid([a, _]) => return vec![(*at, sphere(*a))],
-        Shape::Solid(solid) => solid,
+        Shape::Solid(solid) => &solid.shape,
     };
     match solid {
         CollisionShape::Cylinder { radius_m, length_m } => {

@@ -24,4 +24,5 @@ mod standing;
 mod strangers;
 mod traits;
 mod tyres;
+mod tyres_in_short;
 mod visual_meshes;

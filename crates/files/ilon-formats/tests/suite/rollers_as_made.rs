@@ -6,12 +6,25 @@
 
 use std::f64::consts::{PI, TAU};
 
-use ilon_formats::{LoadRobot, RobotError, Spec, generate};
+use ilon_formats::{LoadOptions, LoadRobot, RobotError, RollerForms, Spec, generate};
 use ilon_robot::*;
+use test_case::test_case;
 
 /// A robot from a short description: four mecanum wheels or three omni wheels of radius 50 mm with
 /// nine or eight rollers.
 fn robot(gamma_deg: f64, rollers: &str) -> Result<Robot, RobotError> {
+    Robot::from_urdf_str(&urdf(gamma_deg, rollers)?, "r.urdf")
+}
+
+/// Its URDF.
+fn urdf(gamma_deg: f64, rollers: &str) -> Result<String, RobotError> {
+    generate(&Spec::from_toml_str(
+        &description(gamma_deg, rollers),
+        "made.toml",
+    )?)
+}
+
+fn description(gamma_deg: f64, rollers: &str) -> String {
     let wheels = if gamma_deg == 0.0 {
         "per_row = 8\n".to_owned()
     } else {
@@ -24,13 +37,11 @@ fn robot(gamma_deg: f64, rollers: &str) -> Result<Robot, RobotError> {
             "[wheels.mecanum]\naxles_m = [0.15, -0.15]\nhalf_width_m = 0.16\ngamma_deg = {gamma_deg}"
         )
     };
-    let text = format!(
+    format!(
         "name = \"made\"\n[chassis]\nshape.box = {{ size_m = [0.4, 0.24, 0.1] }}\nmass_kg = 10.0\ncenter_m = [0.0, 0.0, 0.1]\n\
          [wheel]\nradius_m = 0.05\nhub_mass_kg = 0.25\nhub_radius_m = 0.03\nhub_width_m = 0.04\nmotor_effort_n_m = 1.0\n\
          motor_velocity_rad_s = 30.0\n[rollers]\n{wheels}radius_m = 0.012\nmass_kg = 0.01\n{rollers}\n{arrangement}\n"
-    );
-    let spec = Spec::from_toml_str(&text, "made.toml")?;
-    Robot::from_urdf_str(&generate(&spec)?, "r.urdf")
+    )
 }
 
 const RHO: f64 = 0.05;
@@ -316,4 +327,65 @@ fn elements_of_a_file_that_make_no_rollers_are_refused_where_they_stand() {
         assert!(error.to_string().contains(':'), "{attributes}: {error}");
     }
     assert!(Robot::from_urdf_str(&text("crown=\"0.9\"/>"), "r.urdf").is_ok());
+}
+
+/// Tools that know only URDF roll on the solids of the links: these raise and lower the hub as the
+/// rollers that are made do. Between two of seven spheres their envelope lacks at most an eighth of
+/// the second difference of their radii.
+#[test_case("crown = 0.8", 0.0)]
+#[test_case("crown = 1.5", 0.0)]
+#[test_case("length_factor = 0.7", 0.0)]
+#[test_case("length_factor = 1.2\ncrown = 0.8", 0.0)]
+#[test_case(
+    "length_factor = 0.9\ncrown = 0.8\nradius_offsets_m = { front_left_roller_2 = 5e-4 }",
+    0.0
+)]
+// Equal cylinders end to end are the one cylinder.
+#[test_case("profile_m = [[-0.01, 0.013], [0.01, 0.013]]", 1e-9)]
+fn links_of_made_rollers_have_their_shapes(rollers: &str, bound_m: f64) {
+    let text = urdf(45.0, rollers).unwrap();
+    let wheel = Robot::from_urdf_str(&text, "r.urdf")
+        .unwrap()
+        .wheels
+        .remove(0);
+    let mut options = LoadOptions::default();
+    options.rollers = RollerForms::AsModelled;
+    let shown = Robot::from_urdf_str_with(&text, "r.urdf", &options).unwrap();
+    let shown = &shown.robot.wheels[0];
+    let barrel = wheel.barrel(&wheel.rollers[0]);
+    let radius_m = |i: usize| barrel.sphere_radius_m((i as f64 / 3.0 - 1.0) * barrel.half_length_m);
+    let bend_m = |i: usize| (radius_m(i - 1) + radius_m(i + 1) - 2.0 * radius_m(i)).abs();
+    let lacks_m = (1..6).map(bend_m).fold(0.0, f64::max) / 8.0;
+    let bound_m = if bound_m > 0.0 {
+        bound_m
+    } else {
+        lacks_m + 1e-9
+    };
+    for i in 0..400 {
+        let turned_rad = TAU * f64::from(i) / 400.0;
+        let (made_m, shown_m) = (
+            wheel.hub_height_m(turned_rad),
+            shown.hub_height_m(turned_rad),
+        );
+        assert!(
+            (made_m - shown_m).abs() < bound_m,
+            "{turned_rad}: {made_m} {shown_m} {bound_m}"
+        );
+    }
+    // What is read is what the description builds.
+    let spec = Spec::from_toml_str(&description(45.0, rollers), "made.toml").unwrap();
+    let built = ilon_formats::build(&spec).unwrap();
+    for (read, built) in wheel.rollers.iter().zip(&built.wheels[0].rollers) {
+        assert!(
+            (read.length_m - built.length_m).abs() < DIGITS_M,
+            "{read:?}"
+        );
+        assert!(
+            (read.radius_m - built.radius_m).abs() < DIGITS_M,
+            "{read:?}"
+        );
+    }
+    // The file's moments are those of what is made.
+    let (a, b) = (&wheel.rollers[0], &shown.rollers[0]);
+    assert!((a.axial_inertia_kg_m2 / b.axial_inertia_kg_m2 - 1.0).abs() < 1e-12);
 }

@@ -11,9 +11,7 @@ use crate::scope::{Entry, Scope};
 
 impl Expander<'_> {
     pub(super) fn define_macro(&self, element: &Rc<Element>, around: &Around) -> Result<()> {
-        let name = element
-            .attribute("name")
-            .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        let name = self.written(element, "name")?;
         if name == "call" || name.contains('.') {
             return Err(self.fault(
                 &element.origin_of("name"),
@@ -248,9 +246,7 @@ impl Expander<'_> {
         around: &Around,
         inside: &mut Inside,
     ) -> Result<()> {
-        let name = element
-            .attribute("name")
-            .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        let name = self.written(element, "name")?;
         self.budget
             .spend(1 + around.scope.depth() / 8)
             .map_err(self.spent(&element.origin))?;

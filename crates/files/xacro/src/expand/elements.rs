@@ -133,11 +133,7 @@ impl Expander<'_> {
                 }
             }
             Some(condition @ ("if" | "unless")) => {
-                if child.attribute("value").is_none() {
-                    return Err(self.missing_attribute(child, "value"));
-                }
-                self.clues
-                    .condition(child.attribute("value").unwrap_or_default());
+                self.clues.condition(self.written(child, "value")?);
                 let holds = self.yes_or_no(child, "value", false, around)?;
                 if holds == (condition == "if") {
                     inside.nodes.extend(self.inside(child, around)?.nodes);

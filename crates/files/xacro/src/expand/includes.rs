@@ -17,9 +17,7 @@ impl Expander<'_> {
         around: &Around,
         inside: &mut Inside,
     ) -> Result<()> {
-        let written = element
-            .attribute("filename")
-            .ok_or_else(|| self.missing_attribute(element, "filename"))?;
+        let written = self.written(element, "filename")?;
         let optional = self.yes_or_no(element, "optional", false, around)?;
         let within = match self.attribute(element, "ns", around)? {
             None => around.clone(),

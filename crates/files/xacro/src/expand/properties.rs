@@ -81,9 +81,7 @@ impl Expander<'_> {
     }
 
     pub(super) fn declare_argument(&self, element: &Element, around: &Around) -> Result<()> {
-        let name = element
-            .attribute("name")
-            .ok_or_else(|| self.missing_attribute(element, "name"))?;
+        let name = self.written(element, "name")?;
         self.declared.borrow_mut().insert(name.to_owned());
         let known = self.arguments.borrow().contains_key(name);
         if known {

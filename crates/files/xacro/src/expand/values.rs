@@ -80,7 +80,13 @@ impl Expander<'_> {
             .ok_or_else(|| self.missing_attribute(element, name))
     }
 
-    pub(super) fn missing_attribute(&self, element: &Element, name: &str) -> Box<ExpandError> {
+    /// Returns an attribute as written.
+    pub(super) fn written<'e>(&self, element: &'e Element, name: &str) -> Result<&'e str> {
+        let written = element.attribute(name);
+        written.ok_or_else(|| self.missing_attribute(element, name))
+    }
+
+    fn missing_attribute(&self, element: &Element, name: &str) -> Box<ExpandError> {
         self.fault(
             &element.origin,
             format!("`<{}>`: the attribute `{name}` is missing", element.name),

@@ -1,6 +1,6 @@
 //! The Python functions that xacro allows.
 
-use super::math;
+use super::math::{self, int};
 use super::numbers::{divmod, round, to_float, to_int};
 use super::operators::{binary, order, too_large};
 use super::surroundings::{Arguments, Caller};
@@ -13,21 +13,8 @@ const GLOBAL: [&str; 13] = [
     "range",
 ];
 
-/// Functions available as `python.name`.
-const PYTHON: [&str; 28] = [
-    "list",
-    "dict",
-    "map",
-    "len",
-    "str",
-    "float",
-    "int",
-    "bool",
-    "min",
-    "max",
-    "round",
-    "sorted",
-    "range",
+/// Further functions available as `python.name`.
+const PYTHON: [&str; 15] = [
     "abs",
     "all",
     "any",
@@ -78,7 +65,7 @@ pub(super) fn of_module(module: Module, name: &str) -> Option<Value> {
     match module {
         Module::Math => math::value(name),
         Module::Python => {
-            let known = PYTHON.iter().find(|known| **known == name)?;
+            let known = GLOBAL.iter().chain(&PYTHON).find(|known| **known == name)?;
             Some(Value::Function(known))
         }
         Module::Xacro => {
@@ -103,12 +90,8 @@ pub(super) fn call(
     let default = arguments.take("default");
     let start = arguments.take("start");
     let ndigits = arguments.take("ndigits");
-    if name != "dict"
-        && let Some((unknown, _)) = arguments.named.first()
-    {
-        return Err(Error::new(format!(
-            "{name}() got an unexpected keyword argument '{unknown}'"
-        )));
+    if name != "dict" {
+        arguments.refuse_named(name)?;
     }
     let Arguments { items, named } = arguments;
     let wrong_count = || Err(Error::new(format!("{name}() takes other arguments")));
@@ -230,6 +213,18 @@ pub(super) fn call(
     }
 }
 
+/// Returns the value by which an item is ranked: that of the key's function, or the item itself.
+fn ranked_by(
+    evaluator: &mut dyn Caller,
+    key: Option<&Value>,
+    item: &Value,
+) -> Result<Value, Error> {
+    match key {
+        Some(function) => call_with(evaluator, function, vec![item.clone()]),
+        None => Ok(item.clone()),
+    }
+}
+
 fn call_with(
     evaluator: &mut dyn Caller,
     function: &Value,
@@ -320,16 +315,13 @@ fn sorted(
 ) -> Result<Vec<Value>, Error> {
     let mut keyed = Vec::with_capacity(items.len());
     for item in items {
-        let by = match key {
-            Some(function) => call_with(evaluator, function, vec![item.clone()])?,
-            None => item.clone(),
-        };
+        let by = ranked_by(evaluator, key, &item)?;
         keyed.push((by, item));
     }
     evaluator.around().budget().spend(16 * keyed.len() as u64)?;
     for (by, _) in &keyed {
         // Each element is compared once per level of merging.
-        let compared = by.size().bytes().saturating_mul(16);
+        let compared = by.size().bytes.saturating_mul(16);
         evaluator.around().budget().spend_bytes(compared)?;
     }
     let mut fault = None;
@@ -365,10 +357,7 @@ fn extreme(
     };
     let mut best: Option<(Value, Value)> = None;
     for item in items {
-        let by = match key {
-            Some(function) => call_with(evaluator, function, vec![item.clone()])?,
-            None => item.clone(),
-        };
+        let by = ranked_by(evaluator, key, &item)?;
         let operator = if name == "min" { "<" } else { ">" };
         let better = match &best {
             None => true,
@@ -386,14 +375,6 @@ fn extreme(
 }
 
 fn range(evaluator: &dyn Caller, bounds: &[Value]) -> Result<Value, Error> {
-    let int = |value: &Value| {
-        value.as_int().ok_or_else(|| {
-            Error::new(format!(
-                "'{}' object cannot be interpreted as an integer",
-                value.kind()
-            ))
-        })
-    };
     let (start, stop, step) = match bounds {
         [stop] => (0, int(stop)?, 1),
         [start, stop] => (int(start)?, int(stop)?, 1),

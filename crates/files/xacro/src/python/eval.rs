@@ -87,7 +87,7 @@ impl Evaluator<'_> {
             Expr::Postfix(base, trailers) => self.postfix(base, trailers),
             Expr::Lambda(parameters, body) => {
                 around.budget().spend(self.locals.len() as u64)?;
-                let depths = self.locals.iter().map(|(_, value)| value.size().depth());
+                let depths = self.locals.iter().map(|(_, value)| value.size().depth);
                 Ok(Value::Lambda(Rc::new(Lambda {
                     parameters: Rc::clone(parameters),
                     body: Rc::clone(body),
@@ -284,10 +284,7 @@ impl Evaluator<'_> {
                     .ok_or_else(|| Error::Name(name.to_string())),
                 _ => Err(Error::new("a namespace is indexed by name")),
             },
-            other => Err(Error::new(format!(
-                "'{}' object is not subscriptable",
-                other.kind()
-            ))),
+            other => Err(Error::is_not(other, "subscriptable")),
         }
     }
 
@@ -344,10 +341,7 @@ impl Evaluator<'_> {
                 let part: String = chosen(chars.len()).into_iter().map(|i| chars[i]).collect();
                 Ok(Value::text(part))
             }
-            other => Err(Error::new(format!(
-                "'{}' object is not subscriptable",
-                other.kind()
-            ))),
+            other => Err(Error::is_not(other, "subscriptable")),
         }
     }
 
@@ -382,10 +376,7 @@ impl Caller for Evaluator<'_> {
             Value::Xacro(function) => self.around.call(*function, arguments),
             Value::Method(bound) => methods::call(self.around, &bound.0, bound.1, arguments),
             Value::Lambda(lambda) => self.call_lambda(lambda, arguments),
-            other => Err(Error::new(format!(
-                "'{}' object is not callable",
-                other.kind()
-            ))),
+            other => Err(Error::is_not(other, "callable")),
         }
     }
 }

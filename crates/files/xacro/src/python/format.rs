@@ -118,7 +118,7 @@ pub(in super::super) fn float_text(x: f64) -> String {
         return if x > 0.0 { "inf" } else { "-inf" }.to_owned();
     }
     let scientific = format!("{x:e}");
-    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let (_, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     if (-4..16).contains(&exponent) {
         let plain = format!("{x}");
@@ -128,8 +128,7 @@ pub(in super::super) fn float_text(x: f64) -> String {
             plain + ".0"
         };
     }
-    let sign = if exponent < 0 { '-' } else { '+' };
-    format!("{mantissa}e{sign}{:02}", exponent.abs())
+    python_exponent(&scientific)
 }
 
 /// `template % values`.
@@ -311,8 +310,12 @@ impl Field {
 
 /// `%e`: an exponent of two digits or more.
 fn exponential(x: f64, places: usize) -> String {
-    let text = format!("{x:.places$e}");
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    python_exponent(&format!("{x:.places$e}"))
+}
+
+/// Returns `1.5e7` as `1.5e+07`.
+fn python_exponent(scientific: &str) -> String {
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let sign = if exponent < 0 { '-' } else { '+' };
     format!("{mantissa}e{sign}{:02}", exponent.abs())

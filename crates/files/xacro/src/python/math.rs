@@ -6,7 +6,7 @@
 use std::f64::consts::{E, PI, TAU};
 
 use super::operators::too_large;
-use super::surroundings::Surroundings;
+use super::surroundings::{Surroundings, elements};
 use super::value::{Error, Value};
 
 const CONSTANTS: [(&str, f64); 5] = [
@@ -110,7 +110,7 @@ fn float(value: &Value) -> Result<f64, Error> {
         .ok_or_else(|| Error::new(format!("must be real number, not {}", value.kind())))
 }
 
-fn int(value: &Value) -> Result<i128, Error> {
+pub(super) fn int(value: &Value) -> Result<i128, Error> {
     value.as_int().ok_or_else(|| {
         Error::new(format!(
             "'{}' object cannot be interpreted as an integer",
@@ -165,16 +165,6 @@ fn wrong_count(name: &str, wanted: usize, items: &[Value]) -> Error {
 
 fn other(name: &str, items: &[Value], around: &dyn Surroundings) -> Result<Value, Error> {
     let floats = |items: &[Value]| items.iter().map(float).collect::<Result<Vec<f64>, _>>();
-    let inner = |value: &Value| match value {
-        Value::List(items) | Value::Tuple(items) => {
-            around.budget().spend(items.len() as u64)?;
-            Ok(items.to_vec())
-        }
-        other => Err(Error::new(format!(
-            "'{}' object is not iterable",
-            other.kind()
-        ))),
-    };
     match (name, items) {
         ("floor" | "ceil" | "trunc", [value]) => match value.as_int() {
             Some(i) => Ok(Value::Int(i)),
@@ -210,7 +200,10 @@ fn other(name: &str, items: &[Value], around: &dyn Surroundings) -> Result<Value
         }
         ("hypot", _) => Ok(Value::Float(norm(&floats(items)?))),
         ("dist", [p, q]) => {
-            let (p, q) = (floats(&inner(p)?)?, floats(&inner(q)?)?);
+            let (p, q) = (
+                floats(&elements(p, around)?)?,
+                floats(&elements(q, around)?)?,
+            );
             if p.len() != q.len() {
                 return Err(Error::new(
                     "both points must have the same number of dimensions",
@@ -278,10 +271,12 @@ fn other(name: &str, items: &[Value], around: &dyn Surroundings) -> Result<Value
             }
             Ok(Value::Int(n.isqrt()))
         }
-        ("fsum", [source]) => Ok(Value::Float(exact_sum(&floats(&inner(source)?)?))),
+        ("fsum", [source]) => Ok(Value::Float(exact_sum(&floats(&elements(
+            source, around,
+        )?)?))),
         ("prod", [source]) => {
             let mut all = Value::Int(1);
-            for item in inner(source)? {
+            for item in elements(source, around)? {
                 all = super::operators::binary("*", &all, &item, around)?;
             }
             Ok(all)

@@ -59,11 +59,7 @@ pub(super) fn call(
     arguments: Arguments,
 ) -> Result<Value, Error> {
     let budget = around.budget();
-    if let Some((unknown, _)) = arguments.named.first() {
-        return Err(Error::new(format!(
-            "{name}() got an unexpected keyword argument '{unknown}'"
-        )));
-    }
+    arguments.refuse_named(name)?;
     match (value, name, arguments.items.as_slice()) {
         (Value::Text(text), _, items) => {
             budget.spend_bytes(text.len())?;

@@ -215,7 +215,7 @@ pub(super) fn compare(
         Value::Dict(_) | Value::Namespace(_) if is_looked_for => p,
         container if is_looked_for => container,
         // A comparison ends with the shorter of the two.
-        _ if p.size().bytes() < q.size().bytes() => p,
+        _ if p.size().bytes < q.size().bytes => p,
         _ => q,
     };
     around.budget().spend_on(gone_through)?;

@@ -95,6 +95,14 @@ impl Parser {
         Err(unexpected(self.peek()))
     }
 
+    /// Takes a comma, unless the end follows.
+    fn separates(&mut self, end: &str) -> Result<(), Error> {
+        match self.takes(",") || self.sees(end) {
+            true => Ok(()),
+            false => Err(unexpected(self.peek())),
+        }
+    }
+
     /// Enters a level, for recursive constructs.
     fn deeper<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
         self.depth += 1;
@@ -130,9 +138,7 @@ impl Parser {
         let mut parameters = Vec::new();
         while !self.takes(":") {
             parameters.push(self.name()?);
-            if !self.takes(",") && !self.sees(":") {
-                return Err(unexpected(self.peek()));
-            }
+            self.separates(":")?;
         }
         let body = self.expression()?;
         Ok(Expr::Lambda(parameters.into(), Rc::new(body)))
@@ -301,9 +307,7 @@ impl Parser {
                     items.push((starred, item));
                 }
             }
-            if !self.takes(",") && !self.sees(")") {
-                return Err(unexpected(self.peek()));
-            }
+            self.separates(")")?;
         }
         Ok(Trailer::Call(items, named))
     }
@@ -407,9 +411,7 @@ impl Parser {
                 return Ok(all);
             }
             items.push((starred, item));
-            if !self.takes(",") && !self.sees("]") {
-                return Err(unexpected(self.peek()));
-            }
+            self.separates("]")?;
         }
         Ok(Expr::List(items))
     }

@@ -34,6 +34,16 @@ impl Arguments {
         let at = self.named.iter().position(|(n, _)| &**n == name)?;
         Some(self.named.remove(at).1)
     }
+
+    /// Refuses named arguments that a function does not take.
+    pub(super) fn refuse_named(&self, function: &str) -> Result<(), Error> {
+        match self.named.first() {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::new(format!(
+                "{function}() got an unexpected keyword argument '{name}'"
+            ))),
+        }
+    }
 }
 
 /// The evaluator, for functions that call functions passed to them.
@@ -67,11 +77,6 @@ pub(super) fn elements(value: &Value, around: &dyn Surroundings) -> Result<Vec<V
             pay(dict.entries().len())?;
             dict.entries().iter().map(|(key, _)| key.clone()).collect()
         }
-        other => {
-            return Err(Error::new(format!(
-                "'{}' object is not iterable",
-                other.kind()
-            )));
-        }
+        other => return Err(Error::is_not(other, "iterable")),
     })
 }

@@ -2,7 +2,6 @@
 
 use std::any::Any;
 use std::collections::HashMap;
-use std::fmt;
 use std::ops::Deref;
 use std::rc::Rc;
 
@@ -53,13 +52,6 @@ pub(in super::super) struct Lambda {
     pub(super) depth: usize,
 }
 
-impl Lambda {
-    /// Its text is short, whatever it contains.
-    pub(super) fn size(&self) -> Size {
-        Size::of_function(self.depth)
-    }
-}
-
 /// Deepest nesting of lists and dictionaries.
 const DEEPEST_VALUE: usize = 100;
 
@@ -95,9 +87,9 @@ impl From<Vec<Value>> for Items {
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Size {
     /// Approximate bytes as text.
-    bytes: usize,
+    pub(in super::super) bytes: usize,
     /// Nesting depth.
-    depth: usize,
+    pub(super) depth: usize,
 }
 
 impl Size {
@@ -106,7 +98,7 @@ impl Size {
     }
 
     /// The size of a function with bound values of that depth.
-    pub(super) fn of_function(depth: usize) -> Self {
+    fn of_function(depth: usize) -> Self {
         Self {
             bytes: SHORT,
             depth: depth + 1,
@@ -119,14 +111,6 @@ impl Size {
         // Including the comma.
         self.bytes = self.bytes.saturating_add(bytes).saturating_add(2);
         self.depth = self.depth.max(depth + 1);
-    }
-
-    pub(in super::super) fn bytes(self) -> usize {
-        self.bytes
-    }
-
-    pub(in super::super) fn depth(self) -> usize {
-        self.depth
     }
 }
 
@@ -154,27 +138,39 @@ pub(in super::super) enum Module {
 }
 
 /// The reason why an expression has no value.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(in super::super) enum Error {
     /// An undefined name.
+    #[error("the name `{0}` is not defined")]
     Name(String),
     /// An argument, `$(arg NAME)`, that has neither value nor default.
+    #[error("the argument `{0}` has neither value nor default")]
     Argument(String),
     /// A package, `$(find NAME)`, whose folder is unknown.
+    #[error("the folder of the package `{0}` is not known")]
     Package(String),
     /// A file that cannot be read, with the reason.
+    #[error("`{0}` cannot be read: {1}")]
     File(String, String),
     /// Anything else, in words.
+    #[error("{0}")]
     Other(String),
     /// A limit was reached: the whole expansion ends.
-    Spent(Spent),
+    #[error("{0}")]
+    Spent(#[from] Spent),
     /// An error with its surrounding expression or property.
+    #[error("{1}, in {0}")]
     In(String, Box<Error>),
 }
 
 impl Error {
     pub(in super::super) fn new(words: impl Into<String>) -> Self {
         Self::Other(words.into())
+    }
+
+    /// A value that does not have an ability, such as `callable`.
+    pub(super) fn is_not(value: &Value, ability: &str) -> Self {
+        Self::new(format!("'{}' object is not {ability}", value.kind()))
     }
 
     /// Adds a surrounding expression or property.
@@ -190,28 +186,6 @@ impl Error {
         match self {
             Self::In(_, inner) => inner.cause(),
             other => other,
-        }
-    }
-}
-
-impl From<Spent> for Error {
-    fn from(spent: Spent) -> Self {
-        Self::Spent(spent)
-    }
-}
-
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Name(name) => write!(f, "the name `{name}` is not defined"),
-            Self::Argument(name) => {
-                write!(f, "the argument `{name}` has neither value nor default")
-            }
-            Self::Package(name) => write!(f, "the folder of the package `{name}` is not known"),
-            Self::File(name, reason) => write!(f, "`{name}` cannot be read: {reason}"),
-            Self::Other(words) => f.write_str(words),
-            Self::Spent(spent) => spent.fmt(f),
-            Self::In(what, inner) => write!(f, "{inner}, in {what}"),
         }
     }
 }
@@ -314,7 +288,8 @@ impl Value {
             Self::Text(text) => Size::of_lone(text.len() + 2),
             Self::List(items) | Self::Tuple(items) => items.size,
             Self::Dict(dict) => dict.size,
-            Self::Lambda(lambda) => lambda.size(),
+            // The text of a function is short, whatever it contains.
+            Self::Lambda(lambda) => Size::of_function(lambda.depth),
             Self::Method(bound) => Size::of_function(bound.0.size().depth),
             _ => Size::of_lone(SHORT),
         }
@@ -399,7 +374,7 @@ impl Value {
 
 /// Rejects a value that is nested too deep for recursive functions.
 pub(in super::super) fn check_nesting(value: &Value) -> Result<(), Error> {
-    if value.size().depth() > DEEPEST_VALUE {
+    if value.size().depth > DEEPEST_VALUE {
         let words = format!("lists nested more than {DEEPEST_VALUE} deep");
         return Err(Error::new(words));
     }

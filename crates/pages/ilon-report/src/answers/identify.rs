@@ -265,6 +265,11 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
             ", `wheel_radius`,",
             ", `robot_radius`,",
         ),
+        Some(ControllerKind::Differential) => (
+            "diff_drive_controller",
+            ", `wheel_radius`,",
+            ", half of `wheel_separation`,",
+        ),
         None => ("your controller", "", ""),
     };
     let mut set: Vec<String> = Vec::new();

@@ -171,11 +171,14 @@ pub(super) fn legend(header: &Header, decoupling_point_m: Option<Vector2<f64>>) 
         .set("fill", CHASSIS)
         .set("stroke", GREY);
     let roller = line(left, right, ROLLER, 5.0).set("stroke-linecap", "round");
-    let mut marks: Vec<(Box<dyn Node>, String)> = vec![
-        (
-            roller.into(),
-            "axis of the roller on the ground, mirrored on top of the wheel".to_owned(),
-        ),
+    let roller = (
+        roller.into(),
+        "axis of the roller on the ground, mirrored on top of the wheel".to_owned(),
+    );
+    let on_rollers = header.wheels.iter().any(|wheel| !wheel.has_tyre());
+    let mut marks: Vec<(Box<dyn Node>, String)> =
+        on_rollers.then_some(roller).into_iter().collect();
+    marks.extend::<[(Box<dyn Node>, String); 4]>([
         (
             line(left, right, B_H, 1.5)
                 .set("stroke-dasharray", "7 4")
@@ -191,7 +194,7 @@ pub(super) fn legend(header: &Header, decoupling_point_m: Option<Vector2<f64>>) 
             "axes of the body: x forward, y left".to_owned(),
         ),
         (patch.into(), chassis.to_owned()),
-    ];
+    ]);
     if let Some(point_m) = decoupling_point_m {
         let words = format!(
             "position and heading decouple about ({:.1}, {:.1}) mm",

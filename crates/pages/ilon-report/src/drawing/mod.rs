@@ -74,7 +74,9 @@ fn draw(header: &Header, decoupling_point_m: Option<Vector2<f64>>) -> String {
     }
     picture.append(axes(&map));
     for (index, wheel) in header.wheels.iter().enumerate() {
-        picture.append(roller_axis(&map, wheel));
+        if !wheel.has_tyre() {
+            picture.append(roller_axis(&map, wheel));
+        }
         picture.append(b_h_name(&map, index, wheel));
         picture.append(label(&map, header, wheel));
     }

@@ -77,7 +77,11 @@ pub(super) fn label(map: &Map, header: &Header, wheel: &WheelHeader) -> Text {
     let b = Vector2::from(wheel.position_m);
     let n = Vector2::from(wheel.axis);
     let outward = if (b - middle_m).dot(&n) < 0.0 { -n } else { n };
-    let reach_m = f64::max(0.5 * wheel.width_m, half_axis_m(wheel).dot(&n).abs());
+    let roller_m = match wheel.has_tyre() {
+        true => 0.0,
+        false => half_axis_m(wheel).dot(&n).abs(),
+    };
+    let reach_m = f64::max(0.5 * wheel.width_m, roller_m);
     let reach_px = reach_m * map.px_per_m + 12.0;
     let beside = map.px(b) + on_page(outward) * reach_px;
     let anchor = match outward.x {
@@ -88,16 +92,19 @@ pub(super) fn label(map: &Map, header: &Header, wheel: &WheelHeader) -> Text {
     // Two lines of 16 pixels: above the point, beside it or below it.
     let (x, y) = at(beside + Vector2::new(0.0, -4.0 - 18.0 * outward.y));
     let gamma_deg = signless_zero(wheel.gamma_rad.to_degrees());
-    let mut figures = format!("\u{3b3} {gamma_deg:.1}\u{b0}");
+    let mut figures = match wheel.has_tyre() {
+        true => Vec::new(),
+        false => vec![format!("\u{3b3} {gamma_deg:.1}\u{b0}")],
+    };
     if common_figures(&header.wheels).is_none() {
-        figures = format!("{figures}, {}", size(wheel));
+        figures.push(size(wheel));
     }
     on_halo(Text::new(printable(&wheel.name)))
         .set("x", x)
         .set("y", y)
         .set("text-anchor", anchor)
         .add(
-            TSpan::new(figures)
+            TSpan::new(figures.join(", "))
                 .set("x", x)
                 .set("dy", 16)
                 .set("fill", GREY),

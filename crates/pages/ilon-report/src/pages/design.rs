@@ -23,6 +23,7 @@ use ilon_control::{Arrangement, ContactKinematics, Kinematics, SpeedLimits};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::TraceError;
 use ilon_trace::file::write_text;
+use nalgebra::Vector2;
 
 use crate::figure::{Figure, Layout, Span, axis, exact_curve, layout, plot, wheel_pen};
 use crate::page::{self, Head, Section, escape, panels, side_by_side};
@@ -187,8 +188,12 @@ pub fn html(title: &str, reaches: &[Reach], studies: &[Study]) -> String {
 /// Shares of the top yaw rate at which the set of velocities is drawn.
 const YAW_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 
-/// The velocities that each robot's wheels allow at some shares of its top yaw rate.
+/// The velocities that each robot's wheels allow at some shares of its top yaw rate; its speeds and
+/// yaw rates where tyres leave it one direction.
 pub(super) fn reach_section(reaches: &[Reach]) -> Section {
+    if reaches.iter().all(|reach| reach.limits.is_held()) {
+        return held_section(reaches);
+    }
     let names = YAW_SHARES.map(|share| format!("at {:.0} % of the top yaw rate", 100.0 * share));
     let legend: Vec<_> = names
         .iter()
@@ -206,6 +211,61 @@ pub(super) fn reach_section(reaches: &[Reach]) -> Section {
     }
 }
 
+/// The section of robots whose tyres leave one direction.
+fn held_section(reaches: &[Reach]) -> Section {
+    let figures: Vec<Figure> = reaches.iter().enumerate().map(held_figure).collect();
+    Section {
+        id: "reach",
+        title: "What the wheels allow",
+        lead: "Unsteered tyres leave the speed ahead and the yaw rate. The outline holds what the wheels' rates allow of both."
+            .to_owned(),
+        body: side_by_side(&panels("Speed and yaw rate", "", &[], &figures)),
+    }
+}
+
+/// The outline of the speeds along the tyres' way and of the yaw rates.
+fn held_figure((number, reach): (usize, &Reach)) -> Figure {
+    /// Yaw rates on each half of the outline.
+    const STEPS: i32 = 40;
+    let limits = &reach.limits;
+    let top_rad_s = limits.top_yaw_rate_rad_s();
+    let ends = limits.at_yaw_rate(0.0);
+    let way = match ends[..] {
+        [a, b] => (b - a).normalize() * (b - a).x.signum(),
+        _ => Vector2::zeros(),
+    };
+    let at = |k: i32| {
+        let omega_rad_s = top_rad_s * f64::from(k) / f64::from(STEPS);
+        let ends = limits.at_yaw_rate(omega_rad_s);
+        let speeds: Vec<f64> = ends.iter().map(|v| v.dot(&way)).collect();
+        (speeds, omega_rad_s.to_degrees())
+    };
+    let rows: Vec<_> = (-STEPS..=STEPS).map(at).collect();
+    let side = |pick: fn(f64, f64) -> f64| {
+        let ends = rows.iter().filter_map(move |(speeds, yaw_deg_s)| {
+            Some((speeds.iter().copied().reduce(pick)?, *yaw_deg_s))
+        });
+        ends.collect::<Vec<_>>()
+    };
+    let (fast, slow) = (side(f64::max), side(f64::min));
+    let around = fast.iter().chain(slow.iter().rev()).chain(fast.first());
+    let (_, fastest_m_s) = limits.top_speed_range_m_s();
+    Figure::new(
+        format!("reach-{number}"),
+        format!(
+            "{}: {fastest_m_s:.3} m/s, {:.1} deg/s",
+            reach.name,
+            top_rad_s.to_degrees()
+        ),
+        "",
+        plot(
+            vec![exact_curve(&reach.name, around.copied(), wheel_pen(0)).unlisted()],
+            Layout::of(axis("ahead in m/s"), axis("yaw rate in deg/s")),
+        ),
+    )
+    .spanning(Span::Panel)
+}
+
 fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
     let top_rad_s = reach.limits.top_yaw_rate_rad_s();
     let outlines = YAW_SHARES.iter().enumerate().map(|(index, share)| {
@@ -214,10 +274,14 @@ fn reach_figure((number, reach): (usize, &Reach)) -> Figure {
         exact_curve(&reach.name, closed, wheel_pen(index)).unlisted()
     });
     let (slowest_m_s, fastest_m_s) = reach.limits.top_speed_range_m_s();
+    let speeds = match fastest_m_s - slowest_m_s < 1e-9 * fastest_m_s {
+        true => format!("{fastest_m_s:.3}"),
+        false => format!("{slowest_m_s:.3} to {fastest_m_s:.3}"),
+    };
     Figure::new(
         format!("reach-{number}"),
         format!(
-            "{}: {slowest_m_s:.3} to {fastest_m_s:.3} m/s, {:.1} deg/s",
+            "{}: {speeds} m/s, {:.1} deg/s",
             reach.name,
             top_rad_s.to_degrees()
         ),

@@ -140,19 +140,41 @@ pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
     };
     let radius = span(&|i| 1e3 * wheels[i].radius_m, 1, " mm");
     rows.push(("wheels", format!("{} of radius {radius}", wheels.len())));
-    let gamma = span(&|i| wheels[i].gamma_rad.to_degrees().abs(), 1, "°");
-    rows.push(("|γ|", gamma));
-    let count = span(&|i| wheels[i].rollers as f64, 0, "");
-    let size = span(&|i| 1e3 * wheels[i].roller_radius_m, 1, " mm");
-    rows.push(("rollers", format!("{count} a wheel, of radius {size}")));
+    let width_m = |i: usize| wheels[i].tyre.map_or(0.0, |tyre| tyre.width_m);
+    match seen.tyres {
+        Some(_) => rows.push(("tyres", span(&|i| 1e3 * width_m(i), 1, " mm wide"))),
+        None => {
+            let gamma = span(&|i| wheels[i].gamma_rad.to_degrees().abs(), 1, "°");
+            rows.push(("|γ|", gamma));
+            let count = span(&|i| wheels[i].rollers as f64, 0, "");
+            let size = span(&|i| 1e3 * wheels[i].roller_radius_m, 1, " mm");
+            rows.push(("rollers", format!("{count} a wheel, of radius {size}")));
+        }
+    }
     let condition = match seen.condition {
         Some(condition) => format!("{condition:.2}"),
         None => "cannot be controlled".to_owned(),
     };
-    rows.push(("condition of M", condition));
+    let of = match seen.tyres {
+        Some(_) => "condition of M with the rows of tyres",
+        None => "condition of M",
+    };
+    rows.push((of, condition));
+    let held = seen.tyres.as_ref().filter(|tyres| tyres.is_held());
+    if let Some(radius_m) = held.and_then(|tyres| tyres.turning_radius_m) {
+        let turn = match radius_m > 0.0 {
+            true => format!("{radius_m:.2} m"),
+            false => "on the spot".to_owned(),
+        };
+        rows.push(("sharpest turn", turn));
+    }
     if let Some(limits) = &seen.speed_limits {
         let (least, most) = (limits.slowest_direction_m_s, limits.fastest_direction_m_s);
-        rows.push(("top speed", format!("{least:.2} to {most:.2} m/s")));
+        let speeds = match held.is_some() || limits.is_even() {
+            true => format!("{most:.2} m/s"),
+            false => format!("{least:.2} to {most:.2} m/s"),
+        };
+        rows.push(("top speed", speeds));
         let yaw = limits.yaw_rate_rad_s.to_degrees();
         rows.push(("top yaw rate", format!("{yaw:.0}°/s")));
     }

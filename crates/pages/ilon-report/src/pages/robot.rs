@@ -10,7 +10,7 @@ use ilon_control::{ContactKinematics, Kinematics, SpeedLimits};
 use ilon_formats::Loaded;
 use ilon_robot::Robot;
 use ilon_scene::{Contact, Description, Frame, Frames, Scene, WheelFrame};
-use ilon_sim::inspect::Inspection;
+use ilon_sim::inspect::{Inspection, TyresInspection};
 
 use super::design::{self, Reach};
 use super::gallery;
@@ -34,9 +34,11 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     );
     let picture = viewer::of_robot(&scene, TURN_S).ok();
     let has_scene = picture.is_some();
+    let on_tyres = seen.tyres.is_some();
     let by_direction = kinematics
         .as_ref()
         .zip(contact)
+        .filter(|_| !on_tyres)
         .map(|(ideal, contact)| by_direction(ideal, contact));
     let head = Head {
         kind: "robot",
@@ -54,7 +56,11 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
     let mut sections = vec![Section {
         id: "above",
         title: "From above",
-        lead: "The axes of the rollers that touch the floor, as seen through the robot.".to_owned(),
+        lead: match on_tyres {
+            true => "Its wheels, with the joints where they stand.",
+            false => "The axes of the rollers that touch the floor, as seen through the robot.",
+        }
+        .to_owned(),
         body: format!(
             "<div class=\"grid\"><figure>{}</figure>\n{}</div>\n",
             drawing::svg(robot, seen.decoupling_point_m.map(Into::into)),
@@ -69,7 +75,12 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
         .map(|w| w.motor.velocity_rad_s)
         .collect();
     if let Some(kinematics) = &kinematics
-        && rates_rad_s.iter().all(|rate| rate.is_finite())
+        && seen.speed_limits.is_some()
+        && (on_tyres || rates_rad_s.iter().all(|rate| rate.is_finite()))
+        && seen
+            .tyres
+            .as_ref()
+            .is_none_or(|tyres| tyres.turning_radius_m.is_none_or(|m| m == 0.0))
     {
         sections.push(design::reach_section(&[Reach {
             name: seen.name.clone(),
@@ -161,6 +172,9 @@ fn story(seen: &Inspection, shares: Option<&[(f64, f64, f64)]>) -> String {
     if let Some(singularity) = &seen.singularity {
         sentences.push(escape(singularity));
     }
+    if let Some(tyres) = &seen.tyres {
+        sentences.extend(on_tyres(tyres));
+    }
     if let Some(shares) = shares {
         let of = |direction_rad: f64| {
             let degrees = direction_rad.to_degrees();
@@ -177,10 +191,19 @@ fn story(seen: &Inspection, shares: Option<&[(f64, f64, f64)]>) -> String {
         }
     }
     if let Some(limits) = &seen.speed_limits {
+        let (least, most) = (limits.slowest_direction_m_s, limits.fastest_direction_m_s);
+        let tyres = seen.tyres.as_ref().filter(|tyres| tyres.is_held());
+        let speeds = match (tyres.is_some(), limits.is_even()) {
+            (true, _) => format!("<b>{most:.2} m/s</b>"),
+            (false, true) => format!("<b>{most:.2} m/s</b> in every direction"),
+            (false, false) => format!("<b>{least:.2} to {most:.2} m/s</b>, by direction"),
+        };
+        let turning = match tyres.and_then(|tyres| tyres.turning_radius_m) {
+            Some(radius_m) if radius_m > 0.0 => "in its sharpest turn",
+            _ => "on the spot",
+        };
         sentences.push(format!(
-            "Its motors take it to <b>{:.2} to {:.2} m/s</b>, by direction, or to <b>{:.0}°/s</b> on the spot.",
-            limits.slowest_direction_m_s,
-            limits.fastest_direction_m_s,
+            "Its motors take it to {speeds}, or to <b>{:.0}°/s</b> {turning}.",
             limits.yaw_rate_rad_s.to_degrees()
         ));
     }
@@ -191,6 +214,34 @@ fn story(seen: &Inspection, shares: Option<&[(f64, f64, f64)]>) -> String {
     sentences.iter().map(|s| format!("<p>{s}</p>")).collect()
 }
 
+/// What tyres leave, in sentences.
+fn on_tyres(tyres: &TyresInspection) -> Vec<String> {
+    let mut sentences = Vec::new();
+    match &tyres.excluded {
+        Some(excluded) => sentences.push(format!(
+            "Its tyres leave <b>{} of 3</b> twists. Excluded: {}.",
+            tyres.reachable_twists,
+            escape(excluded)
+        )),
+        None => sentences.push(
+            "All its tyres are steered: it drives every twist once they have turned to it."
+                .to_owned(),
+        ),
+    }
+    if let Some(radius_m) = tyres.turning_radius_m.filter(|radius_m| *radius_m > 0.0) {
+        sentences.push(format!(
+            "Its steering lets the middle of the other tyres turn on a circle of <b>{radius_m:.2} m</b> and more."
+        ));
+    }
+    let apart_m = tyres.axles_apart_m();
+    if apart_m > 5e-4 {
+        sentences.push(format!(
+            "Its axles lie up to <b>{apart_m:.2} m</b> apart: in a turn tyres scrub, and it turns less than the wheels' rates say."
+        ));
+    }
+    sentences
+}
+
 fn wheels_section(seen: &Inspection) -> Section {
     let optional = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.2}"));
     let rows: String = seen
@@ -198,15 +249,23 @@ fn wheels_section(seen: &Inspection) -> Section {
         .iter()
         .map(|wheel| {
             let [x, y, z] = wheel.position_m;
+            let (count, radius_m, length_m) = match wheel.tyre {
+                Some(tyre) => ("tyre".to_owned(), tyre.shoulder_radius_m, tyre.width_m),
+                None => (
+                    wheel.rollers.to_string(),
+                    wheel.roller_radius_m,
+                    wheel.roller_length_m,
+                ),
+            };
             let values = [
                 format!("{x:.3}"),
                 format!("{y:.3}"),
                 format!("{z:.3}"),
                 format!("{:.1}", 1e3 * wheel.radius_m),
                 format!("{:.1}", wheel.gamma_rad.to_degrees()),
-                wheel.rollers.to_string(),
-                format!("{:.2}", 1e3 * wheel.roller_radius_m),
-                format!("{:.2}", 1e3 * wheel.roller_length_m),
+                count,
+                format!("{:.2}", 1e3 * radius_m),
+                format!("{:.2}", 1e3 * length_m),
                 format!("{:.3}", wheel.mass_kg),
                 optional(wheel.effort_n_m),
                 optional(wheel.velocity_rad_s),
@@ -217,6 +276,10 @@ fn wheels_section(seen: &Inspection) -> Section {
             )
         })
         .collect();
+    let [rolls, radius, length] = match seen.tyres {
+        Some(_) => ["rolls on", "shoulders / mm", "width / mm"],
+        None => ["rollers", "their radius / mm", "length / mm"],
+    };
     let titles = [
         "wheel",
         "x / m",
@@ -224,9 +287,9 @@ fn wheels_section(seen: &Inspection) -> Section {
         "z / m",
         "radius / mm",
         "γ / °",
-        "rollers",
-        "their radius / mm",
-        "length / mm",
+        rolls,
+        radius,
+        length,
         "mass / kg",
         "torque / N m",
         "rate / rad/s",

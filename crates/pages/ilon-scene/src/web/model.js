@@ -115,7 +115,8 @@ class Model {
     const level = unit([wheel.axis[0], wheel.axis[1], 0]);
     const [c, s] = [Math.cos(of.gamma_rad), Math.sin(of.gamma_rad)];
     const rolling = [c * level[0] - s * level[1], s * level[0] + c * level[1], 0];
-    const ideal = cross([0, 0, 1], rolling);
+    // A tyre turns about the hub's own axis.
+    const ideal = of.rollers.length === 1 ? level : cross([0, 0, 1], rolling);
     const offset = sub(wheel.at, wheel.center);
     const ahead = cross(level, [0, 0, 1]);
     const flat = unit([axis[0], axis[1], 0]);

@@ -185,13 +185,15 @@ function ilonScene(canvas, data, given) {
 
   function describe(wheel) {
     const of = model.robot.wheels[wheel.index];
-    if (!wheel.touching) return `${wheel.name}: no roller touches the ground`;
+    const onTyre = of.rollers.length === 1;
+    if (!wheel.touching) return `${wheel.name}: ${onTyre ? 'it does not touch' : 'no roller touches'} the ground`;
     const { tilt_rad: tilt, turned_rad: turned, ahead_m: ahead, aside_m: aside } = model.touch(wheel);
     const degrees = (rad) => `${(rad * 180 / Math.PI).toFixed(1)}°`;
     const away = Math.hypot(ahead, aside) * 1e3;
     const slide = wheel.sliding > NO_SLIDE_M_S ? `slides at ${(wheel.sliding * 1e3).toFixed(0)} mm/s` : 'no sliding';
-    return `${wheel.name}, roller ${wheel.roller + 1} of ${of.rollers.length}: axis leans ${degrees(tilt)}, turned ${degrees(turned)} `
-      + `from the ideal one, contact ${away.toFixed(1)} mm off the point below the hub. ${wheel.normal.toFixed(1)} N, `
+    const surface = onTyre ? 'tyre'
+      : `roller ${wheel.roller + 1} of ${of.rollers.length}: axis leans ${degrees(tilt)}, turned ${degrees(turned)} from the ideal one`;
+    return `${wheel.name}, ${surface}, contact ${away.toFixed(1)} mm off the point below the hub. ${wheel.normal.toFixed(1)} N, `
       + `${(wheel.used * 100).toFixed(0)} % of the friction limit, ${slide}.`;
   }
 

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the logs are written. A file that ends in `.csv`, `.tsv`, `.txt` or `.dat` is a table of text; everything else a bag.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "LogSection")]
@@ -20,26 +21,20 @@ pub struct Format {
     #[serde(default = "one")]
     pub header_line: usize,
     /// When a row was.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<Column>,
     /// The time between rows in seconds, of a table without times.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
     /// By how much the poses come after the wheels, in seconds; `"fit"` of each series by itself.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_s: Option<Delayed>,
     /// Whether decimals are written with a comma, as in `0,25`; columns are then parted by something else.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub decimal_comma: bool,
     /// x of the point that the tracker follows.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<Column>,
     /// y of the point that the tracker follows; x, y and up are right-handed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y: Option<Column>,
     /// The robot's heading as the tracker sees it, counter-clockwise from above.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading: Option<Column>,
     /// Each wheel, by the name of its joint.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -48,7 +43,6 @@ pub struct Format {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub currents: BTreeMap<String, Column>,
     /// The topics, of bags and MCAP files.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bag: Option<Bag>,
 }
 

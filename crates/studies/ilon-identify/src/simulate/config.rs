@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 /// What is fitted by simulating.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Simulate {
@@ -30,16 +31,12 @@ pub struct Simulate {
     /// out, any: where that changes what is found, each drive is simulated from eight sets of angles spread evenly, the mean is compared, and what
     /// the sets scatter by counts as an error of the drive. A number says how many sets; 1 that wheels begin as the robot's file has them. `"log"`:
     /// the log's wheel angles are those of absolute encoders, and 0 is where the robot's file has the wheel (see `zero` of a column).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phases: Option<Phases>,
     /// What wheels and body do once a roller is compared too.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ripple: Option<RippleFile>,
     /// How the drift of the heading is compared; left out, it is shown and not fitted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading: Option<HeadingFile>,
     /// How the currents of the log's motors are compared, as torques of the wheels; left out, they are not.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub currents: Option<CurrentsFile>,
     /// Other values of keys that are simulated beside what is fitted, without being fitted themselves.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -185,3 +185,42 @@ fn what_the_runs_do_not_tell_is_held_and_the_drive_that_would_is_named() {
         found.next
     );
 }
+
+/// A robot on tyres: the radius of each wheel and half of the track are found within their
+/// intervals, and what cannot be driven is not proposed.
+#[test]
+fn a_differential_robot_is_fitted() {
+    let robot = robot("differential.urdf");
+    // The wheels, and half of the track.
+    let truth = [0.0605, 0.0597, 0.173];
+    let free = ["radius_m.*", "lever_m"];
+    let fit = fitted(&tape("differential.urdf", &robot, &free, &truth, 3));
+    assert!(fit.held.is_empty(), "{:?}", fit.held);
+    for (name, truth) in ["radius_m.left", "radius_m.right", "lever_m"]
+        .iter()
+        .zip(truth)
+    {
+        let found = &fit.parameters[*name];
+        let half = found.ci95[1].expect("an interval") - found.value;
+        // 2 mm of 2 m and half a degree of three turns: each interval is below a hundredth.
+        assert!(half < 0.01 * truth, "{name}: {found:?}");
+        // One interval in twenty misses its truth; none by twice.
+        assert!(
+            (found.value - truth).abs() < 2.0 * half,
+            "{name}: {found:?}"
+        );
+    }
+    assert_eq!(
+        fit.controller.kind,
+        Some(ilon_identify::outcome::ControllerKind::Differential)
+    );
+    let words = |drive: &str| drive.contains("left") || drive.contains("sideways");
+    assert!(!fit.next.iter().any(|next| words(&next.drive)));
+}
+
+#[test]
+fn a_robot_that_is_steered_is_refused() {
+    let error = Model::new(&robot("swerve4.urdf"), &["radius_m".to_owned()]).expect_err("steered");
+    let words = format!("{error:?}");
+    assert!(words.contains("steering angle"), "{words}");
+}

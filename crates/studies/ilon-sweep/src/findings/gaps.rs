@@ -61,6 +61,10 @@ const NEEDS: &[(&str, &str)] = &[
         "it is of a controller that takes the robot for another; write `[controller.robot]`",
     ),
     (
+        "ledger.incline",
+        "the ground has no inclines, or the robot drives on none; give the floor `ramps`, and let the robot drive up one",
+    ),
+    (
         "rate_conflict_share",
         "it is a share of what the wheels turned, and none turned; give the robot a motion",
     ),

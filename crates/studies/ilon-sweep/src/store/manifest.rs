@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_trace::file::write_text;
 use serde::{Deserialize, Serialize};
 
 use crate::base::Base;
 use crate::study::Study;
+use crate::table::write_json;
 use ilon_sim::Error;
 
 const NAME: &str = "study.json";
@@ -57,9 +57,7 @@ impl Manifest {
     }
 
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let json = serde_json::to_string_pretty(self);
-        let json = json.map_err(|error| Error::encode("the study", &error))?;
-        Ok(write_text(&folder.join(NAME), &(json + "\n"))?)
+        write_json(&folder.join(NAME), "the study", self)
     }
 
     /// Returns the study as stored.

@@ -12,10 +12,12 @@ pub const TICK_S: f64 = 0.005;
 pub const GAIN_N_M_S: f64 = 0.3;
 
 /// The drive of the wheels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Wheels {
     /// Each follows the rate that the ideal kinematics gives for this twist of the body.
     Follow(Twist),
+    /// Each follows its rate, in rad/s, but those that no motor drives.
+    At(Vec<f64>),
     /// None.
     Free,
 }
@@ -87,8 +89,14 @@ impl Case {
                 let rate = |wheel| rate_of(wheel, twist);
                 Some(self.robot.wheels.iter().map(rate).collect())
             }
+            Wheels::At(rates_rad_s) => Some(rates_rad_s),
             Wheels::Free => None,
         }
+    }
+
+    /// Whether a motor drives a wheel.
+    pub fn drives(&self, wheel: usize) -> bool {
+        self.locked_wheel != Some(wheel) && self.robot.wheels[wheel].motor.effort_n_m > 0.0
     }
 
     /// The force in the tick that starts at `t_s`, in N.

@@ -52,12 +52,12 @@ pub fn on_springs(case: &Case, springs: Springs) -> Course {
         for wheel in 0..case.robot.wheels.len() {
             let drive = match &targets {
                 _ if case.locked_wheel == Some(wheel) => Drive::Locked,
-                Some(targets) => Drive::Rate {
+                Some(targets) if case.drives(wheel) => Drive::Rate {
                     target_rad_s: targets[wheel],
                     gain_n_m_s: GAIN_N_M_S,
                     limit_n_m: f64::INFINITY,
                 },
-                None => Drive::Free,
+                _ => Drive::Free,
             };
             engine.drive(wheel, drive);
         }
@@ -235,8 +235,7 @@ fn drive(world: &mut World, case: &Case, targets: Option<&[f64]>) {
         .enumerate();
     let motors: Vec<MotorTorque> = rates
         .map(|(wheel, (rate, target))| {
-            let locked = case.locked_wheel == Some(wheel);
-            let gain = if locked { 0.0 } else { GAIN_N_M_S };
+            let gain = if case.drives(wheel) { GAIN_N_M_S } else { 0.0 };
             MotorTorque::with_droop(gain * (target - rate), gain)
         })
         .collect();

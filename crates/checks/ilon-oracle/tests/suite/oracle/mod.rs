@@ -19,3 +19,4 @@ mod spin;
 mod table;
 mod transients;
 mod tread;
+mod tyres;

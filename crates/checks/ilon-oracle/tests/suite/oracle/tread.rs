@@ -28,8 +28,8 @@ struct Beside {
 }
 
 impl Beside {
-    fn of(case: &Case, stiffness_n_m: f64) -> Self {
-        let springs = Springs::of(stiffness_n_m);
+    fn of(case: &Case, springs: Springs) -> Self {
+        let stiffness_n_m = springs.stiffness_n_m;
         let half = Springs {
             step_s: 0.5 * springs.step_s,
             ..springs
@@ -84,7 +84,12 @@ const OF_THE_WAY: f64 = 1e-3;
 
 /// Asserts that both agree within their uncertainties.
 pub fn agree(case: &Case, stiffness_n_m: f64) {
-    let beside = Beside::of(case, stiffness_n_m);
+    agree_on(case, Springs::of(stiffness_n_m));
+}
+
+/// Asserts that both agree on these springs.
+pub fn agree_on(case: &Case, springs: Springs) {
+    let (beside, stiffness_n_m) = (Beside::of(case, springs), springs.stiffness_n_m);
     let (apart_m, within_m, way_m) = (beside.apart_m(), beside.within_m(), beside.way_m());
     let ([heat_j, of_oracle_j], [work_j, work_of_oracle_j]) = (beside.heats_j(), beside.work_j());
     println!(

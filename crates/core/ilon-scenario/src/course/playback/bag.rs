@@ -49,20 +49,25 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
     let mut seen = Seen::default();
     read_all(wanted, files, &mut |message| {
         let t_s = seen.note(message);
+        let said = Said {
+            wanted,
+            message,
+            t_s,
+        };
         let mut take = || -> Result<(), Error> {
             if Some(message.topic) == topic.as_deref() {
-                drive(wanted, message, t_s, &mut driving)?;
+                said.drive(&mut driving)?;
             }
             if Some(message.topic) == joint_topic.as_deref() {
-                move_joints(wanted, message, t_s, &mut joints)?;
+                said.move_joints(&mut joints)?;
             }
             if let Some(measured) = measured
                 .as_mut()
                 .filter(|_| Some(message.topic) == pose_topic)
             {
-                let poses = poses(wanted, message)?;
+                let poses = said.poses()?;
                 let [x, y, heading] = poses.last().map_or([f64::NAN; 3], |(_, pose)| *pose);
-                measured.push(t_s, finite(wanted, message, t_s, vec![x, y, heading])?);
+                measured.push(t_s, said.finite(vec![x, y, heading])?);
             }
             Ok(())
         };
@@ -97,90 +102,6 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         measured,
         joints,
     })
-}
-
-/// Adds the joint data of a message. It may name some of the joints, and others that are
-/// irrelevant.
-fn move_joints(
-    wanted: &Wanted<'_>,
-    message: &ReadMessage,
-    t_s: f64,
-    joints: &mut [Series],
-) -> Result<(), Error> {
-    if message.type_name == JointTrajectory::TYPE_NAME {
-        return follow_trajectory(wanted, message, t_s, joints);
-    }
-    let state: JointState = decode_of(Drives::Joints, wanted, message)?;
-    let said = [
-        (&state.position, "positions"),
-        (&state.velocity, "velocities"),
-        (&state.effort, "efforts"),
-    ];
-    let names = state.name.len();
-    let is_odd = |numbers: &Vec<f64>| !numbers.is_empty() && numbers.len() != names;
-    if let Some((numbers, what)) = said.iter().find(|(numbers, _)| is_odd(numbers)) {
-        return Err(wanted.fault(
-            format!(
-                "a message of `{}`, {t_s:.3} s after the first of all, has {names} names and {} {what}",
-                message.topic,
-                numbers.len()
-            ),
-            format!("give each joint that it names one of the {what}, or none at all"),
-        ));
-    }
-    for ((joint, _), series) in wanted.joints.iter().zip(joints) {
-        let theirs = wanted.name(joint);
-        let Some(place) = state.name.iter().position(|name| name == theirs) else {
-            continue;
-        };
-        let row = said.map(|(numbers, _)| numbers.get(place).copied().unwrap_or(f64::NAN));
-        let known = row.iter().copied().filter(|number| !number.is_nan());
-        if !finite(wanted, message, t_s, known.collect())?.is_empty() {
-            series.push(t_s, row);
-        }
-    }
-    Ok(())
-}
-
-/// Adds a trajectory from the time of its message: it replaces the rest of an earlier one, and
-/// starts from the position reached.
-fn follow_trajectory(
-    wanted: &Wanted<'_>,
-    message: &ReadMessage,
-    t_s: f64,
-    joints: &mut [Series],
-) -> Result<(), Error> {
-    let trajectory = decode::<JointTrajectory>(wanted, message)?;
-    let names = &trajectory.joint_names;
-    for ((joint, _), series) in wanted.joints.iter().zip(joints) {
-        let theirs = wanted.name(joint);
-        let Some(place) = names.iter().position(|name| name == theirs) else {
-            continue;
-        };
-        series.cut(t_s);
-        for point in &trajectory.points {
-            if point.positions.len() != names.len() {
-                return Err(wanted.fault(
-                    format!(
-                        "a message of `{}`, {t_s:.3} s after the first of all, has {} names and a point of {} positions",
-                        message.topic,
-                        names.len(),
-                        point.positions.len()
-                    ),
-                    "give each joint that it names a position in each point",
-                ));
-            }
-            let after_s = &point.time_from_start;
-            let at_s = t_s + f64::from(after_s.sec) + 1e-9 * f64::from(after_s.nanosec);
-            // A point at time zero is the current target.
-            if series.times_s.last().is_some_and(|last_s| *last_s == at_s) {
-                series.pop();
-            }
-            let position = finite(wanted, message, t_s, vec![point.positions[place]])?;
-            series.push(at_s, [position[0], f64::NAN, f64::NAN]);
-        }
-    }
-    Ok(())
 }
 
 fn read_all(
@@ -251,159 +172,219 @@ fn only_topic(wanted: &Wanted<'_>, files: &FileAccess) -> Result<String, Error> 
     }
 }
 
-/// Adds the motion of a message.
-fn drive(
-    wanted: &Wanted<'_>,
-    message: &ReadMessage,
+/// A message, and its time since the first of all, in seconds.
+struct Said<'a> {
+    wanted: &'a Wanted<'a>,
+    message: &'a ReadMessage<'a>,
     t_s: f64,
-    driving: &mut Series,
-) -> Result<(), Error> {
-    let values = match wanted.section.drives {
-        Drives::Joints => return Ok(()),
-        Drives::WheelRates if message.type_name == Float64MultiArray::TYPE_NAME => {
-            let data = decode::<Float64MultiArray>(wanted, message)?.data;
-            if data.len() != wanted.wheels.len() {
-                return Err(wanted.fault(
-                    format!(
-                        "a message of `{}` has {} numbers, but the robot {} wheels",
-                        message.topic,
-                        data.len(),
-                        wanted.wheels.len()
-                    ),
-                    "drive it by messages with the names of joints, `sensor_msgs/JointState`",
-                ));
-            }
-            data
-        }
-        Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques => {
-            let joints = decode::<JointState>(wanted, message)?;
-            let (values, what) = match wanted.section.drives {
-                Drives::WheelRates => (&joints.velocity, "velocity"),
-                Drives::WheelAngles => (&joints.position, "position"),
-                _ => (&joints.effort, "effort"),
-            };
-            // A message about other joints of the robot, such as an arm's.
-            if values.is_empty()
-                || !joints
-                    .name
-                    .iter()
-                    .any(|name| wanted.wheels.iter().any(|wheel| wanted.name(wheel) == name))
-            {
-                return Ok(());
-            }
-            let of_wheel = |wheel: &&str| {
-                let name = wanted.name(wheel);
-                let place = joints.name.iter().position(|known| known == name);
-                place
-                    .and_then(|place| values.get(place))
-                    .copied()
-                    .ok_or_else(|| {
-                        let names: Vec<String> = joints
-                            .name
-                            .iter()
-                            .take(20)
-                            .map(|name| format!("`{name}`"))
-                            .collect();
-                        wanted.fault(
-                            format!("`{}` has no {what} of the wheel `{name}`", message.topic),
-                            format!(
-                                "its joints are {}: `playback.names.{wheel}` says which it is",
-                                names.join(", ")
-                            ),
-                        )
-                    })
-            };
-            wanted
-                .wheels
-                .iter()
-                .map(of_wheel)
-                .collect::<Result<_, _>>()?
-        }
-        Drives::Twist => {
-            let twist = match message.type_name {
-                name if name == Twist::TYPE_NAME => decode::<Twist>(wanted, message)?,
-                name if name == Odometry::TYPE_NAME => {
-                    decode::<Odometry>(wanted, message)?.twist.twist
-                }
-                _ => decode::<TwistStamped>(wanted, message)?.twist,
-            };
-            vec![twist.linear.x, twist.linear.y, twist.angular.z]
-        }
-        Drives::Path => {
-            for (within_s, pose) in poses(wanted, message)? {
-                driving.push(t_s + within_s, finite(wanted, message, t_s, pose.to_vec())?);
-            }
-            return Ok(());
-        }
-    };
-    driving.push(t_s, finite(wanted, message, t_s, values)?);
-    Ok(())
 }
 
-/// The poses of a message, x, y and heading, each with its time after the first in seconds.
-fn poses(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<Vec<(f64, [f64; 3])>, Error> {
-    if message.type_name == Odometry::TYPE_NAME {
-        let odometry = decode::<Odometry>(wanted, message)?;
-        return Ok(vec![(0.0, odometry.pose.pose.planar())]);
-    }
-    if message.type_name == Path::TYPE_NAME {
-        let path = decode::<Path>(wanted, message)?;
-        let times: Vec<f64> = path
-            .poses
-            .iter()
-            .map(|pose| {
-                let stamp = pose.header.stamp;
-                f64::from(stamp.sec) + f64::from(stamp.nanosec) * 1e-9
-            })
-            .collect();
-        if times.windows(2).any(|pair| pair[1] <= pair[0]) {
-            return Err(wanted.fault(
-                format!("the poses of the path on `{}` have no times that grow", message.topic),
-                "write its points into a CSV file, and drive along them by `[reference.waypoints]` with a speed",
+impl Said<'_> {
+    /// Adds the joint data of a message. It may name some of the joints, and others that are
+    /// irrelevant.
+    fn move_joints(&self, joints: &mut [Series]) -> Result<(), Error> {
+        if self.message.type_name == JointTrajectory::TYPE_NAME {
+            return self.follow_trajectory(joints);
+        }
+        let state: JointState = self.decode_of(Drives::Joints)?;
+        let said = [
+            (&state.position, "positions"),
+            (&state.velocity, "velocities"),
+            (&state.effort, "efforts"),
+        ];
+        let names = state.name.len();
+        let is_odd = |numbers: &Vec<f64>| !numbers.is_empty() && numbers.len() != names;
+        if let Some((numbers, what)) = said.iter().find(|(numbers, _)| is_odd(numbers)) {
+            return Err(self.fault(
+                &format!("has {names} names and {} {what}", numbers.len()),
+                format!("give each joint that it names one of the {what}, or none at all"),
             ));
         }
-        let poses = path.poses.iter().zip(&times);
-        return Ok(poses
-            .map(|(pose, t_s)| (t_s - times[0], pose.pose.planar()))
-            .collect());
+        for ((joint, _), series) in self.wanted.joints.iter().zip(joints) {
+            let theirs = self.wanted.name(joint);
+            let Some(place) = state.name.iter().position(|name| name == theirs) else {
+                continue;
+            };
+            let row = said.map(|(numbers, _)| numbers.get(place).copied().unwrap_or(f64::NAN));
+            let known = row.iter().copied().filter(|number| !number.is_nan());
+            if !self.finite(known.collect())?.is_empty() {
+                series.push(self.t_s, row);
+            }
+        }
+        Ok(())
     }
-    let stamped = decode::<PoseStamped>(wanted, message)?;
-    Ok(vec![(0.0, stamped.pose.planar())])
-}
 
-/// Decodes a message that drives the robot.
-fn decode<M: Message>(wanted: &Wanted<'_>, message: &ReadMessage) -> Result<M, Error> {
-    decode_of(wanted.section.drives, wanted, message)
-}
-
-/// Decodes a message, naming the accepted types in an error.
-fn decode_of<M: Message>(
-    drives: Drives,
-    wanted: &Wanted<'_>,
-    message: &ReadMessage,
-) -> Result<M, Error> {
-    let choose = || format!("choose a topic of the type {}", types(drives).join(" or "));
-    let decoded = message.decode();
-    decoded.map_err(|fault| wanted.fault(fault.to_string(), fault.help(choose)))
-}
-
-fn finite(
-    wanted: &Wanted<'_>,
-    message: &ReadMessage,
-    t_s: f64,
-    values: Vec<f64>,
-) -> Result<Vec<f64>, Error> {
-    if values
-        .iter()
-        .all(|value| value.is_finite() && value.abs() <= 1e9)
-    {
-        return Ok(values);
+    /// Adds a trajectory from the time of its message: it replaces the rest of an earlier one, and
+    /// starts from the position reached.
+    fn follow_trajectory(&self, joints: &mut [Series]) -> Result<(), Error> {
+        let trajectory = self.decode::<JointTrajectory>()?;
+        let names = &trajectory.joint_names;
+        for ((joint, _), series) in self.wanted.joints.iter().zip(joints) {
+            let theirs = self.wanted.name(joint);
+            let Some(place) = names.iter().position(|name| name == theirs) else {
+                continue;
+            };
+            series.cut(self.t_s);
+            for point in &trajectory.points {
+                if point.positions.len() != names.len() {
+                    let (names, positions) = (names.len(), point.positions.len());
+                    return Err(self.fault(
+                        &format!("has {names} names and a point of {positions} positions"),
+                        "give each joint that it names a position in each point",
+                    ));
+                }
+                let after_s = &point.time_from_start;
+                let at_s = self.t_s + f64::from(after_s.sec) + 1e-9 * f64::from(after_s.nanosec);
+                // A point at time zero is the current target.
+                if series.times_s.last().is_some_and(|last_s| *last_s == at_s) {
+                    series.pop();
+                }
+                let position = self.finite(vec![point.positions[place]])?;
+                series.push(at_s, [position[0], f64::NAN, f64::NAN]);
+            }
+        }
+        Ok(())
     }
-    Err(wanted.fault(
-        format!(
-            "a message of `{}`, {t_s:.3} s after the first of all, holds a number that cannot be computed with",
-            message.topic,
-        ),
-        "leave it out of the recording",
-    ))
+
+    /// Adds the motion of a message.
+    fn drive(&self, driving: &mut Series) -> Result<(), Error> {
+        let values = match self.wanted.section.drives {
+            Drives::Joints => return Ok(()),
+            Drives::WheelRates if self.message.type_name == Float64MultiArray::TYPE_NAME => {
+                self.numbers_of_wheels()?
+            }
+            Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques => {
+                match self.joints_of_wheels()? {
+                    Some(values) => values,
+                    None => return Ok(()),
+                }
+            }
+            Drives::Twist => {
+                let twist = match self.message.type_name {
+                    name if name == Twist::TYPE_NAME => self.decode::<Twist>()?,
+                    name if name == Odometry::TYPE_NAME => self.decode::<Odometry>()?.twist.twist,
+                    _ => self.decode::<TwistStamped>()?.twist,
+                };
+                vec![twist.linear.x, twist.linear.y, twist.angular.z]
+            }
+            Drives::Path => {
+                for (within_s, pose) in self.poses()? {
+                    driving.push(self.t_s + within_s, self.finite(pose.to_vec())?);
+                }
+                return Ok(());
+            }
+        };
+        driving.push(self.t_s, self.finite(values)?);
+        Ok(())
+    }
+
+    /// One number of each wheel, in the robot's order.
+    fn numbers_of_wheels(&self) -> Result<Vec<f64>, Error> {
+        let data = self.decode::<Float64MultiArray>()?.data;
+        let (numbers, wheels) = (data.len(), self.wanted.wheels.len());
+        if numbers == wheels {
+            return Ok(data);
+        }
+        let topic = self.message.topic;
+        Err(self.wanted.fault(
+            format!("a message of `{topic}` has {numbers} numbers, but the robot {wheels} wheels"),
+            "drive it by messages with the names of joints, `sensor_msgs/JointState`",
+        ))
+    }
+
+    /// One number of each wheel by its name; `None` of a message about other joints of the robot,
+    /// such as an arm's.
+    fn joints_of_wheels(&self) -> Result<Option<Vec<f64>>, Error> {
+        let (wanted, joints) = (self.wanted, self.decode::<JointState>()?);
+        let (values, what) = match wanted.section.drives {
+            Drives::WheelRates => (&joints.velocity, "velocity"),
+            Drives::WheelAngles => (&joints.position, "position"),
+            _ => (&joints.effort, "effort"),
+        };
+        let mut names = wanted.wheels.iter().map(|wheel| wanted.name(wheel));
+        if values.is_empty() || !names.any(|wheel| joints.name.iter().any(|name| name == wheel)) {
+            return Ok(None);
+        }
+        let of_wheel = |wheel: &&str| {
+            let name = wanted.name(wheel);
+            let place = joints.name.iter().position(|known| known == name);
+            let value = place.and_then(|place| values.get(place)).copied();
+            value.ok_or_else(|| {
+                let named = joints.name.iter().take(20);
+                let named: Vec<String> = named.map(|name| format!("`{name}`")).collect();
+                let (topic, named) = (self.message.topic, named.join(", "));
+                wanted.fault(
+                    format!("`{topic}` has no {what} of the wheel `{name}`"),
+                    format!("its joints are {named}: `playback.names.{wheel}` says which it is"),
+                )
+            })
+        };
+        wanted
+            .wheels
+            .iter()
+            .map(of_wheel)
+            .collect::<Result<_, _>>()
+            .map(Some)
+    }
+
+    /// The poses of a message, x, y and heading, each with its time after the first in seconds.
+    fn poses(&self) -> Result<Vec<(f64, [f64; 3])>, Error> {
+        if self.message.type_name == Odometry::TYPE_NAME {
+            let odometry = self.decode::<Odometry>()?;
+            return Ok(vec![(0.0, odometry.pose.pose.planar())]);
+        }
+        if self.message.type_name == Path::TYPE_NAME {
+            let path = self.decode::<Path>()?;
+            let times: Vec<f64> = path
+                .poses
+                .iter()
+                .map(|pose| {
+                    let stamp = pose.header.stamp;
+                    f64::from(stamp.sec) + f64::from(stamp.nanosec) * 1e-9
+                })
+                .collect();
+            if times.windows(2).any(|pair| pair[1] <= pair[0]) {
+                return Err(self.wanted.fault(
+                    format!("the poses of the path on `{}` have no times that grow", self.message.topic),
+                    "write its points into a CSV file, and drive along them by `[reference.waypoints]` with a speed",
+                ));
+            }
+            let poses = path.poses.iter().zip(&times);
+            return Ok(poses
+                .map(|(pose, t_s)| (t_s - times[0], pose.pose.planar()))
+                .collect());
+        }
+        let stamped = self.decode::<PoseStamped>()?;
+        Ok(vec![(0.0, stamped.pose.planar())])
+    }
+
+    /// Decodes a message that drives the robot.
+    fn decode<M: Message>(&self) -> Result<M, Error> {
+        self.decode_of(self.wanted.section.drives)
+    }
+
+    /// Decodes a message, naming the accepted types in an error.
+    fn decode_of<M: Message>(&self, drives: Drives) -> Result<M, Error> {
+        let choose = || format!("choose a topic of the type {}", types(drives).join(" or "));
+        let decoded = self.message.decode();
+        decoded.map_err(|fault| self.wanted.fault(fault.to_string(), fault.help(choose)))
+    }
+
+    fn finite(&self, values: Vec<f64>) -> Result<Vec<f64>, Error> {
+        let is_computable = |value: &f64| value.is_finite() && value.abs() <= 1e9;
+        match values.iter().all(is_computable) {
+            true => Ok(values),
+            false => Err(self.fault(
+                "holds a number that cannot be computed with",
+                "leave it out of the recording",
+            )),
+        }
+    }
+
+    /// A fault of the message, and how to repair it.
+    fn fault(&self, what: &str, help: impl Into<String>) -> Error {
+        let (topic, t_s) = (self.message.topic, self.t_s);
+        let message = format!("a message of `{topic}`, {t_s:.3} s after the first of all, {what}");
+        self.wanted.fault(message, help)
+    }
 }

@@ -330,13 +330,38 @@ impl<'s> Checker<'s> {
         table: &DeTable<'_>,
         known: &[(&'s str, &'s Json)],
     ) -> KeyFault {
-        let name = key.get_ref();
-        let message = format!("unknown key `{}`", self.key());
+        // All of a table at once, in the order of the text.
+        let is_known = |name: &str| known.iter().any(|(known, _)| *known == name);
+        let unknown = table.keys().filter(|other| !is_known(other.get_ref()));
+        let mut unknown: Vec<&Spanned<_>> = unknown.collect();
+        unknown.sort_by_key(|other| other.span().start);
+        let [_, _, ..] = unknown[..] else {
+            let message = format!("unknown key `{}`", self.key());
+            let help = self.meant(key.get_ref(), table, known);
+            return self.fault(FaultKind::Key, key.span(), message, help);
+        };
+        let (mut keys, mut helps) = (Vec::new(), Vec::new());
+        for other in unknown {
+            let name: &str = other.get_ref();
+            self.path.pop();
+            self.path.push(name.to_owned());
+            keys.push(self.key());
+            helps.push(format!("`{name}`: {}", self.meant(name, table, known)));
+        }
+        self.path.pop();
+        self.path.push(key.get_ref().to_string());
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        let message = format!("unknown keys {}", quoted(&keys));
+        self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
+    }
+
+    /// What an unknown key may be meant for.
+    fn meant(&self, name: &str, table: &DeTable<'_>, known: &[(&'s str, &'s Json)]) -> String {
         let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
         // Several kinds may have the same key.
         names.sort_unstable();
         names.dedup();
-        let help = match nearest(name, names.iter().copied()) {
+        match nearest(name, names.iter().copied()) {
             Some(near) => {
                 // `heading_deg` may be meant for `heading.constant_deg`.
                 let begins = |known: &&&str| {
@@ -358,8 +383,7 @@ impl<'s> Checker<'s> {
                 Some(inner) => format!("did you mean `{inner}`?"),
                 None => format!("the keys here are {}", quoted(&names)),
             },
-        };
-        self.fault(FaultKind::Key, key.span(), message, help)
+        }
     }
 
     /// An example of the keys of a table, in words.

@@ -3,8 +3,8 @@
 use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
 
-use ilon_files::FileAccess;
 use ilon_files::toml::{decode, encode};
+use ilon_files::{FileAccess, normal};
 use miette::NamedSource;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -53,9 +53,7 @@ impl Scenario {
         files: &FileAccess,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = files.read_text(path, MAX_BYTES);
-        let text = text.map_err(|fault| Error::read(path, &fault))?;
-        Self::from_text(&text, path, settings, files)
+        Self::from_text(&read_text(path, files)?, path, settings, files)
     }
 
     /// The scenario of a file whose text was read before, with some of its keys changed.
@@ -190,6 +188,15 @@ fn real_but_its_name(path: &Path) -> PathBuf {
     }
 }
 
+/// Reads a text file of at most [`MAX_BYTES`].
+///
+/// # Errors
+/// [`Error::Read`] if it cannot be read.
+pub fn read_text(path: &Path, files: &FileAccess) -> Result<String, Error> {
+    let text = files.read_text(path, MAX_BYTES);
+    text.map_err(|fault| Error::read(path, &fault))
+}
+
 /// Reads another kind of TOML file: keys that `T` does not have are refused as in a scenario.
 ///
 /// # Errors
@@ -210,23 +217,6 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
         let span = error.span.unwrap_or_default();
         Error::toml_value(&error.message, source(), span.into())
     })
-}
-
-/// A path without `.` and, where the preceding part is known, without `..`.
-fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir
-                if matches!(normal.components().next_back(), Some(Component::Normal(_))) =>
-            {
-                normal.pop();
-            }
-            part => normal.push(part),
-        }
-    }
-    normal
 }
 
 /// The relative path from one absolute folder to an absolute path; the path itself if they share no

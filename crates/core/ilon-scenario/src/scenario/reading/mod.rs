@@ -9,6 +9,6 @@ mod tracked;
 
 pub(crate) use keys::is_computable;
 pub use keys::{SIZES, nearest};
-pub use load::{MAX_BYTES, read_toml};
+pub use load::{MAX_BYTES, read_text, read_toml};
 pub use setting::{SETTING, Setting};
 pub use source::Source;

@@ -1,15 +1,21 @@
 //! Causes that every robot has: rollers, bearings, motors, wheel loops and a control period.
 
-use ilon_robot::{Joint, MotorLimits, Robot, RollersAsMade};
+use std::f64::consts::TAU;
 
-use super::list::List;
-use crate::scenario::{Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
+use ilon_robot::{Joint, JointRole, MotorLimits, Robot, RollersAsMade};
+
+use super::list::{List, Run};
+use crate::scenario::{Contacts, Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
 
 /// A friction coefficient at which nothing slides. Chosen.
 const HOLDS: f64 = 100.0;
 
 /// Factor on the gains of the wheel loops that makes them follow without lag. Chosen.
 const AT_ONCE: f64 = 50.0;
+
+/// Steps in a period of the steering servos that make modules follow without lag. Chosen: a world
+/// needs 1.5, and as few as these are still calm.
+const STEPS_A_SWING: f64 = 4.0;
 
 /// Sliding, and the rollers with their bearings.
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
@@ -20,7 +26,8 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
             never_slides(scenario);
         },
     );
-    if scenario.guidance.kinematics == Kinematics::Ideal {
+    let has_rollers = robot.wheels.iter().any(|wheel| !wheel.has_tyre());
+    if has_rollers && scenario.guidance.kinematics == Kinematics::Ideal {
         list.add(
             "geometry",
             "the rollers' geometry (commands by the rollers that touch in its place)",
@@ -203,6 +210,61 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
             (section.friction, section.period_s) = (None, None);
         },
     );
+}
+
+/// Casters, and modules that are not yet where they are sent.
+pub(super) fn of_tyres(run: Run, list: &mut List) {
+    let robot = run.robot;
+    let casters = robot.caster_joints();
+    // rapier does not know the friction of a shape of a robot.
+    if !casters.is_empty() && run.scenario.world.solver.contacts == Contacts::Ilon {
+        list.add(
+            "casters",
+            "its casters (feet without friction in their place)",
+            move |_, robot| {
+                for joint in &casters {
+                    for shape in &mut robot.joints[*joint].body.collisions {
+                        shape.friction = Some(0.0);
+                    }
+                }
+            },
+        );
+    }
+    let steering = steering_joints(robot);
+    if !steering.is_empty() {
+        let rate_rad_s = TAU / (STEPS_A_SWING * run.physics_dt_s);
+        list.add(
+            "steering",
+            "the lag of its steering (modules that follow at once in its place)",
+            move |_, robot| {
+                for joint in &steering {
+                    follow_at_once(robot, *joint, rate_rad_s);
+                }
+            },
+        );
+    }
+}
+
+/// Gives a joint a servo without limits, critically damped, of this natural frequency in rad/s,
+/// where its own is not faster.
+fn follow_at_once(robot: &mut Robot, joint: usize, rate_rad_s: f64) {
+    let inertia = robot.inertia_on_joint(joint);
+    if let JointRole::Driven(servo) = &mut robot.joints[joint].role {
+        (servo.effort, servo.rate_limit) = (f64::INFINITY, f64::INFINITY);
+        servo.stiffness = servo.stiffness.max(inertia * rate_rad_s * rate_rad_s);
+        servo.damping = servo.damping.max(2.0 * inertia * rate_rad_s);
+    }
+}
+
+/// The joints that steer tyres. Wheels on rollers roll wherever theirs hold them.
+pub(super) fn steering_joints(robot: &Robot) -> Vec<usize> {
+    let wheels = robot.wheels.iter().filter(|wheel| wheel.has_tyre());
+    let mut joints: Vec<usize> = wheels
+        .filter_map(|wheel| robot.steering_of(wheel))
+        .collect();
+    joints.sort_unstable();
+    joints.dedup();
+    joints
 }
 
 /// The control period.

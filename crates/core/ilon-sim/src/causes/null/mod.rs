@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `list` | a list of causes |
 //! | `scene` | what the scenario names: faults, ground, bodies, sensors, joints moved by setpoints |
-//! | `machine` | what every robot has: rollers, bearings, motors, wheel loops, control |
+//! | `machine` | what every robot has: rollers, bearings, casters, steering, motors, wheel loops, control |
 
 mod list;
 mod machine;
@@ -59,6 +59,7 @@ pub(super) fn all(run: Run) -> Vec<(Cause, Null)> {
     let mut list = List(named(run));
     scene::joints(run, false, &mut list);
     machine::of_rollers(scenario, robot, &mut list);
+    machine::of_tyres(run, &mut list);
     machine::of_drive(scenario, robot, &mut list);
     machine::of_control(scenario, run.physics_dt_s, &mut list);
     list.0

@@ -6,6 +6,7 @@ use ilon_robot::Robot;
 use ilon_trace::Header;
 
 use super::list::{List, MOST_OF_A_KIND, Run};
+use super::machine::steering_joints;
 use crate::scenario::{Encoders, Floor, FloorPatch, Imu, ImuNoise, PoseSensor, Scenario};
 
 /// Each fault by itself. The header lists the faults in the scenario's order.
@@ -124,7 +125,8 @@ pub(super) fn bodies(scenario: &Scenario, list: &mut List) {
 }
 
 /// Joints that move, each held at its position at the start: those moved by setpoints (`sent`), or
-/// the others. Coupled joints are held together; if there are many, all are held together.
+/// the others. Coupled joints are held together; if there are many, all are held together. Casters
+/// and the joints that steer wheels are other causes: a robot does not drive with these held.
 pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
     let robot = run.robot;
     let is_sent = |name: &str| {
@@ -132,6 +134,7 @@ pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
         asked.is_some_and(|asked| !asked.setpoints.is_empty())
     };
     let all_together = !robot.couplings.is_empty();
+    let rolls = [robot.caster_joints(), steering_joints(robot)].concat();
     let names = robot.joints.iter().map(|joint| joint.name.as_str());
     let any_sent = names.clone().any(is_sent);
     let chosen: Vec<usize> = match all_together {
@@ -139,7 +142,8 @@ pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
         true => Vec::new(),
         false => names
             .enumerate()
-            .filter_map(|(index, name)| (is_sent(name) == sent).then_some(index))
+            .filter(|(index, name)| is_sent(name) == sent && (sent || !rolls.contains(index)))
+            .map(|(index, _)| index)
             .collect(),
     };
     let hold = |joints: &[usize]| {

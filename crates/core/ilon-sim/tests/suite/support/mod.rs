@@ -1,5 +1,7 @@
 //! A folder in which scenarios are run.
 
+pub mod urdf;
+
 use std::path::{Path, PathBuf};
 
 use ilon_sim::Error;

@@ -1,6 +1,7 @@
 //! Sums and extremes of a wheel over time.
 
 use nalgebra::Vector2;
+use smart_default::SmartDefault;
 
 use crate::contact::reactions::wheel_contact::WheelContact;
 
@@ -9,7 +10,7 @@ use crate::contact::reactions::wheel_contact::WheelContact;
 /// Means are impulses over time, so that the forces of all wheels add up to the robot's
 /// acceleration. Extremes of load, torque and height are over whole physics steps; those of sliding
 /// and grip also over the parts of a split step, because rollers stick and slide within it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, SmartDefault, PartialEq)]
 pub struct WheelTally {
     /// The total time, in seconds.
     time_s: f64,
@@ -27,10 +28,13 @@ pub struct WheelTally {
     slid_m: Vector2<f64>,
     slid_m2_s: f64,
     /// Smallest and largest motor torque, in N m.
+    #[default(NONE)]
     pub torque_n_m: [f64; 2],
     /// Smallest and largest normal force, in N.
+    #[default(NONE)]
     pub normal_force_n: [f64; 2],
     /// Smallest and largest height of the wheel's centre above the floor's plane, in metres.
+    #[default(NONE)]
     pub hub_height_m: [f64; 2],
     /// Largest sliding speed, in m/s.
     pub sliding_max_m_s: f64,
@@ -41,29 +45,6 @@ pub struct WheelTally {
 
 /// No values: the minimum is above and the maximum below all numbers.
 const NONE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-
-impl Default for WheelTally {
-    /// Over no time.
-    fn default() -> Self {
-        Self {
-            time_s: 0.0,
-            touching_s: 0.0,
-            torque_n_m_s: 0.0,
-            normal_n_s: 0.0,
-            force_n_s: Vector2::zeros(),
-            place_n_m_s: Vector2::zeros(),
-            friction: 0.0,
-            friction_off_n_s: 0.0,
-            slid_m: Vector2::zeros(),
-            slid_m2_s: 0.0,
-            torque_n_m: NONE,
-            normal_force_n: NONE,
-            hub_height_m: NONE,
-            sliding_max_m_s: 0.0,
-            friction_used_max: 0.0,
-        }
-    }
-}
 
 /// The union of two ranges.
 fn around([low, high]: [f64; 2], [other_low, other_high]: [f64; 2]) -> [f64; 2] {

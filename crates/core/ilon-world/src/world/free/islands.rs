@@ -247,12 +247,14 @@ pub(in crate::world) fn place_among(bodies: &[Articulated], id: FreeBodyId) -> O
 
 /// The bounding box of a body, including its wheels.
 pub(super) fn bounds(body: &Articulated) -> Bounds {
-    let shapes = solids(body, &body.state).map(|solid| solid.bounds());
+    bounds_of_parts(body).fold(Bounds::NONE, |around, of| around.merged(&of))
+}
+
+/// The bounding boxes of a body's solids and wheels.
+pub(super) fn bounds_of_parts(body: &Articulated) -> impl Iterator<Item = Bounds> {
+    let solids = solids(body, &body.state).map(|solid| solid.bounds());
     let hubs = body.state.hubs().iter().zip(&body.wheels);
-    let wheels = hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m));
-    shapes
-        .chain(wheels)
-        .fold(Bounds::NONE, |around, of| around.merged(&of))
+    solids.chain(hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m)))
 }
 
 /// Boxes around bodies, within which they may be near another one in the coming step, enlarged by a

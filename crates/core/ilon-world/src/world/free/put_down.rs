@@ -11,7 +11,7 @@ use crate::contact::search::solid::Solid;
 use crate::free::FreeBody;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
-use crate::world::free::islands::bounds;
+use crate::world::free::islands::{bounds, bounds_of_parts};
 
 /// Distance from contact at which a body is put down, in metres. Chosen.
 const PUT_DOWN_M: f64 = 1e-9;
@@ -118,12 +118,7 @@ impl World {
     fn tops_m(&self, own: &Bounds, others: &[&Articulated]) -> impl Iterator<Item = f64> {
         let column = column(own);
         let ground = self.ground.solids().map(|solid| solid.bounds());
-        let shapes = others.iter().flat_map(|body| {
-            let solids = solids(body, &body.state).map(|solid| solid.bounds());
-            let hubs = body.state.hubs().iter().zip(&body.wheels);
-            let wheels = hubs.map(|(hub, wheel)| Bounds::of_ball(&hub.center_m, wheel.reach_m));
-            solids.chain(wheels).collect::<Vec<_>>()
-        });
+        let shapes = others.iter().flat_map(|body| bounds_of_parts(body));
         let tops = ground.chain(shapes).filter(move |of| of.meets(&column));
         tops.map(|of| of.most_m.z)
     }

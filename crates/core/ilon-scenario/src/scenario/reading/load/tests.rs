@@ -67,6 +67,21 @@ fn a_key_that_begins_like_a_table_names_both() {
 }
 
 #[test]
+fn all_unknown_keys_of_a_table_are_named() {
+    let text = format!("{CIRCLE}\n[world.floor]\nslop_deg = 2\nfrction = 0.2\n");
+    let (message, help, at) = told(&text, &[]);
+    assert_eq!(
+        message,
+        "unknown keys `world.floor.slop_deg`, `world.floor.frction`"
+    );
+    assert_eq!(
+        help,
+        "`slop_deg`: did you mean `slope_deg`?; `frction`: did you mean `friction`?"
+    );
+    assert_eq!(at, text.find("slop_deg").unwrap());
+}
+
+#[test]
 fn an_unknown_key_is_refused_with_the_nearest_known_one_and_its_place() {
     let text = format!("{CIRCLE}\n[world.floor]\nfrction = 0.2\n");
     let (message, help, at) = told(&text, &[]);

@@ -1,0 +1,86 @@
+//! Drives of robots on tyres: where their steering stands, and which wheels a motor drives.
+
+use ilon_control::{Arrangement, Kinematics, sharpest_turn};
+use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
+use ilon_sim::standard_motions::StandardMotion;
+use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
+use std::f64::consts::PI;
+
+use crate::Error;
+
+/// The twist of a standard motion that the steering can reach, and the positions of all joints for
+/// it. The turn becomes the sharpest where it cannot turn on the spot; `None` for another motion out
+/// of reach.
+pub(super) fn aimed(robot: &Robot, motion: &StandardMotion) -> Option<(Twist, Vec<f64>)> {
+    let twist = motion.twist_in_body;
+    let rest = vec![0.0; robot.joints.len()];
+    if let Some(positions) = positions(robot, twist) {
+        return Some((twist, positions));
+    }
+    let turn = sharpest_turn(robot, &rest).filter(|_| motion.name == "turn")?;
+    let of = turn.twist_in_body;
+    let omega_rad_s = twist.omega_rad_s;
+    let vx_m_s = of.vx_m_s * omega_rad_s;
+    let twist = Twist::new(vx_m_s, of.vy_m_s * omega_rad_s, omega_rad_s);
+    let positions = positions(robot, twist)?;
+    Some((Twist::new(vx_m_s, 0.0, omega_rad_s), positions))
+}
+
+/// The positions of all joints as each steered wheel has turned to a twist of the body's origin;
+/// `None` where limits do not allow that.
+fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
+    /// Of a joint's range: a turn to its very limit is within.
+    const ROUNDING_RAD: f64 = 1e-9;
+    let mut positions = vec![0.0; robot.joints.len()];
+    let kinematics = Kinematics::new(robot).ok()?;
+    let twist = kinematics.reachable(twist_in_body);
+    for (index, wheel) in robot.wheels.iter().enumerate() {
+        let Some(at) = steering(robot, wheel) else {
+            continue;
+        };
+        let v_h = kinematics.hub_velocity_m_s(index, twist)?;
+        if v_h.norm() < 1e-9 {
+            continue;
+        }
+        let (joint, n) = (&robot.joints[at], wheel.axis());
+        let sense = (joint.body_from_joint.rotation * Vector3::z()).z.signum();
+        let now_rad = libm::atan2(-n.x, n.y);
+        let missing_rad = sense * wrap_angle(libm::atan2(v_h.y, v_h.x) - now_rad);
+        let [lower, upper] = joint.limits;
+        let ways = [missing_rad, missing_rad - PI, missing_rad + PI].into_iter();
+        let within = (lower - ROUNDING_RAD)..=(upper + ROUNDING_RAD);
+        let ways = ways.filter(|rad| within.contains(rad));
+        positions[at] = ways.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    }
+    Some(positions)
+}
+
+/// The joint that turns a tyre to each twist.
+pub(super) fn steering(robot: &Robot, wheel: &Wheel) -> Option<usize> {
+    robot.steering_of(wheel).filter(|_| wheel.has_tyre())
+}
+
+/// The wheels that a motor drives, by their indices.
+pub(super) fn driven(robot: &Robot) -> Vec<usize> {
+    let is_driven = |wheel: &usize| robot.wheels[*wheel].motor.effort_n_m != 0.0;
+    (0..robot.wheels.len()).filter(is_driven).collect()
+}
+
+/// Rows whose product with a twist gives the rates of the driven wheels, and below them those that
+/// tyres hold at zero.
+pub(super) fn rows(robot: &Robot, kinematics: &Kinematics) -> Result<Vec<[f64; 3]>, Error> {
+    let matrix = kinematics.rate_matrix();
+    let of_wheel = |wheel: usize| [0, 1, 2].map(|axis| matrix[(wheel, axis)]);
+    let mut rows: Vec<[f64; 3]> = driven(robot).into_iter().map(of_wheel).collect();
+    let held = Arrangement::of(robot)?.held;
+    rows.extend(held.iter().map(|held| [held.row.x, held.row.y, held.row.z]));
+    Ok(rows)
+}
+
+/// The positions of the joints that steer, by name.
+pub(super) fn named(robot: &Robot, positions: &[f64]) -> Value {
+    let steering = robot.wheels.iter().filter_map(|of| steering(robot, of));
+    let named = steering.map(|at| (robot.joints[at].name.clone(), json!(positions[at])));
+    Value::Object(named.collect::<Map<_, _>>())
+}
