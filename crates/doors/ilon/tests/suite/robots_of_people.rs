@@ -400,11 +400,17 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
         Asks(words, remark) => {
             let refusal = refused(&first, words);
             assert_eq!(proposed(&refusal), None, "{refusal}");
-            // One round: the requested information, filled in, gives a working command.
-            let asked = filled(&refusal);
+            // One round: the requested information, filled in, gives a working command; and so does
+            // that for tyres, which asks for nothing.
+            let refusal = in_one_line(&refusal);
+            let (rollers, tyres) = refusal.split_once("; on tyres: `").unzip();
+            let asked = filled(rollers.unwrap_or(&refusal));
             let [command] = &asked[..] else {
                 panic!("{asked:?}")
             };
+            if let Some((command, _)) = tyres.and_then(|tyres| tyres.split_once('`')) {
+                drives(&shell(folder.path(), command), "tyre");
+            }
             let output = shell(folder.path(), command);
             drives(&output, remark);
             // A scenario asks for the same as keys.
@@ -412,8 +418,12 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
                 "[robot]\nfile = \"robot.urdf\"\n[twist]\nvy_m_s = 0.1\n[run]\nduration_s = 0.2\n";
             let path = folder.path().join("s.toml");
             std::fs::write(&path, scenario).unwrap();
-            let refusal = refused(&shell(folder.path(), "ilon run s.toml"), "");
-            let keys = format!("[robot]\n{}\n", filled(&refusal).join("\n"));
+            let refusal = in_one_line(&refused(&shell(folder.path(), "ilon run s.toml"), ""));
+            let rollers = refusal
+                .split_once("; on tyres: `")
+                .map(|(rollers, _)| rollers);
+            let asked = filled(rollers.unwrap_or(&refusal));
+            let keys = format!("[robot]\n{}\n", asked.join("\n"));
             let scenario = scenario.replacen("[robot]\n", &keys, 1);
             std::fs::write(&path, &scenario).unwrap();
             let ran = shell(folder.path(), "ilon run s.toml --out out");
