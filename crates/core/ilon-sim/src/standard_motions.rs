@@ -7,7 +7,7 @@ use ilon_robot::{Robot, Twist};
 use crate::Error;
 
 /// The names of the motions. Each covers one metre, or one turn on the spot, or what a slow robot
-/// does in [`LONGEST_S`].
+/// does in a minute.
 pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
 
 /// Each is driven at this share of the robot's top speed, within the limits in m/s and rad/s below.
