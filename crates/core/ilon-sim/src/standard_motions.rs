@@ -1,7 +1,7 @@
 //! Five motions that characterise a robot: ahead, to the left, diagonal, an arc, and a turn on the
 //! spot.
 
-use ilon_control::{Kinematics, SpeedLimits};
+use ilon_control::{Kinematics, SpeedLimits, Turn, sharpest_turn};
 use ilon_robot::{Robot, Twist};
 
 use crate::Error;
@@ -15,8 +15,12 @@ pub const MOTIONS: [&str; 5] = ["ahead", "left", "diagonal", "arc", "turn"];
 const SHARE_OF_TOP: f64 = 0.4;
 const SPEED_M_S: f64 = 0.3;
 const RATE_RAD_S: f64 = 1.0;
-/// The radius of the arc, in metres. Chosen.
+/// The radius of the arc, in metres, and at least this many times that of the sharpest turn which
+/// limits of steering joints leave. Chosen.
 const ARC_M: f64 = 0.5;
+const WIDER: f64 = 1.25;
+/// A turn of such a robot is wider than its sharpest by this factor. Chosen.
+const WITHIN_LIMITS: f64 = 1.05;
 /// The time from rest to full speed, in seconds. Chosen.
 const RAMP_S: f64 = 0.5;
 
@@ -62,7 +66,8 @@ impl StandardMotion {
     }
 }
 
-/// The motions of a robot, in the order of [`MOTIONS`]; `None` for one that its tyres exclude.
+/// The motions of a robot, in the order of [`MOTIONS`]; `None` for one that its tyres exclude. A
+/// robot whose steering does not let it turn on the spot turns as sharply as it can.
 ///
 /// # Errors
 /// For wheels from whose rates no twist follows.
@@ -74,11 +79,17 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
         0.0 => tops.top_speed_m_s(0.0),
         least_m_s => least_m_s,
     };
+    let sharpest = sharpest_turn(robot, &robot.start_positions());
+    let wide = sharpest.filter(|turn| turn.radius_m > 0.0);
+    let turn_m = wide.map_or(0.0, |Turn { twist_in_body, .. }| {
+        WITHIN_LIMITS * twist_in_body.vx_m_s
+    });
     // On tyres the origin need not stand still where the robot turns.
-    let turning = kinematics.reachable(Twist::new(0.0, 0.0, 1.0));
+    let turning = kinematics.reachable(Twist::new(turn_m, 0.0, 1.0));
+    let arc_m = ARC_M.max(WIDER * wide.map_or(0.0, |turn| turn.radius_m));
     let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
     let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP / tops.share(turning)));
-    let arc = rounded((0.5 * v).min(0.5 * w * ARC_M));
+    let arc = rounded((0.5 * v).min(0.5 * w * arc_m));
     let diagonal = rounded(v * std::f64::consts::FRAC_1_SQRT_2);
     let of = |place: usize, twist: [f64; 3], lasts_s: f64| {
         let linear = Twist::new(twist[0], twist[1], 0.0);
@@ -94,8 +105,8 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
         of(0, [v, 0.0, 0.0], 1.0 / v),
         of(1, [0.0, v, 0.0], 1.0 / v),
         of(2, [diagonal, diagonal, 0.0], 1.0 / v),
-        of(3, [arc, 0.0, rounded(arc / ARC_M)], 1.0 / arc),
-        of(4, [0.0, 0.0, w], std::f64::consts::TAU / w),
+        of(3, [arc, 0.0, rounded(arc / arc_m)], 1.0 / arc),
+        of(4, [rounded(turn_m * w), 0.0, w], std::f64::consts::TAU / w),
     ])
 }
 
@@ -138,5 +149,23 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The shipped tricycle, steered by up to 74.5 degrees 0.45 m ahead of its axle, turns about
+    /// 0.45 / tan(74.5 deg) = 0.125 m beside the axle's middle at the sharpest.
+    #[test]
+    fn a_robot_that_cannot_turn_on_the_spot_turns_as_sharply_as_it_can() {
+        let robot = Robot::load("../../../assets/robots/tricycle.urdf").expect("a shipped robot");
+        let motions = standard_motions(&robot).expect("it drives");
+        let [Some(_), None, None, Some(arc), Some(turn)] = motions else {
+            panic!("{motions:?}");
+        };
+        let radius_m =
+            |motion: StandardMotion| motion.twist_in_body.vx_m_s / motion.twist_in_body.omega_rad_s;
+        assert!((radius_m(arc) - ARC_M).abs() < 5e-3, "{arc:?}");
+        assert!(
+            (radius_m(turn) - WITHIN_LIMITS * 0.125).abs() < 1e-3,
+            "{turn:?}"
+        );
     }
 }
