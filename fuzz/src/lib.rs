@@ -190,7 +190,7 @@ pub static SMALL: LazyLock<Robot> = LazyLock::new(|| {
     Robot::from_urdf_str(urdf, "robot.urdf").expect("the robot is a good one")
 });
 
-/// The ways in which a robot's file is read: as it is, repaired, and with given wheels.
+/// The ways in which a robot's file is read: unchanged, repaired, and with given wheels.
 pub fn ways() -> [LoadOptions; 3] {
     let mut repaired = LoadOptions::default();
     repaired.repair = true;

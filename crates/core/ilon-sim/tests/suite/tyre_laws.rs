@@ -115,7 +115,7 @@ fn ackermann_steering_goes_round_where_the_axles_meet(radius_m: f64) {
     assert!(aside.abs() < 1e-3, "{aside}");
 }
 
-/// A robot of 400 kg whose casters carry 48 % turns as it is asked to: from rest, with casters that
+/// A robot of 400 kg whose casters carry 48 % turns as commanded: from rest, with casters that
 /// stand ahead, and then steadily. What their wheels scrub with their ends, mu N w / 2, they bring to
 /// the driven tyres as a pull of mu N w / (2 d) along the line to the middle of the turn, here 0.4 of
 /// the grip of these: 3 % are lost.

@@ -192,7 +192,7 @@ impl SpecOnTyres {
     }
 
     /// Rejects the first value that is out of its range, by its key. What a tyre can be made of is
-    /// checked as it is read.
+    /// checked by then.
     fn check(&self) -> Result<(), Fault> {
         check_chassis(&self.chassis)?;
         let t = &self.tyres;
