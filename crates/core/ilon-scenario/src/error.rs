@@ -312,7 +312,7 @@ fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
         TraceError::Sink { .. } => "see to what takes the rows, or run without it",
         TraceError::Io { doing: "read", .. } => "check the path, and that it may be read",
         TraceError::Io { .. } | TraceError::Encode { .. } => {
-            "choose another place; nothing was left half-written"
+            "make room, or choose another place; no file is left half-written under its name"
         }
         _ => "name a trace that this version of ilon wrote",
     }

@@ -43,7 +43,14 @@ impl BagSink {
 
     fn fault(&self) -> impl Fn(BagError) -> TraceError + use<> {
         let bag = format!("the bag {}", self.folder.display());
-        move |error| TraceError::sink(bag.clone(), error)
+        move |error| match error {
+            BagError::Io { path, source } => TraceError::Io {
+                doing: "write",
+                path,
+                source,
+            },
+            other => TraceError::sink(bag.clone(), other),
+        }
     }
 }
 

@@ -170,6 +170,64 @@ fn an_interrupted_check_leaves_nothing_and_an_interrupted_sweep_its_rows() {
     }
 }
 
+/// A disk that fills up, here a limit on the size of each file: the command names the file and the
+/// reason, and each file is whole or has the name of an unfinished one.
+#[test]
+#[cfg(unix)]
+fn where_a_disk_is_full_the_file_and_the_reason_are_named() {
+    let folder = Folder::new();
+    folder.write(
+        "study.toml",
+        "scenario = \"good.toml\"\n[axes]\nworld.floor.friction = [0.2, 0.4]\n",
+    );
+    // In blocks of 512 bytes: more than the first file has, less than the last.
+    let cases: [(&str, u32, &str, &[&str]); 6] = [
+        ("run good.toml --out out", 8, "out/trace.parquet", &[]),
+        (
+            "run good.toml --no-report --mcap --out bag",
+            40,
+            "bag/bag/bag_0.mcap.ilon-partial",
+            &["bag_0.mcap.ilon-partial"],
+        ),
+        ("sweep study.toml --out swept", 2, "swept/rows.log", &[]),
+        ("check good.toml --save saved", 8, "saved/good.parquet", &[]),
+        ("compare good.toml good.toml --out page.html", 8, "page.html", &[]),
+        ("export --mjcf robot.urdf --out exported", 4, "exported/robot.xml", &[]),
+    ];
+    for (command, blocks, file, unfinished) in cases {
+        // Without its signal, the limit is an error like a full disk.
+        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+        let output = std::process::Command::new("sh")
+            .args(["-c", &limited, "sh", env!("CARGO_BIN_EXE_ilon")])
+            .args(command.split(' '))
+            .current_dir(folder.path("."))
+            .output()
+            .expect("a shell is there");
+        let told = ended_with(2, &output);
+        assert!(
+            told.contains(&format!("cannot write `{file}`: File too large")),
+            "{command}: {told}"
+        );
+        assert!(told.contains("make room, or choose another place"), "{told}");
+        let mut left = Vec::new();
+        names_below(&folder.path("."), &mut left);
+        left.retain(|name| name.contains("partial") || name.contains("lock"));
+        left.retain(|name| !unfinished.contains(&name.as_str()));
+        assert!(left.is_empty(), "{command}: {left:?}");
+        assert!(file.contains("rows.log") || !folder.path(file).exists() || !unfinished.is_empty());
+    }
+}
+
+/// The names of all files below a folder.
+fn names_below(folder: &std::path::Path, names: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).expect("a folder").flatten() {
+        match entry.path() {
+            path if path.is_dir() => names_below(&path, names),
+            _ => names.push(entry.file_name().to_string_lossy().into_owned()),
+        }
+    }
+}
+
 /// Of two commands that are started at the same moment one has the folder and the other is refused;
 /// or one begins after the other has ended. The results are always whole.
 #[test]

@@ -13,12 +13,18 @@ pub(super) struct Assembled {
     pieces: Vec<Piece>,
 }
 
+#[derive(Debug)]
+struct File {
+    name: Arc<str>,
+    text: Arc<str>,
+    line_breaks: Vec<usize>,
+}
+
 /// Bytes from a place of the text on, up to the next piece.
 #[derive(Clone, Debug)]
 struct Piece {
     at: usize,
-    file: Arc<str>,
-    source: Arc<str>,
+    file: Arc<File>,
     /// Where they stand in the file's text.
     from: usize,
     /// Whether they stand there as they are, and not in the place of what does.
@@ -30,8 +36,11 @@ impl Assembled {
     pub(super) fn of_file(file: &str, text: &str) -> Self {
         let piece = Piece {
             at: 0,
-            file: file.into(),
-            source: text.into(),
+            file: Arc::new(File {
+                name: file.into(),
+                text: text.into(),
+                line_breaks: text.match_indices('\n').map(|(at, _)| at).collect(),
+            }),
             from: 0,
             is_copy: true,
         };
@@ -87,14 +96,15 @@ impl Assembled {
     /// Where bytes came from: they end with their piece.
     pub(super) fn origin(&self, bytes: Range<usize>) -> Option<Origin> {
         let (piece, into) = self.piece(bytes.start)?;
-        let start = (piece.from + into).min(piece.source.len());
+        let file = &piece.file;
+        let start = (piece.from + into).min(file.text.len());
         let length = if piece.is_copy { bytes.len() } else { 1 };
-        let end = (start + length).min(piece.source.len());
+        let end = (start + length).min(file.text.len());
         Some(Origin {
-            line: 1 + piece.source[..start].matches('\n').count(),
+            line: 1 + file.line_breaks.partition_point(|at| *at < start),
             bytes: start..end,
-            file: Arc::clone(&piece.file),
-            text: Arc::clone(&piece.source),
+            file: Arc::clone(&file.name),
+            text: Arc::clone(&file.text),
         })
     }
 

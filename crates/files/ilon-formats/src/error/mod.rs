@@ -12,7 +12,7 @@ mod remedy;
 
 use std::fmt;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use clue::{Clue, ClueKind, Clues};
 pub use fault::{Fault, Proposed};
@@ -61,8 +61,11 @@ pub struct RobotError(Box<Inner>);
 struct Inner {
     fault: Fault,
     file: String,
-    text: Option<Arc<str>>,
-    place: Option<TextPlace>,
+    /// The text of the file, and the faulty bytes of it.
+    at: Option<(Arc<str>, Range<usize>)>,
+    /// Found when it is asked for, which takes time with the length of the text: of thousands of
+    /// faults only the first are shown.
+    place: OnceLock<TextPlace>,
     element: Option<String>,
     trail: Vec<String>,
     others: Vec<RobotError>,
@@ -79,8 +82,8 @@ impl RobotError {
         Self(Box::new(Inner {
             fault,
             file: file.to_owned(),
-            text: None,
-            place: None,
+            at: None,
+            place: OnceLock::new(),
             element: None,
             trail: Vec::new(),
             others: Vec::new(),
@@ -91,8 +94,7 @@ impl RobotError {
 
     /// Adds a range of bytes of the file's text.
     pub(crate) fn at(mut self, text: &Arc<str>, bytes: Range<usize>) -> Self {
-        self.0.place = Some(TextPlace::of_bytes(text, bytes));
-        self.0.text = Some(Arc::clone(text));
+        self.0.at = Some((Arc::clone(text), bytes));
         self
     }
 
@@ -138,7 +140,7 @@ impl RobotError {
         for error in errors {
             let is_alike = |known: &&mut Self| {
                 let (p, q) = (&known.0, &error.0);
-                p.place.is_some() && p.place == q.place && p.file == q.file && p.fault == q.fault
+                p.at.is_some() && p.file == q.file && p.fault == q.fault && p.at == q.at
             };
             match found.iter_mut().find(is_alike) {
                 Some(known) => known.0.alike += 1,
@@ -167,17 +169,19 @@ impl RobotError {
 
     /// The whole text of the file, if the fault has a place in it.
     pub fn text(&self) -> Option<&str> {
-        self.0.text.as_deref()
+        self.0.at.as_ref().map(|(text, _)| text.as_ref())
     }
 
     /// Line, column and bytes, if known.
     pub fn place(&self) -> Option<&TextPlace> {
-        self.0.place.as_ref()
+        let (text, bytes) = self.0.at.as_ref()?;
+        let found = || TextPlace::of_bytes(text, bytes.clone());
+        Some(self.0.place.get_or_init(found))
     }
 
     /// The line, from 1, if known.
     pub fn line(&self) -> Option<usize> {
-        self.0.place.as_ref().map(|p| p.line)
+        self.place().map(|place| place.line)
     }
 
     /// The faulty element, such as ``joint `arm` ``, if there is one.
@@ -211,8 +215,8 @@ impl RobotError {
 impl fmt::Display for RobotError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0.file)?;
-        if let Some(place) = &self.0.place {
-            write!(f, ":{}", place.line)?;
+        if let Some(line) = self.line() {
+            write!(f, ":{line}")?;
         }
         if let Some(element) = &self.0.element {
             write!(f, ": {element}")?;

@@ -25,8 +25,8 @@ pub(super) struct Log {
     file: File,
     /// Bytes of complete lines.
     length: u64,
-    /// Whether a line could not be written: none is written after it.
-    is_broken: bool,
+    /// Why a line could not be written: none is written after it.
+    broken: Option<String>,
     /// Number of damaged lines.
     pub damaged: usize,
     synced: Instant,
@@ -63,7 +63,7 @@ impl Log {
             path: path.to_owned(),
             file,
             length: whole,
-            is_broken: false,
+            broken: None,
             damaged,
             synced: Instant::now(),
         };
@@ -73,17 +73,16 @@ impl Log {
     /// Adds a row.
     pub fn append(&mut self, row: &Row) -> Result<(), Error> {
         let line = line(row)?;
-        if self.is_broken {
-            return Err(Error::io("write", &self.path)(std::io::Error::other(
-                "an earlier row could not be written",
-            )));
+        let fault = Error::io("write", &self.path);
+        if let Some(why) = &self.broken {
+            return Err(fault(std::io::Error::other(why.clone())));
         }
         if let Err(error) = self.file.write_all(line.as_bytes()) {
-            self.is_broken = true;
+            self.broken = Some(error.to_string());
             // The partly written line is removed if possible; otherwise it is cut off at the next
             // reading.
             let _ = self.file.set_len(self.length);
-            return Err(Error::io("write", &self.path)(error));
+            return Err(fault(error));
         }
         self.length += line.len() as u64;
         if self.synced.elapsed() > BETWEEN_SYNCS {

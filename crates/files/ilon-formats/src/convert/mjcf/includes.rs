@@ -24,62 +24,70 @@ pub(super) fn put_in(
     folder: &Path,
     options: &LoadOptions,
 ) -> Result<Assembled, RobotError> {
-    let mut left = Left {
+    let mut putting = Putting {
+        folder,
+        options,
+        whole: Assembled::default(),
         files: MOST_INCLUDES,
         bytes: MAX_BYTES,
     };
-    with_includes(file, text, folder, options, &mut left)
+    putting.put(file, text, |_| 0..text.len())?;
+    Ok(putting.whole)
 }
 
-/// What may still be included.
-struct Left {
+/// Puts files together. Each is parsed once, however deep the includes are.
+struct Putting<'p> {
+    folder: &'p Path,
+    options: &'p LoadOptions,
+    whole: Assembled,
+    /// Files and bytes that may still be included.
     files: usize,
     bytes: u64,
 }
 
-/// The text with what it includes in the place of each include.
-fn with_includes(
-    file: &str,
-    text: &str,
-    folder: &Path,
-    options: &LoadOptions,
-    left: &mut Left,
-) -> Result<Assembled, RobotError> {
-    let own = Assembled::of_file(file, text);
-    let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
-    let mut whole = Assembled::default();
-    let mut done = 0;
-    for node in document.descendants().filter(|n| n.has_tag_name("include")) {
-        let fault = |reason: String| {
-            let bytes = xml::opening_tag(text, node);
-            Err(RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes))
-        };
-        let Some(name) = node.attribute("file") else {
-            return fault("an `<include>` names no file".to_owned());
-        };
-        if left.files == 0 {
-            return fault(format!("more than {MOST_INCLUDES} files are included"));
+impl Putting<'_> {
+    /// Adds the part of a file that its root element gives, with the content of other files in
+    /// place of each include.
+    fn put(
+        &mut self,
+        file: &str,
+        text: &str,
+        part: impl FnOnce(Node) -> Range<usize>,
+    ) -> Result<(), RobotError> {
+        let own = Assembled::of_file(file, text);
+        let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
+        let part = part(document.root_element());
+        let mut done = part.start;
+        for node in document.descendants().filter(|n| n.has_tag_name("include")) {
+            let (name, included) = self.read(file, node).map_err(|reason| {
+                let bytes = xml::opening_tag(text, node);
+                RobotError::new(file, Fault::Format { reason }).at(&text.into(), bytes)
+            })?;
+            self.whole.append(&own, done..node.range().start);
+            self.put(&name, &included, inside)?;
+            done = node.range().end;
         }
-        left.files -= 1;
-        let path = included_path(file, folder, name, options);
-        let included = match options.files.read_text(&path, left.bytes) {
-            Ok(included) => included,
-            Err(ReadError::TooLarge(_)) => {
-                return fault(format!("files of more than {MAX_BYTES} bytes are included"));
-            }
-            Err(reason) => return fault(format!("`{name}` cannot be included: {reason}")),
-        };
-        left.bytes = left.bytes.saturating_sub(included.len() as u64);
-        let name = path.display().to_string();
-        let included = with_includes(&name, &included, folder, options, left)?;
-        let inner =
-            xml::parse(&included.text).map_err(|fault| of_xml(&name, &included.text, fault))?;
-        whole.append(&own, done..node.range().start);
-        whole.append(&included, inside(inner.root_element()));
-        done = node.range().end;
+        self.whole.append(&own, done..part.end);
+        Ok(())
     }
-    whole.append(&own, done..text.len());
-    Ok(whole)
+
+    /// The path and the text of the file that an element of `file` includes.
+    fn read(&mut self, file: &str, include: Node) -> Result<(String, String), String> {
+        let name = include.attribute("file");
+        let name = name.ok_or("an `<include>` names no file")?;
+        if self.files == 0 {
+            return Err(format!("more than {MOST_INCLUDES} files are included"));
+        }
+        self.files -= 1;
+        let path = included_path(file, self.folder, name, self.options);
+        let read = self.options.files.read_text(&path, self.bytes);
+        let included = read.map_err(|reason| match reason {
+            ReadError::TooLarge(_) => format!("files of more than {MAX_BYTES} bytes are included"),
+            reason => format!("`{name}` cannot be included: {reason}"),
+        })?;
+        self.bytes = self.bytes.saturating_sub(included.len() as u64);
+        Ok((path.display().to_string(), included))
+    }
 }
 
 /// Where a file lies that another includes: beside the first of all, or beside the one that includes it, as in MuJoCo.

@@ -252,6 +252,20 @@ fn a_long_chain_of_fixed_links_ends_soon() {
     assert!(took < 20.0, "{took} s");
 }
 
+/// The line of each fault is found without counting all lines above it: that took minutes here.
+#[test]
+fn tens_of_thousands_of_faults_end_soon() {
+    let mass = "<inertial><mass value=\"1\"/></inertial>";
+    let links = format!("<link name=\"twice\">{mass}</link>\n").repeat(40_000);
+    let text = format!("<robot name=\"r\">{links}</robot>");
+    let begun = std::time::Instant::now();
+    let error = Robot::from_urdf_str(&text, "many.urdf").unwrap_err();
+    assert_eq!((error.line(), error.others().len()), (Some(2), 49));
+    let took = begun.elapsed().as_secs_f64();
+    println!("{} bytes in {took:.2} s", text.len());
+    assert!(took < 20.0, "{took} s");
+}
+
 #[test]
 fn a_declaration_that_comes_late_is_told_how_to_mend() {
     let error = Robot::from_urdf_str(
