@@ -209,12 +209,37 @@ mod tests {
         assert_eq!((found[0].first_s, found[0].run), (1.0, Some(0.2)));
     }
 
+    /// `wheelbase_m` begins like the signal of a wheel, but is none.
+    #[test]
+    fn a_tolerance_of_every_wheel_is_of_numbered_wheels_alone() {
+        let allow = BTreeMap::from([("wheel*_m".to_owned(), 0.5)]);
+        assert_eq!(tolerance_of("wheel12_m", &allow), 0.5);
+        assert_eq!(tolerance_of("wheelbase_m", &allow), 0.0);
+    }
+
     #[test]
     fn numbers_keep_their_digits_without_rows_of_zeros() {
-        let told = [0.0, -0.25, 1234.5, 2.977_733e-9, -1.5e7, f64::INFINITY].map(number);
+        let told = [
+            0.0,
+            -0.25,
+            1e-3,
+            1234.5,
+            2.977_733e-9,
+            -1.5e7,
+            f64::INFINITY,
+        ]
+        .map(number);
         assert_eq!(
             told,
-            ["0", "-0.25", "1234.5", "2.977733e-9", "-1.5e7", "inf"]
+            [
+                "0",
+                "-0.25",
+                "0.001",
+                "1234.5",
+                "2.977733e-9",
+                "-1.5e7",
+                "inf"
+            ]
         );
     }
 

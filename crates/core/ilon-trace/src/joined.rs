@@ -184,12 +184,19 @@ mod tests {
             contact_residual_m_s: conflict,
             ..Record::default()
         };
+        let pushed = |t_s, conflict, push_n: f64| {
+            let mut record = record(t_s, conflict);
+            (record.bodies[0].push_n, record.bodies[0].push_max_n) = (push_n, 2.0 * push_n);
+            record
+        };
         let mut joined = Joined::default();
         joined.add(&record(0.0, 0.0), &[wheel(0.0, 0.0, 7.0)]);
         joined.take();
-        joined.add(&record(1.0, 1.0), &[wheel(2.0, 0.5, 4.0)]);
-        joined.add(&record(4.0, 0.0), &[wheel(6.0, 0.5, 1.0)]);
+        joined.add(&pushed(1.0, 1.0, 8.0), &[wheel(2.0, 0.5, 4.0)]);
+        joined.add(&pushed(4.0, 0.0, 4.0), &[wheel(6.0, 0.5, 1.0)]);
         let (of_both, wheels) = joined.take();
+        let body = of_both.bodies[0];
+        assert_eq!((body.push_n, body.push_max_n), (5.0, 16.0));
         assert_eq!((of_both.t_s, of_both.saturated_share), (4.0, 0.25));
         assert_eq!(of_both.contact_residual_m_s, 1.0);
         // 16 rad^2/s^2 for 1 s, all of no motion, and 1 rad^2/s^2 for 3 s.

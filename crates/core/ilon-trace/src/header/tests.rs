@@ -41,6 +41,27 @@ fn the_m_row_of_a_mecanum_wheel_is_the_one_known_in_closed_form() {
     }
 }
 
+/// The window of the means holds the rows whose periods end in it: that at its beginning, and not
+/// that at its end. Times are sums of steps: 0.1 * 3 is above 0.3, and 0.7 below 7 periods of 0.1.
+#[test]
+fn rows_are_found_in_spite_of_the_rounding_of_their_times() {
+    let header = Header {
+        control_dt_s: 0.1,
+        record_every: 1,
+        measure_from_s: 0.3,
+        measure_to_s: 0.7,
+        ..Header::default()
+    };
+    let measured: Vec<u32> = (0..10)
+        .filter(|row| header.is_measured(0.1 * f64::from(*row)))
+        .collect();
+    assert_eq!(measured, [3, 4, 5, 6]);
+    for row in 0..10 {
+        let below_s = 0.1 * f64::from(row) - 1e-12;
+        assert_eq!(header.row_end_s(below_s), 0.1 * f64::from(row + 1));
+    }
+}
+
 /// The smallest and the largest x and y of a shape's outline, with the shape's z axis along the
 /// body's x axis.
 fn lying(shape: &CollisionShape) -> [f64; 4] {

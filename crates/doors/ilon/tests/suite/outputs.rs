@@ -191,8 +191,18 @@ fn where_a_disk_is_full_the_file_and_the_reason_are_named() {
         ),
         ("sweep study.toml --out swept", 2, "swept/rows.log", &[]),
         ("check good.toml --save saved", 8, "saved/good.parquet", &[]),
-        ("compare good.toml good.toml --out page.html", 8, "page.html", &[]),
-        ("export --mjcf robot.urdf --out exported", 4, "exported/robot.xml", &[]),
+        (
+            "compare good.toml good.toml --out page.html",
+            8,
+            "page.html",
+            &[],
+        ),
+        (
+            "export --mjcf robot.urdf --out exported",
+            4,
+            "exported/robot.xml",
+            &[],
+        ),
     ];
     for (command, blocks, file, unfinished) in cases {
         // Without its signal, the limit is an error like a full disk.
@@ -208,7 +218,10 @@ fn where_a_disk_is_full_the_file_and_the_reason_are_named() {
             told.contains(&format!("cannot write `{file}`: File too large")),
             "{command}: {told}"
         );
-        assert!(told.contains("make room, or choose another place"), "{told}");
+        assert!(
+            told.contains("make room, or choose another place"),
+            "{told}"
+        );
         let mut left = Vec::new();
         names_below(&folder.path("."), &mut left);
         left.retain(|name| name.contains("partial") || name.contains("lock"));

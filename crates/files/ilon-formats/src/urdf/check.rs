@@ -135,6 +135,9 @@ fn with_sizes(loading: &Loading, wheels: &[&WheelLike], fault: Fault) -> Result<
     faults.push(source.joint_error(&tree.joints[wheels[0].joint].name, fault));
     if loading.options.wheel_radius_m.is_none() {
         for wheel in wheels.iter().filter(|wheel| wheel.disc.is_none()) {
+            if faults.is_full() {
+                break;
+            }
             let link = &tree.links[tree.joints[wheel.joint].child].name;
             let size = wheel_size::unknown(loading, wheel);
             faults.push(source.link_error(link, size));

@@ -483,7 +483,10 @@ fn what_an_mjcf_includes_takes_no_longer_from_deep_within() {
     let texts: String = (0..20_000)
         .map(|i| format!("<text name=\"t{i}\" data=\"part\"/>"))
         .collect();
-    write("0.xml", format!("<mujocoinclude><custom>{texts}</custom></mujocoinclude>"));
+    write(
+        "0.xml",
+        format!("<mujocoinclude><custom>{texts}</custom></mujocoinclude>"),
+    );
     for level in 0..LEVELS {
         let next = format!("<mujocoinclude><include file=\"{level}.xml\"/></mujocoinclude>");
         write(&format!("{}.xml", level + 1), next);

@@ -462,6 +462,14 @@ mod tests {
         })
     }
 
+    #[test]
+    fn a_length_that_may_be_as_stated_is_left_at_it() {
+        let left = set_to("the lever", &value(1.01, 0.98, 1.04).expect("a value"));
+        assert!(left.starts_with("leave the lever at 1000 mm"), "{left}");
+        let set = set_to("the lever", &value(1.01, 1.005, 1.015).expect("a value"));
+        assert!(set.starts_with("set the lever to 1010 mm"), "{set}");
+    }
+
     /// Eight rollers at 45 degrees give sin(pi/8) / (pi/8) = 0.9745 of the distance sideways.
     #[test]
     fn a_gain_is_said_as_what_is_missing_to_1_with_its_interval_and_what_rollers_explain() {

@@ -220,6 +220,15 @@ mod tests {
         assert!(said.contains("1000.0000 J"), "{said}");
     }
 
+    /// From 1 to 5 m is 400 % more; from 1 to 20 m is better said without percent.
+    #[test]
+    fn percents_beyond_a_thousand_are_left_out() {
+        let quantity = quantities::by_key("end_x_m").expect("it is a figure");
+        let said = |to: f64| instead("x", 1.0, to, quantity);
+        assert!(said(5.0).ends_with(" (+400 %)"), "{}", said(5.0));
+        assert!(!said(20.0).contains('%'), "{}", said(20.0));
+    }
+
     #[test]
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});

@@ -100,6 +100,16 @@ mod tests {
     };
     use nalgebra::{Isometry3, Vector3};
 
+    /// A wheel 40 mm wide of radius 50 mm, its axis along y: 20 mm to either side, 50 ahead and back.
+    #[test]
+    fn a_wheel_is_drawn_as_wide_and_as_long_as_it_is() {
+        let wheel = &header().wheels[0];
+        let corners = map::corners_m(wheel).map(|at| at - Vector2::from(wheel.position_m));
+        for corner in corners {
+            assert!((corner.x.abs() - 0.05).abs() < 1e-15 && (corner.y.abs() - 0.02).abs() < 1e-15);
+        }
+    }
+
     fn header() -> Header {
         let wheel = |name: &str, x: f64, y: f64| WheelHeader {
             name: name.to_owned(),

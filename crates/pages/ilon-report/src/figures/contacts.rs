@@ -257,6 +257,25 @@ mod tests {
     use super::*;
     use ilon_trace::{Header, Record, Trace, WheelHeader, WheelSample};
 
+    /// A contact 1 m ahead and 2 m to the left of a robot that looks along y.
+    #[test]
+    fn a_contact_turns_with_its_robot() {
+        let mut record = Record::default();
+        record.truth.pose = ilon_robot::Pose {
+            x_m: 10.0,
+            y_m: 20.0,
+            heading_rad: std::f64::consts::FRAC_PI_2,
+        };
+        let sample = WheelSample {
+            contact_x_m: 1.0,
+            contact_y_m: 2.0,
+            ..WheelSample::default()
+        };
+        let (x_m, y_m) = contact_in_world_m(&record, &sample);
+        // The cosine of a right angle is a rounding away from 0.
+        assert!((x_m - 8.0).abs() < 1e-12 && (y_m - 21.0).abs() < 1e-12);
+    }
+
     /// A contact is in the class whose name contains its speed.
     #[test]
     fn contacts_are_sorted_by_their_speeds_into_classes() {

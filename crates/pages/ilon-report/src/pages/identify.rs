@@ -162,3 +162,43 @@ fn left(directions: &[Direction]) -> Figure {
     )
     .height_px(80 + 22 * directions.len() as u32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.9 with a standard error of 0.1: the line is from 0.7 to 1.1.
+    #[test]
+    fn two_standard_errors_are_drawn_around_what_was_measured() {
+        let direction = Direction {
+            direction_deg: 30.0,
+            speed_m_s: 0.2,
+            stretches: 9,
+            measured: 0.9,
+            measured_error: 0.1,
+            measured_across: 0.0,
+            contact: None,
+            fitted: 0.9,
+            fitted_across: 0.0,
+            simulated: None,
+            drift_rad_per_m: 0.0,
+        };
+        let plot: serde_json::Value =
+            serde_json::from_str(&along(&[direction]).plot).expect("JSON");
+        let curves = plot["curves"].as_array().expect("curves");
+        let spread = curves
+            .iter()
+            .find(|curve| curve["name"] == "two standard errors of the measured")
+            .expect("it is drawn");
+        let ends: Vec<f64> = spread["y"]
+            .as_array()
+            .expect("numbers")
+            .iter()
+            .filter_map(serde_json::Value::as_f64)
+            .collect();
+        assert!(
+            (ends[0] - 0.7).abs() < 1e-6 && (ends[1] - 1.1).abs() < 1e-6,
+            "{ends:?}"
+        );
+    }
+}

@@ -531,6 +531,19 @@ mod tests {
         assert_eq!(takes(0.0), "takes nothing");
     }
 
+    /// A term that adds to the motion is said like one that takes from it.
+    #[test]
+    fn terms_of_either_sign_are_said_and_small_ones_are_not() {
+        let ahead = |share: f64| Twist::new(share, 0.0, 0.0);
+        let terms = [
+            ("slip", ahead(-0.1)),
+            ("the motors", ahead(0.02)),
+            ("play", ahead(1e-5)),
+        ];
+        let said = taken(terms, |twist| twist.vx_m_s);
+        assert_eq!(said, "slip adds 10.0 %, the motors takes 2.0 %, ");
+    }
+
     /// Sentences for an open-loop run with one commanded speed ahead, another by its wheels, and a
     /// third of the robot.
     fn said(asked: f64, ideal: f64, real: f64, with_shares: bool) -> Vec<String> {

@@ -175,6 +175,13 @@ mod tests {
         assert!(episodes[0].1.contains("up to 5.0 N"), "{}", episodes[0].1);
     }
 
+    /// Work beyond what the motors put in came from elsewhere, such as a slope.
+    #[test]
+    fn work_is_a_share_of_what_was_put_in_only_if_it_came_from_there() {
+        assert!(took(1.0, Some(4.0)).contains("25"));
+        assert!(!took(4.0, Some(1.0)).contains("put in"));
+    }
+
     /// A body that falls freely from 1 s on by 0.3 m, and then lies: v = g t, and rows of 10 ms at
     /// 2.4 m/s.
     #[test]

@@ -73,16 +73,16 @@ impl Log {
     /// Adds a row.
     pub fn append(&mut self, row: &Row) -> Result<(), Error> {
         let line = line(row)?;
-        let fault = Error::io("write", &self.path);
         if let Some(why) = &self.broken {
-            return Err(fault(std::io::Error::other(why.clone())));
+            let error = std::io::Error::other(why.clone());
+            return Err(Error::io("write", &self.path)(error));
         }
         if let Err(error) = self.file.write_all(line.as_bytes()) {
             self.broken = Some(error.to_string());
             // The partly written line is removed if possible; otherwise it is cut off at the next
             // reading.
             let _ = self.file.set_len(self.length);
-            return Err(fault(error));
+            return Err(Error::io("write", &self.path)(error));
         }
         self.length += line.len() as u64;
         if self.synced.elapsed() > BETWEEN_SYNCS {
