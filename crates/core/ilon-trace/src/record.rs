@@ -438,6 +438,18 @@ impl WheelSample {
 mod tests {
     use super::*;
 
+    /// 3 N of at most 0.5 * 10 N.
+    #[test]
+    fn a_steady_wheel_uses_the_share_of_its_grip_that_its_force_takes() {
+        let sample = WheelSample {
+            friction: 0.5,
+            normal_force_n: 10.0,
+            force_x_n: 3.0,
+            ..WheelSample::default()
+        };
+        assert!((sample.steady().friction_used_max - 0.6).abs() < 1e-15);
+    }
+
     #[test]
     fn the_wheels_share_is_of_what_wheels_and_chassis_carry_together() {
         let carried = |wheels_n: f64, chassis_n: f64| Support {

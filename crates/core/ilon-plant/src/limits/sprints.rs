@@ -424,6 +424,17 @@ mod tests {
 
     use super::*;
 
+    #[test]
+    fn ahead_is_no_mirror_image_of_left() {
+        let motion = |direction: Twist| Motion {
+            direction,
+            rows: &mut [],
+        };
+        let ahead = motion(Twist::new(1.0, 0.0, 0.0));
+        assert!(ahead.has_image(&motion(Twist::new(-1.0, 0.0, 0.0))));
+        assert!(!ahead.has_image(&motion(Twist::new(0.0, 1.0, 0.0))));
+    }
+
     /// Motors and grip of all wheels are alike, so statics cannot tell the sides apart; the drag of
     /// one bearing can.
     #[test]

@@ -139,6 +139,20 @@ mod tests {
         modules.targets_rad().map(|(_, rad)| rad).collect()
     }
 
+    #[test]
+    fn a_joint_whose_axis_points_down_turns_the_other_way() {
+        let text = "robot.file = \"swerve4.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
+        let scenario = Scenario::from_toml(text, "aimed", ROBOTS).expect("a scenario");
+        let mut robot = load_robot(&scenario).expect("a shipped robot");
+        let joint = robot.steering_of(&robot.wheels[1]).expect("it is steered");
+        let over =
+            nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        robot.joints[joint].body_from_joint.rotation *= over;
+        let modules = Modules::of(&robot, &scenario).expect("it is steered");
+        let senses: Vec<f64> = modules.0.iter().map(|module| module.sense).collect();
+        assert_eq!(senses, [1.0, -1.0, 1.0, 1.0]);
+    }
+
     /// Modules stand at (+-0.25, +-0.2) m; v_h = v + omega k x b.
     #[test]
     fn each_module_turns_to_the_velocity_of_its_wheel() {

@@ -310,3 +310,21 @@ fn is_inertia(inertia: &Matrix6<f64>) -> bool {
                 .cholesky()
                 .is_some())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inertia_is_symmetric_and_without_negative_energy() {
+        let of = |row: usize, column: usize, entry: f64| {
+            let mut inertia = Matrix6::identity();
+            inertia[(row, column)] = entry;
+            is_inertia(&inertia)
+        };
+        assert!(is_inertia(&Matrix6::zeros()) && of(0, 0, 2.0));
+        assert!(!of(0, 0, -1.0) && !of(0, 0, f64::NAN));
+        // Only one of the two triangles has it.
+        assert!(!of(0, 1, 0.5) && !of(1, 0, 0.5));
+    }
+}

@@ -329,6 +329,20 @@ fn a_pose_that_nobody_looks_at_makes_no_difference() {
     }
 }
 
+/// Noise of the heading alone is noise, and its run is held against one of another seed.
+#[test]
+fn noise_of_the_heading_alone_is_a_cause() {
+    let noise = "sensors.pose.heading_noise_deg = 0.5";
+    for (keys, is_noisy) in [(noise, true), ("", false)] {
+        let found = explained(&given(CLOSED, keys), Causes::Named);
+        let twins = &found.trace.header.twins;
+        let is_noise = |twin: &&ilon_sim::trace::Twin| matches!(&twin.change, Change::Without(of) if of.key == "sensors.pose.noise");
+        assert_eq!(twins.iter().filter(is_noise).count(), usize::from(is_noisy));
+        let has_seed = twins.iter().any(|twin| twin.change == Change::OtherSeed);
+        assert_eq!(has_seed, is_noisy);
+    }
+}
+
 /// Wheels believed to be 3 % larger turn less: without that belief the robot moves 3 / 103 further,
 /// the same as the difference of two separate runs.
 #[test]

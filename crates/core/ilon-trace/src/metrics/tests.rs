@@ -258,6 +258,24 @@ fn without_a_reference_the_errors_are_null_in_json() {
     assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), s);
 }
 
+/// Half of the rates at all times, as a root mean square.
+#[test]
+fn a_steady_conflict_of_rates_is_its_own_mean() {
+    let summary = summary(|_| {
+        let record = Record {
+            rate_conflict_share: 0.5,
+            ..Record::default()
+        };
+        let wheel = WheelSample {
+            rate_rad_s: 2.0,
+            ..WheelSample::default()
+        };
+        (record, wheel)
+    });
+    // Sums of a thousand rows.
+    assert!((summary.rate_conflict_share.unwrap() - 0.5).abs() < 1e-12);
+}
+
 #[test]
 fn what_was_asked_for_and_what_the_chassis_carried_are_counted() {
     let s = summary(|t| {

@@ -307,6 +307,29 @@ fn a_joint_lies_on_its_stop() {
     }
 }
 
+/// Seven joints may follow one another from the chassis on, a wheel's own among them.
+#[test]
+fn a_wheel_counts_among_the_joints_of_its_chain() {
+    let refused = |joints: usize, carries: bool| {
+        let mut robot = mecanum4();
+        for index in 0..joints {
+            let middle_m = Vector3::new(0.0, 0.0, 0.1);
+            let law = (JointKind::Turns, sprung(STIFFNESS_N_M));
+            let mut link = joint("link", law, (middle_m, Vector3::y()), (0.3, middle_m));
+            link.parent = index.checked_sub(1);
+            robot.joints.push(link);
+        }
+        if carries {
+            robot.wheels[0].carrier = Some(joints - 1);
+        }
+        let world = World::new(&robot, &Floor::default(), Pose::default(), &settings(1e-3));
+        let told = world.err().map(|error| error.to_string());
+        told.is_some_and(|told| told.contains("follow one another from the chassis on"))
+    };
+    assert_eq!([refused(7, false), refused(8, false)], [false, true]);
+    assert_eq!([refused(6, true), refused(7, true)], [false, true]);
+}
+
 /// A differential bar turns one side's rocker backwards by as much as the other's forwards, so that
 /// four wheels have equal loads on any kerb.
 #[test]

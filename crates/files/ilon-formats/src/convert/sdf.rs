@@ -54,6 +54,7 @@ pub(super) fn converted(
     let written = models.iter().map(|model| {
         let reader = Model {
             model: *model,
+            frames: frames_by_name(*model),
             old_axes: version_before(version, (1, 5)),
             fault: &fault,
         };
@@ -110,9 +111,23 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 
 struct Model<'a, 'i, 'f> {
     model: Node<'a, 'i>,
+    /// The links, joints and frames by their names; of a name, the link is the first.
+    frames: HashMap<&'a str, Node<'a, 'i>>,
     /// Whether axes are given in the model's frame, as they were before SDF 1.5.
     old_axes: bool,
     fault: &'f dyn Fn(Node, String) -> RobotError,
+}
+
+fn frames_by_name<'a, 'i>(model: Node<'a, 'i>) -> HashMap<&'a str, Node<'a, 'i>> {
+    let mut frames = HashMap::new();
+    for tag in ["link", "joint", "frame"] {
+        for node in model.children().filter(|n| n.has_tag_name(tag)) {
+            if let Some(name) = node.attribute("name") {
+                frames.entry(name).or_insert(node);
+            }
+        }
+    }
+    frames
 }
 
 /// A joint with its two links.
@@ -228,10 +243,8 @@ impl<'a, 'i> Model<'a, 'i, '_> {
 
     /// The link, joint or frame of a name, which stands at a place.
     fn frame_named(&self, name: &str, at: Node) -> Result<Node<'a, 'i>, RobotError> {
-        ["link", "joint", "frame"]
-            .iter()
-            .find_map(|tag| self.all(tag).find(|n| n.attribute("name") == Some(name)))
-            .ok_or_else(|| (self.fault)(at, format!("there is no frame `{name}`")))
+        let found = self.frames.get(name).copied();
+        found.ok_or_else(|| (self.fault)(at, format!("there is no frame `{name}`")))
     }
 
     /// The pose that an element says, and the frame that it names.

@@ -441,6 +441,9 @@ mod tests {
     fn what_helped_in_open_loop_is_said_to_have() {
         let lines = said(true, &[2.0, 0.5]);
         assert!(lines[0].starts_with("The push 1 put"), "{lines:?}");
+        // What it is compared with is said once.
+        let compared = |line: &String| line.contains("compared with the same run without");
+        assert!(compared(&lines[0]) && !compared(&lines[1]), "{lines:?}");
         assert!(
             lines[1].starts_with("The push 0 <b>helped</b>: it put"),
             "{lines:?}"
