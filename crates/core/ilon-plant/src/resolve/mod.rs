@@ -366,3 +366,29 @@ fn of_open_loop(
     };
     too_fast.into_iter().chain(unused).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_scenario::robot::load_robot;
+
+    use super::*;
+
+    const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+
+    /// A box that reaches 0.25 m with a wheel's 0.05 m must not pass a wheel at 100 m/s: 2.5 ms, and
+    /// less than the 3.3 ms of this robot alone.
+    #[test]
+    fn an_automatic_step_is_as_short_as_fast_bodies_need() {
+        let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";
+        let body = "[[world.bodies]]\nname = 'b'\nbox.size_m = [0.2, 0.3, 0.4]\nmass_kg = 2\n\
+                    x_m = 9\ny_m = 0\nvx_m_s = -60\nvz_m_s = 80\n";
+        let step_s = |text: &str| {
+            let scenario = Scenario::from_toml(text, "fast", ROBOTS).expect("a scenario");
+            let robot = load_robot(&scenario).expect("a shipped robot");
+            let resolved = resolve_for(&scenario, &robot, Driver::Guidance);
+            resolved.expect("it can be simulated").physics_dt_s()
+        };
+        assert!(step_s(text) > 0.25 / 100.0);
+        assert!(step_s(&format!("{text}{body}")) <= 0.25 / 100.0);
+    }
+}

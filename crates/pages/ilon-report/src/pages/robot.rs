@@ -301,3 +301,27 @@ fn wheels_section(seen: &Inspection) -> Section {
         body: wide(&table("", &heads(titles), &rows)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    /// Beyond half a turn the speeds repeat. Rollers at 45 degrees let the robot go ahead as eq. (7)
+    /// says, and back as well.
+    #[test]
+    fn directions_are_from_ahead_to_back() {
+        let robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        let kinematics = Kinematics::new(&robot).expect("four wheels");
+        let contact = ContactKinematics::new(&robot).expect("rollers that touch");
+        let shares = by_direction(&kinematics, contact);
+        let degrees: Vec<f64> = shares.iter().map(|(degrees, ..)| degrees.round()).collect();
+        assert_eq!(
+            degrees,
+            Vec::from_iter((0..=36).map(|k| 5.0 * f64::from(k)))
+        );
+        let mean = |at: usize| shares[at].1;
+        assert!((mean(0) - 1.0).abs() < 0.01 && (mean(36) - 1.0).abs() < 0.01);
+        assert!(mean(18) < 0.99, "{}", mean(18));
+    }
+}
