@@ -110,11 +110,15 @@ fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
         link("round", ball),
         joint("round", "pivot", "0 0 0", "0 1 0"),
     ];
-    for caster in [
+    // Across the wheels' axles, as of omni wheels.
+    let fixed = alone("round", ball).replace("continuous", "fixed");
+    let casters = [
         alone("round", ball),
+        fixed.replace("0 1 0", "1 0 0"),
         alone("caster", roll),
         swivels.concat(),
-    ] {
+    ];
+    for caster in casters {
         let robot = load(&format!("{bare}{caster}</robot>"));
         assert_eq!(names(&robot), ["left", "right"]);
         assert!(robot.joints.is_empty(), "{:?}", robot.joints);
