@@ -232,6 +232,7 @@ fn where_a_disk_is_full_the_file_and_the_reason_are_named() {
 }
 
 /// The names of all files below a folder.
+#[cfg(unix)]
 fn names_below(folder: &std::path::Path, names: &mut Vec<String>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
         match entry.path() {
