@@ -177,11 +177,10 @@ impl Export {
     ) -> Result<(), Error> {
         // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
         // their own.
-        let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
         let is_soft = |of: &ilon_robot::Wheel| of.surface.tread.is_some() || of.has_tyre();
         let is_hard = !robot.wheels.iter().any(is_soft);
         let stiffness = is_hard.then(|| {
-            let stiffness_n_m = contact_stiffness_n_m(carried_kg);
+            let stiffness_n_m = contact_stiffness_n_m(robot);
             format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
         });
         let stiffness = stiffness.unwrap_or_default();

@@ -2,28 +2,84 @@
 
 use std::fmt::Write;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::fit::FittedRobot;
 use super::frame::{Ground, STEP_S, about_comment};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot, Wheel};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
 
-/// Of contacts of rollers: the time constant, two steps, which stops what comes down within a step.
+/// Time constant of contacts of rollers: two steps, the shortest that MuJoCo takes.
 const SETTLES_S: f64 = 2.0 * STEP_S;
-/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps then opens and closes, so that its
-/// friction is not Coulomb's.
+/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps
+/// then opens and closes, so that its friction is not Coulomb's.
 const TYRE_SETTLES_S: f64 = 10.0 * STEP_S;
-/// Their impedance, at all depths: a harder contact opens again in the step after each hand-over, a softer one creeps.
-const IMPEDANCE: f64 = 0.98;
+const TYRE_IMPEDANCE: f64 = 0.98;
+/// How deep a roller sinks, over the wheel's radius: as far as native shapes raise and lower hubs.
+/// Where contacts are much harder, wheels leave the ground at each hand-over.
+const SAG: f64 = 4e-4;
 /// How much harder friction is than the normal of a contact.
 const IMPRATIO: &str = "10";
 
-/// Stiffness of the contact that carries a mass, in N/m. MuJoCo's constraint at rest: r = (1 - d) g t^2, with r how deep it is.
-pub fn contact_stiffness_n_m(carried_kg: f64) -> f64 {
-    carried_kg / ((1.0 - IMPEDANCE) * SETTLES_S * SETTLES_S)
+/// Stiffness of a roller's contact in the MJCF, in N/m.
+pub fn contact_stiffness_n_m(robot: &Robot) -> f64 {
+    const GRAVITY_M_S2: f64 = 9.81;
+    let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
+    carried_kg * GRAVITY_M_S2 / (SAG * robot.mean_wheel_radius_m())
+}
+
+/// The impedance d by which contacts have that stiffness k. MuJoCo's contact at rest has
+/// k = 1 / ((1 - d) a t^2), with its time constant t and the inverse mass a at the roller's centre.
+fn impedance(robot: &Robot, parts: &[Part]) -> f64 {
+    let stiffness_n_m = contact_stiffness_n_m(robot);
+    let yields = stiffness_n_m * mean_inverse_mass_per_kg(parts) * SETTLES_S * SETTLES_S;
+    (1.0 - 1.0 / yields).clamp(0.5, 0.99)
+}
+
+/// Inverse mass at a roller's centre, the mean over directions and rollers: of the robot as one
+/// body, on whose wheels nothing acts.
+fn mean_inverse_mass_per_kg(parts: &[Part]) -> f64 {
+    let in_body = |part: &Part| part.mass.moved(&part.body_from_part);
+    let bodies: Vec<MassProperties> = parts.iter().map(in_body).collect();
+    let inverse = MassProperties::merged(&bodies).and_then(|whole| {
+        let turning = whole.inertia_kg_m2.try_inverse()?;
+        Some((whole, turning))
+    });
+    let Some((whole, turning)) = inverse else {
+        return 0.0;
+    };
+    let on_axle = |part: &Part| {
+        let carrier = part.parent?;
+        matches!(part.joint.as_ref()?.role, Role::Roller).then_some(carrier)
+    };
+    let spun = |wheel: usize| {
+        let wheel_from_body = parts[wheel].body_from_part.inverse();
+        let turns = parts.iter().enumerate();
+        let turns = turns.filter(|(at, part)| *at == wheel || on_axle(part) == Some(wheel));
+        let about_axle = |(at, _): (usize, &Part)| {
+            bodies[at]
+                .moved(&wheel_from_body)
+                .inertia_about(&Vector3::zeros())
+                .m33
+        };
+        let armature = parts[wheel]
+            .joint
+            .as_ref()
+            .map_or(0.0, |joint| joint.armature);
+        armature + turns.map(about_axle).sum::<f64>()
+    };
+    let of_roller = |part: &Part| {
+        let wheel = on_axle(part)?;
+        let lever =
+            (part.body_from_part.translation.vector - whole.center_of_mass_m).cross_matrix();
+        let ring_m = part.parent_from_part(parts).translation.vector.xy().norm();
+        let turned = (lever.transpose() * turning * lever).trace();
+        Some((3.0 / whole.mass_kg + turned + ring_m * ring_m / spun(wheel)) / 3.0)
+    };
+    let each: Vec<f64> = parts.iter().filter_map(of_roller).collect();
+    each.iter().sum::<f64>() / each.len() as f64
 }
 
 /// The model. `meshes` names a file for each mesh of a roller.
@@ -35,6 +91,10 @@ pub(super) fn write(
     about: &str,
 ) -> String {
     let robot = &fitted.robot;
+    let (settles_s, impedance) = match robot.has_tyres() {
+        true => (TYRE_SETTLES_S, TYRE_IMPEDANCE),
+        false => (SETTLES_S, impedance(robot, parts)),
+    };
     let mut hulls = String::new();
     let mut bodies = String::new();
     body(&mut bodies, &mut hulls, parts, 0, fitted.ride_height_m);
@@ -44,17 +104,14 @@ pub(super) fn write(
         "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" balanceinertia=\"true\"/>\n  \
          <option timestep=\"{}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"{IMPRATIO}\" gravity=\"0 0 {}\"/>\n  \
          <size memory=\"64M\"/>\n  <default>\n    <default class=\"roller\">\n      \
-         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
+         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{} 1\" solimp=\"{impedance:.4} {impedance:.4} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
          </default>\n    <default class=\"body\">\n      <geom contype=\"1\" conaffinity=\"0\" friction=\"{} 0.005 0.0001\" rgba=\"0.35 0.4 0.45 1\"/>\n    \
          </default>\n  </default>",
         attribute(&robot.name),
         num(STEP_S),
         num(-ground.gravity_m_s2),
         num(ground.friction),
-        num(match robot.wheels.iter().any(Wheel::has_tyre) {
-            true => TYRE_SETTLES_S,
-            false => SETTLES_S,
-        }),
+        num(settles_s),
         num(ground.friction),
     );
     let _ = writeln!(out, "  <asset>");
