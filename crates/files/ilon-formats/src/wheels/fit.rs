@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use crate::model::{
     Collision, CollisionShape, ModelledRoller, Profile, ProfilePart, Robot, Roller, RollerForm,
-    Wheel,
+    SolidOfRevolution, Wheel,
 };
 
 /// A roller's shape in another simulator, along z of the roller frame, about its middle.
@@ -71,6 +71,52 @@ const CLEAR: f64 = 2e-3;
 const LOOKS: usize = 60;
 /// Corners of a mesh around its axis.
 pub(super) const CORNERS: usize = 64;
+
+/// A shape by two figures, in metres.
+struct Native {
+    /// How far it reaches, by the component of the direction along its axis.
+    support_m: fn([f64; 2], f64) -> f64,
+    made: fn([f64; 2]) -> RollerShape,
+}
+
+const NATIVE: [Native; 3] = [
+    Native {
+        support_m: |[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt(),
+        made: |[radius_m, half_length_m]| RollerShape::Ellipsoid {
+            radius_m,
+            half_length_m,
+        },
+    },
+    Native {
+        support_m: |[p, q], w| p + q * w.abs(),
+        made: |[radius_m, half_m]| {
+            let length_m = 2.0 * half_m;
+            RollerShape::Solids(vec![at(
+                0.0,
+                CollisionShape::Capsule { radius_m, length_m },
+            )])
+        },
+    },
+    Native {
+        support_m: |[p, q], w| p * (1.0 - w * w).sqrt() + q * w.abs(),
+        made: |[radius_m, half_m]| {
+            let length_m = 2.0 * half_m;
+            RollerShape::Solids(vec![at(
+                0.0,
+                CollisionShape::Cylinder { radius_m, length_m },
+            )])
+        },
+    },
+];
+
+/// A solid at a place along the roller's axis.
+fn at(t_m: f64, shape: CollisionShape) -> Collision {
+    Collision {
+        friction: None,
+        body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
+        shape,
+    }
+}
 
 impl RollerShape {
     /// What it is called.
@@ -321,58 +367,32 @@ impl<'a> Target<'a> {
         if let RollerForm::AsModelled(modelled) = &self.roller.form {
             return RollerShape::Solids(modelled.shapes.clone());
         }
-        let one = |shape| {
-            let body_from_shape = Isometry3::identity();
-            RollerShape::Solids(vec![Collision {
-                friction: None,
-                body_from_shape,
-                shape,
-            }])
-        };
-        let ellipsoid = || {
-            let [p, q] =
-                self.two_figures(|[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt());
-            RollerShape::Ellipsoid {
-                radius_m: p,
-                half_length_m: q,
-            }
-        };
-        let capsule = || {
-            let [radius_m, half_m] = self.two_figures(|[p, q], w| p + q * w.abs());
-            let length_m = 2.0 * half_m;
-            one(CollisionShape::Capsule { radius_m, length_m })
-        };
-        let cylinder = || {
-            let of = |[p, q]: [f64; 2], w: f64| p * (1.0 - w * w).sqrt() + q * w.abs();
-            let [radius_m, half_m] = self.two_figures(of);
-            let length_m = 2.0 * half_m;
-            one(CollisionShape::Cylinder { radius_m, length_m })
-        };
-        let spheres = || self.spheres(OF_SPHERES * self.wheel.radius_m);
-        let mesh = || self.mesh();
-        type Makes<'a> = &'a dyn Fn() -> RollerShape;
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
-        let order: &[Makes] = match (format, is_turned) {
-            (Shapes::All, false) => &[&ellipsoid, &capsule, &spheres],
-            (Shapes::All, true) => &[&ellipsoid, &capsule, &cylinder, &mesh],
-            (Shapes::Plain, false) => &[&spheres],
-            (Shapes::Plain, true) => &[&cylinder, &mesh],
+        let native = match (format, is_turned) {
+            (Shapes::All, false) => &NATIVE[..2],
+            (Shapes::All, true) => &NATIVE[..],
+            (Shapes::Plain, false) => &[],
+            (Shapes::Plain, true) => &NATIVE[2..],
         };
-        let mut best: Option<(f64, RollerShape)> = None;
-        for make in order {
-            let shape = make();
-            let Some(profile) = shape.profile() else {
-                continue;
-            };
-            let error_m = self.error_m(|w| profile.support_m(w));
-            if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
-                best = Some((error_m, shape));
+        let of_many = || match &self.roller.form {
+            RollerForm::Turned(turned) => self.mesh(turned),
+            _ => self.spheres(OF_SPHERES * self.wheel.radius_m),
+        };
+        let of_one = native
+            .iter()
+            .map(|of| (of.made)(self.two_figures(of.support_m)));
+        let mut best = (f64::INFINITY, None);
+        for shape in of_one.chain(std::iter::once_with(of_many)) {
+            let profile = shape.profile();
+            let error_m = profile.map_or(f64::INFINITY, |of| self.error_m(|w| of.support_m(w)));
+            if error_m < best.0 {
+                best = (error_m, Some(shape));
             }
             if error_m < ENOUGH * self.wheel.radius_m {
                 break;
             }
         }
-        best.map_or_else(ellipsoid, |(_, shape)| shape)
+        best.1.unwrap_or_else(of_many)
     }
 
     /// The two figures of a shape, in metres, by which the largest error of its support is the least: golden sections, of the first
@@ -396,11 +416,7 @@ impl<'a> Target<'a> {
                 let along = 2.0 * i as f64 / (count - 1) as f64 - 1.0;
                 let t_m = share * along * barrel.half_length_m;
                 let radius_m = barrel.sphere_radius_m(t_m) + grown_m;
-                Collision {
-                    friction: None,
-                    body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
-                    shape: CollisionShape::Sphere { radius_m },
-                }
+                at(t_m, CollisionShape::Sphere { radius_m })
             };
             RollerShape::Solids((0..count).map(sphere).collect())
         };
@@ -427,10 +443,7 @@ impl<'a> Target<'a> {
     }
 
     /// A mesh through places of the surface where it reaches furthest, more of them where it meets the ground.
-    fn mesh(&self) -> RollerShape {
-        let RollerForm::Turned(turned) = &self.roller.form else {
-            return self.spheres(0.0);
-        };
+    fn mesh(&self, turned: &SolidOfRevolution) -> RollerShape {
         let served = self.served().map(|of| libm::asin(of.w.clamp(-1.0, 1.0)));
         let steep = (1..=12).map(|i| FRAC_PI_2 * f64::from(i) / 12.5);
         let mut angles: Vec<f64> = served.chain(steep.flat_map(|x| [x, -x])).collect();

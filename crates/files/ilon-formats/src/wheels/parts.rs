@@ -39,6 +39,16 @@ pub(super) enum Role<'a> {
     Body(&'a JointRole),
 }
 
+impl PartJoint<'_> {
+    /// Where its spring is at rest, with the preload, and its stiffness; `None` without one.
+    pub(super) fn spring(&self) -> Option<[f64; 2]> {
+        let Role::Body(JointRole::Sprung(of)) = self.role else {
+            return None;
+        };
+        Some([of.rest + of.preload / of.stiffness, of.stiffness])
+    }
+}
+
 /// A shape of another format.
 pub(super) enum Shape<'a> {
     Solid(&'a Collision),
