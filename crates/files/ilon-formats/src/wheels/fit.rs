@@ -139,40 +139,37 @@ impl RollerShape {
     /// Its outline about the roller's axis; `None` of the shapes of a file, which have theirs.
     fn profile(&self) -> Option<Profile> {
         /// Circles for an ellipsoid: chords of its outline are off by less than 5e-5 of its length.
-        const CIRCLES: usize = 160;
-        let part = |t_m: f64, ring_m: f64, ball_m: f64| ProfilePart {
+        const CIRCLES: u32 = 160;
+        let part = |[t_m, ring_m]: [f64; 2], ball_m| ProfilePart {
             t_m,
             ring_m,
             ball_m,
+        };
+        let of_solid = |solid: &Collision| {
+            let (half_m, ring_m, ball_m) = match solid.shape {
+                CollisionShape::Sphere { radius_m } => (0.0, 0.0, radius_m),
+                CollisionShape::Capsule { radius_m, length_m } => (0.5 * length_m, 0.0, radius_m),
+                CollisionShape::Cylinder { radius_m, length_m } => (0.5 * length_m, radius_m, 0.0),
+                _ => return None,
+            };
+            let t_m = solid.body_from_shape.translation.z;
+            Some([-half_m, half_m].map(|end| part([t_m + end, ring_m], ball_m)))
         };
         let parts = match self {
             Self::Ellipsoid {
                 radius_m,
                 half_length_m,
-            } => (0..=CIRCLES)
-                .map(|i| {
-                    let (sin, cos) = libm::sincos(PI * (i as f64 / CIRCLES as f64 - 0.5));
-                    part(half_length_m * sin, radius_m * cos, 0.0)
-                })
-                .collect(),
-            Self::Mesh(points) => points.iter().map(|[t, r]| part(*t, *r, 0.0)).collect(),
+            } => {
+                let circle = |i| {
+                    let (sin, cos) = libm::sincos(PI * (f64::from(i) / f64::from(CIRCLES) - 0.5));
+                    part([half_length_m * sin, radius_m * cos], 0.0)
+                };
+                (0..=CIRCLES).map(circle).collect()
+            }
+            Self::Mesh(points) => points.iter().map(|point| part(*point, 0.0)).collect(),
             Self::Solids(solids) => {
-                let mut parts = Vec::new();
-                for solid in solids {
-                    let t_m = solid.body_from_shape.translation.z;
-                    let (half_m, ring_m, ball_m) = match solid.shape {
-                        CollisionShape::Sphere { radius_m } => (0.0, 0.0, radius_m),
-                        CollisionShape::Capsule { radius_m, length_m } => {
-                            (0.5 * length_m, 0.0, radius_m)
-                        }
-                        CollisionShape::Cylinder { radius_m, length_m } => {
-                            (0.5 * length_m, radius_m, 0.0)
-                        }
-                        _ => return None,
-                    };
-                    parts.extend([-half_m, half_m].map(|end| part(t_m + end, ring_m, ball_m)));
-                }
-                parts
+                let ends: Vec<_> = solids.iter().map(of_solid).collect::<Option<_>>()?;
+                ends.concat()
             }
         };
         Profile::new(parts)
@@ -231,19 +228,21 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
 /// Heights of a wheel's hub on level ground over a turn, in metres.
 fn heights_m(wheel: &Wheel) -> Vec<f64> {
     let looks = LOOKS * wheel.rollers.len();
-    let shown = wheel.rollers.iter().map(|roller| reach(wheel, roller));
-    let shown: Vec<_> = shown.collect();
-    (0..looks)
-        .map(|i| {
-            let (sin, cos) = libm::sincos(TAU * i as f64 / looks as f64);
-            let down = Vector3::new(cos, sin, 0.0);
-            let reaches = wheel.rollers.iter().zip(&shown);
-            let reaches = reaches.map(|(roller, reach)| {
-                roller.center_in_hub_m.dot(&down) + reach(roller.axis_in_hub.dot(&down))
-            });
-            reaches.fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect()
+    let reaches: Vec<_> = wheel.rollers.iter().map(|r| reach(wheel, r)).collect();
+    let look = |i| {
+        let (sin, cos) = libm::sincos(TAU * i as f64 / looks as f64);
+        height_m(wheel, &reaches, &Vector3::new(cos, sin, 0.0))
+    };
+    (0..looks).map(look).collect()
+}
+
+/// Height of a wheel's hub above ground that lies in a direction, in metres.
+fn height_m(wheel: &Wheel, reaches: &[Reach<'_>], down: &Vector3<f64>) -> f64 {
+    let rollers = wheel.rollers.iter().zip(reaches);
+    let heights = rollers.map(|(roller, reach)| {
+        roller.center_in_hub_m.dot(down) + reach(roller.axis_in_hub.dot(down))
+    });
+    heights.fold(f64::NEG_INFINITY, f64::max)
 }
 
 fn span(heights_m: &[f64]) -> f64 {
@@ -251,8 +250,11 @@ fn span(heights_m: &[f64]) -> f64 {
     most - heights_m.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// How far a roller reaches, in metres.
+type Reach<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
 /// How far a roller reaches from its middle, by the component of the direction along its axis.
-fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Box<dyn Fn(f64) -> f64 + 'a> {
+fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Reach<'a> {
     match &roller.form {
         RollerForm::Turned(turned) | RollerForm::Tyre(turned) => {
             Box::new(|w| turned.profile().support_m(w))
@@ -307,23 +309,18 @@ impl<'a> Target<'a> {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), phi);
             let down = turn * outward;
             let w = roller.axis_in_hub.dot(&down);
-            if share.abs() <= 1.0 {
-                return Support {
-                    w,
-                    reach_m: reaches[index](w),
-                    is_served: true,
-                };
-            }
-            let all = wheel.rollers.iter().zip(&reaches);
-            let all = all
-                .map(|(r, reach)| r.center_in_hub_m.dot(&down) + reach(r.axis_in_hub.dot(&down)));
-            let beyond_rad = phi.abs() * (1.0 - 1.0 / share.abs());
-            let clear_m = wheel.radius_m * (CLEAR_PER_RAD * beyond_rad).min(CLEAR);
-            let most_m = all.fold(f64::NEG_INFINITY, f64::max) - clear_m;
+            let is_served = share.abs() <= 1.0;
+            let reach_m = if is_served {
+                reaches[index](w)
+            } else {
+                let beyond_rad = phi.abs() * (1.0 - 1.0 / share.abs());
+                let clear_m = wheel.radius_m * (CLEAR_PER_RAD * beyond_rad).min(CLEAR);
+                height_m(wheel, &reaches, &down) - clear_m - roller.center_in_hub_m.dot(&down)
+            };
             Support {
                 w,
-                reach_m: most_m - roller.center_in_hub_m.dot(&down),
-                is_served: false,
+                reach_m,
+                is_served,
             }
         });
         let supports = supports.collect();
