@@ -27,6 +27,7 @@ pub const DRIVE_NEWTON_PY: &str = include_str!("drive_newton.py");
 const REST_S: f64 = 0.5;
 const RAMP_S: f64 = 0.5;
 const SETTLE_S: f64 = 1.0;
+const SETTLED_S: f64 = REST_S + RAMP_S + SETTLE_S;
 /// Least duration of the measurement, in seconds, over whole turns of the fastest wheel; chosen.
 const LEAST_WINDOW_S: f64 = 3.0;
 
@@ -70,15 +71,10 @@ pub struct Drive {
     #[serde(skip)]
     twist_in_body: Twist,
     #[serde(skip)]
-    rates_rad_s: Vec<f64>,
-    /// Rows of the rates of driven wheels, and of what tyres hold.
-    #[serde(skip)]
-    rows: Vec<[f64; 3]>,
-    /// Positions of the joints that steer.
-    #[serde(skip)]
-    steering: Value,
-    #[serde(skip)]
     lasts_s: f64,
+    /// For a program that plays it.
+    #[serde(skip)]
+    told: Value,
 }
 
 /// The component of a twist along an axis of the body frame: ahead, left, turn.
@@ -124,29 +120,40 @@ impl Export {
             };
             let posed = aimed(robot);
             let kinematics = Kinematics::new(&posed)?;
-            let mut made = ContactKinematics::new(&posed)?;
-            let mut shown = ContactKinematics::new(&aimed(&fitted.robot))?;
             let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
             kinematics.wheel_rates(kinematics.reachable(twist_in_body), &mut rates_rad_s);
             let fastest = rates_rad_s.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
             let turn_s = std::f64::consts::TAU / fastest;
-            let mut drive = Drive {
+            let lasts_s = turn_s * (LEAST_WINDOW_S / turn_s).ceil();
+            let ratio = |robot: &Robot| -> Result<f64, Error> {
+                let contact = ContactKinematics::new(robot)?;
+                let mean = mean_speed(contact, &rates_rad_s, lasts_s, axis);
+                Ok(mean / along(twist_in_body, axis))
+            };
+            let end_s = SETTLED_S + lasts_s;
+            let driven = tyres::driven(robot)
+                .into_iter()
+                .map(|wheel| rates_rad_s[wheel]);
+            drives.push(Drive {
                 name: motion.name,
-                as_made: 0.0,
-                expected: 0.0,
+                as_made: ratio(&posed)?,
+                expected: ratio(&aimed(&fitted.robot))?,
                 ilon: None,
                 measured: None,
                 travel_mm: None,
                 axis,
                 twist_in_body,
-                rates_rad_s,
-                rows: tyres::rows(&posed, &kinematics)?,
-                steering: tyres::named(robot, &positions),
-                lasts_s: turn_s * (LEAST_WINDOW_S / turn_s).ceil(),
-            };
-            drive.as_made = mean_ratio(&mut made, &drive);
-            drive.expected = mean_ratio(&mut shown, &drive);
-            drives.push(drive);
+                lasts_s,
+                told: json!({
+                    "name": motion.name,
+                    "rate_matrix": tyres::rows(&posed, &kinematics)?,
+                    "steering": tyres::named(robot, &positions),
+                    "axis": axis,
+                    "times_s": [0.0, REST_S, REST_S + RAMP_S, end_s],
+                    "rates_rad_s": driven.map(|rate| [0.0, 0.0, rate, rate]).collect::<Vec<_>>(),
+                    "window_s": [SETTLED_S, end_s],
+                }),
+            });
         }
         Ok(Self {
             fitted,
@@ -174,23 +181,22 @@ impl Export {
         // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
         // their own.
         let is_soft = |of: &Wheel| of.surface.tread.is_some() || of.has_tyre();
-        let is_hard = !robot.wheels.iter().any(is_soft);
-        let stiffness = is_hard.then(|| {
-            let stiffness_n_m = contact_stiffness_n_m(robot);
-            format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
-        });
-        let stiffness = stiffness.unwrap_or_default();
+        let stiffness = match robot.wheels.iter().any(is_soft) {
+            true => String::new(),
+            false => format!(
+                "world.solver.contact_stiffness_n_m = {:?}\n",
+                contact_stiffness_n_m(robot)
+            ),
+        };
         for drive in &mut self.drives {
             let [vx, vy, omega] = [0, 1, 2].map(|axis| along(drive.twist_in_body, axis));
             let text = format!(
                 "robot.file = \"\"\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = {REST_S:?}, ramp_s = {RAMP_S:?}, settle_s = {SETTLE_S:?} }}\n{stiffness}run.duration_s = {:?}\n",
-                drive.end_s()
+                SETTLED_S + drive.lasts_s
             );
             let scenario = Scenario::from_toml_with(&text, "a drive", "", settings, files)?;
-            let ratio = Simulation::with_robot(&scenario, robot)?
-                .run()
-                .summary
-                .twist_ratio_ideal;
+            let run = Simulation::with_robot(&scenario, robot)?.run();
+            let ratio = run.summary.twist_ratio_ideal;
             drive.ilon = [ratio.vx, ratio.vy, ratio.omega][drive.axis];
         }
         Ok(())
@@ -201,7 +207,7 @@ impl Export {
         let robot = &self.fitted.robot;
         let driven = tyres::driven(robot);
         let names = driven.iter().map(|wheel| &robot.wheels[*wheel].name);
-        let drives = self.drives.iter().map(|drive| drive.told(&driven));
+        let drives = self.drives.iter().map(|drive| &drive.told);
         json!({
             "model": model,
             "wheels": names.collect::<Vec<_>>(),
@@ -241,11 +247,9 @@ impl Export {
     pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
         let mut wheels = robot.wheels.iter();
         if let Some(wheel) = wheels.find(|wheel| tyres::steering(robot, wheel).is_some()) {
+            let name = &wheel.name;
             return Err(Error::invalid(
-                format!(
-                    "what is played back are the angles of wheels, and `{}` is steered",
-                    wheel.name
-                ),
+                format!("what is played back are the angles of wheels, and `{name}` is steered"),
                 "export the robot alone, without --scenario",
             ));
         }
@@ -379,37 +383,19 @@ fn is_hull(shape: &RollerShape) -> bool {
     shapes.any(|shape| matches!(shape, CollisionShape::ConvexHull { .. }))
 }
 
-impl Drive {
-    fn end_s(&self) -> f64 {
-        REST_S + RAMP_S + SETTLE_S + self.lasts_s
-    }
-
-    /// The drive for a program that plays it.
-    fn told(&self, driven: &[usize]) -> Value {
-        let rates = driven.iter().map(|wheel| self.rates_rad_s[*wheel]);
-        let rates = rates.map(|rate| [0.0, 0.0, rate, rate]);
-        json!({
-            "name": self.name,
-            "rate_matrix": self.rows,
-            "steering": self.steering,
-            "axis": self.axis,
-            "times_s": [0.0, REST_S, REST_S + RAMP_S, self.end_s()],
-            "rates_rad_s": rates.collect::<Vec<_>>(),
-            "window_s": [REST_S + RAMP_S + SETTLE_S, self.end_s()],
-        })
-    }
-}
-
-/// The mean speed along a drive's axis over that of ideal kinematics, over whole turns of its
-/// fastest wheel.
-fn mean_ratio(contact: &mut ContactKinematics, drive: &Drive) -> f64 {
+/// The mean speed along an axis without slip at these rates of wheels, in m/s or rad/s.
+fn mean_speed(
+    mut contact: ContactKinematics,
+    rates_rad_s: &[f64],
+    lasts_s: f64,
+    axis: usize,
+) -> f64 {
     const LOOKS: usize = 3600;
     let look = |k: usize| {
         // The middle of each step, so that no look falls on a hand-over.
-        let time_s = drive.lasts_s * (k as f64 + 0.5) / LOOKS as f64;
-        let angles: Vec<f64> = drive.rates_rad_s.iter().map(|rate| rate * time_s).collect();
-        along(contact.twist(&angles, &drive.rates_rad_s), drive.axis)
+        let time_s = lasts_s * (k as f64 + 0.5) / LOOKS as f64;
+        let angles: Vec<f64> = rates_rad_s.iter().map(|rate| rate * time_s).collect();
+        along(contact.twist(&angles, rates_rad_s), axis)
     };
-    let sum: f64 = (0..LOOKS).map(look).sum();
-    sum / LOOKS as f64 / along(drive.twist_in_body, drive.axis)
+    (0..LOOKS).map(look).sum::<f64>() / LOOKS as f64
 }
