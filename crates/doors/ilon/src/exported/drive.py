@@ -15,9 +15,10 @@ import numpy as np
 
 # How much finer a run shows what the step and soft contacts do.
 FINER = 8.0
-# Of the wheels' motors here, so that wheels keep their rates as in ilon at each hand-over: their gains over those in the file, and the rate
-# demanded per angle that is missing, in 1/s.
+# Of the wheels' motors here: their gains over those in the file, and the rate demanded per angle that is missing, in 1/s. Wheels of a steady drive
+# keep their rates at each hand-over, as in ilon; those of a trace keep their angles, and take the jolts of its start softly.
 STRONGER, FOLLOWS = 10.0, 5.0
+OF_TRACE = 1.0, 25.0
 # Of motors in the file: the time in which they settle, in seconds.
 SETTLES_S = 0.02
 
@@ -30,15 +31,16 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     model.geom_solref[:, 0] /= stiffer
     data = mujoco.MjData(model)
     wheels = about["wheels"]
+    stronger, follows = (STRONGER, FOLLOWS) if angles is None else OF_TRACE
     angle_at = [model.joint(name).qposadr[0] for name in wheels]
     motor_of = [model.actuator(name).id for name in wheels]
     if about["on_tyres"]:
         # Tyres slide in turns, and where a wheel turns more easily than its robot moves MuJoCo's friction pulls less along it than Coulomb's.
         turned = [model.joint(name).dofadr[0] for name in wheels]
-        model.dof_armature[turned] += (STRONGER - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
-    gains = STRONGER * model.actuator_gainprm[motor_of, 0]
-    model.actuator_gainprm[motor_of, 0] = FOLLOWS * gains
-    model.actuator_biasprm[motor_of, 1] = -FOLLOWS * gains
+        model.dof_armature[turned] += (stronger - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
+    gains = stronger * model.actuator_gainprm[motor_of, 0]
+    model.actuator_gainprm[motor_of, 0] = follows * gains
+    model.actuator_biasprm[motor_of, 1] = -follows * gains
     model.actuator_biasprm[motor_of, 2] = -gains
     model.actuator_forcelimited[motor_of] = model.actuator_ctrllimited[motor_of] = 0
     for name, position in (steering or {}).items():
@@ -52,7 +54,7 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     else:
         angles = np.array([np.interp(steps_s, times, of_wheel) - of_wheel[0] for of_wheel in angles])
     rows = []
-    for demanded in (angles + rates / FOLLOWS).T[:-1]:
+    for demanded in (angles + rates / follows).T[:-1]:
         data.ctrl[motor_of] = demanded
         mujoco.mj_step(model, data)
         x, y, z, *quaternion = data.qpos[base : base + 7]
