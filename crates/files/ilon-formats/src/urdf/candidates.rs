@@ -383,8 +383,8 @@ impl Survey {
         }
     }
 
-    /// Removes casters that turn about a level axis, if two other wheels are left: balls, and what is
-    /// called a caster. They roll in every direction, whatever their joint says.
+    /// Removes casters that do not swivel, if two other wheels turn: balls, and what is called a
+    /// caster. They roll in every direction, whatever their joint says.
     fn leave_out_casters(&mut self, tree: &Tree) {
         let is_caster = |like: &WheelLike| {
             names::is_called_caster(tree, like.joint) || casters::is_ball(tree, like.joint)
@@ -396,6 +396,7 @@ impl Survey {
             return;
         }
         self.turning = wheels;
+        self.others.retain(|like| !is_caster(like));
         self.looked
             .extend(casters.iter().map(|like| CandidateJoint {
                 joint: tree.joints[like.joint].name.clone(),

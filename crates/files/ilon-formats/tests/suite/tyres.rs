@@ -82,8 +82,8 @@ fn a_caster_is_known_by_its_trail() {
     assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
 }
 
-/// A ball on a joint that turns, or on an upright one and another, is no wheel, nor is what is called
-/// a caster and does not swivel: the robot stands on them without friction.
+/// A ball is no wheel, on a joint that turns, or an upright one and another, or none; nor is a foot,
+/// nor what is called a caster and does not swivel: the robot stands on them without friction.
 #[test]
 fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
     let (bare, _) = DIFFERENTIAL
@@ -110,11 +110,20 @@ fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
         link("round", ball),
         joint("round", "pivot", "0 0 0", "0 1 0"),
     ];
-    for caster in [
+    // Across the wheels' axles, as of omni wheels.
+    let fixed = |part: String| {
+        part.replace("continuous", "fixed")
+            .replace("0 1 0", "1 0 0")
+    };
+    let across = roll.replace("1.5707963267948966 0 0", "0 1.5707963267948966 0");
+    let casters = [
         alone("round", ball),
+        fixed(alone("round", ball)),
+        fixed(alone("foot", &across)),
         alone("caster", roll),
         swivels.concat(),
-    ] {
+    ];
+    for caster in casters {
         let robot = load(&format!("{bare}{caster}</robot>"));
         assert_eq!(names(&robot), ["left", "right"]);
         assert!(robot.joints.is_empty(), "{:?}", robot.joints);
