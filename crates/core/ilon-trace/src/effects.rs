@@ -46,6 +46,8 @@ pub struct Ablation<'a> {
     pub apart: Apart,
     /// The distance between the run and its twin at half the step, in metres and radians.
     pub floor: [f64; 2],
+    /// The same at the end.
+    pub end_floor: [f64; 2],
     /// The effects on the figures.
     pub effects: Vec<Effect>,
 }
@@ -65,9 +67,14 @@ impl Ablation<'_> {
     /// Whether without it the robot would have been further from its reference, or in open loop
     /// from what was asked of it, in place or in heading, by a part that is worth a word, and in
     /// neither nearer.
+    ///
+    /// Noise never helps: with another seed it moves the robot another way.
     pub fn helped(&self) -> bool {
         /// A smaller part of the error is not.
         const WORTH: f64 = 0.05;
+        if self.cause.is_some_and(is_noise) {
+            return false;
+        }
         let errors = |keys: [&str; 2]| keys.map(|key| self.get(key)?.with.and(self.get(key)));
         let of = match errors(["position_error_max_m", "heading_error_max_rad"]) {
             [None, None] => errors(["ledger.total.path_m", "ledger.total.turned_rad"]),
@@ -85,6 +92,11 @@ impl Ablation<'_> {
     pub fn get(&self, key: &str) -> Option<&Effect> {
         self.effects.iter().find(|effect| effect.key == key)
     }
+}
+
+/// Whether a cause is noise.
+fn is_noise(cause: &Cause) -> bool {
+    NOISES.contains(&cause.key.as_str())
 }
 
 /// Compares the run with each twin without a cause, in the order of the causes; the twin without
@@ -125,9 +137,9 @@ fn ablation<'a>(
     cause: Option<&'a Cause>,
 ) -> Option<Ablation<'a>> {
     let apart = twin.apart?;
-    let is_noise = cause.is_some_and(|cause| NOISES.contains(&cause.key.as_str()));
+    let by_seed = cause.is_some_and(is_noise);
     let is_floor = move |twin: &&Twin| {
-        twin.change.is_noise() && !(is_noise && twin.change == Change::OtherSeed)
+        twin.change.is_noise() && !(by_seed && twin.change == Change::OtherSeed)
     };
     let noise = || header.twins.iter().filter(is_floor);
     let scales = Scales::of(summary, header);
@@ -140,6 +152,10 @@ fn ablation<'a>(
     let floor = [
         of_noise(|apart| apart.most_m, place),
         of_noise(|apart| apart.most_rad, turn),
+    ];
+    let end_floor = [
+        of_noise(|apart| apart.ahead_m.hypot(apart.left_m), place),
+        of_noise(|apart| apart.turned_rad.abs(), turn),
     ];
     let named = |key: &str, with, without, difference: f64, floor: f64| Effect {
         cause: cause.map_or("all", |cause| &cause.key).to_owned(),
@@ -186,6 +202,7 @@ fn ablation<'a>(
         cause,
         apart,
         floor,
+        end_floor,
         effects,
     })
 }

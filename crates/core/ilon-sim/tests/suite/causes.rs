@@ -291,6 +291,17 @@ fn what_is_there_makes_the_difference_to_the_run_without_it() {
     }
 }
 
+/// The file names the latency of its wheel loops, so that a run looks at it unasked.
+#[test]
+fn a_run_says_what_the_latency_of_its_wheel_loops_does() {
+    let found = explained(&given(OPEN, "wheel_loop.latency_s = 0.03"), Causes::Named);
+    let moved = found
+        .summary
+        .effects
+        .get("wheel_loop.latency_s", effects::APART_M);
+    assert!(moved.is_some_and(|moved| moved.differs), "{moved:?}");
+}
+
 /// A push that makes the error larger is a culprit; one without which it would have been larger helped.
 #[test]
 fn what_keeps_the_error_smaller_helped() {

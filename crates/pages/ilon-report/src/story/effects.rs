@@ -7,7 +7,7 @@ use ilon_trace::{Change, Header, Summary, quantities};
 use super::phrases::list;
 use super::posture::{Posture, Stance, TIPPED_RAD};
 use crate::page::escape;
-use crate::text::{angle_known, capital, energy, length_known, percent, time};
+use crate::text::{angle_known, borne, capital, decimals, energy, length_known, percent, time};
 
 /// Number of causes with their own sentence.
 const MOST_TOLD: usize = 4;
@@ -29,9 +29,9 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         let helped = a.helped().cmp(&b.helped());
         helped.then(b.apart.most_m.total_cmp(&a.apart.most_m))
     });
-    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles
-        .iter()
-        .partition(|one| one.moves() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M);
+    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles.iter().partition(|one| {
+        one.moves() || figure(one).is_some() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M
+    });
     let mut lines: Vec<String> = told
         .iter()
         .take(MOST_TOLD)
@@ -105,23 +105,22 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
     if one.moves() {
         return of_way(one, &cause, is_first);
     }
-    let costs = one
-        .effects
-        .iter()
-        .filter(|it| it.differs && is_cost(&it.key));
-    let largest = costs.max_by(|a, b| relative(a).total_cmp(&relative(b)));
-    match largest.and_then(in_words) {
-        Some(figure) => format!(
-            "{} moved the robot by less than {}; {figure}.",
-            capital(&cause),
-            least(one.floor[0])
-        ),
-        None => format!(
-            "{} moved the robot by less than {}.",
-            capital(&cause),
-            least(one.floor[0])
-        ),
-    }
+    format!(
+        "{} moved the robot by less than {}{}.",
+        capital(&cause),
+        least(one.floor[0]),
+        figure(one).map_or_else(String::new, |figure| format!("; {figure}"))
+    )
+}
+
+/// Returns the figure that a cause changed most, as text: of the costs, else of what the robot saw.
+fn figure(one: &Ablation) -> Option<String> {
+    let largest = |is: fn(&str) -> bool| {
+        let changed = one.effects.iter().filter(|it| it.differs && is(&it.key));
+        changed.max_by(|a, b| relative(a).total_cmp(&relative(b)))
+    };
+    let is_seen = |key: &str| key.starts_with("seen_") || key.starts_with("odometry_");
+    largest(is_cost).or(largest(is_seen)).and_then(in_words)
 }
 
 /// Whether a figure is a cost of the run, and not part of its path.
@@ -137,6 +136,7 @@ fn least(floor_m: f64) -> String {
 /// Reports the displacement by a cause; the first such sentence names the comparison.
 fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let [floor_m, floor_rad] = one.floor;
+    let [end_floor_m, end_floor_rad] = one.end_floor;
     let apart = &one.apart;
     let side = |x: f64, plus: &'static str, minus: &'static str| if x < 0.0 { minus } else { plus };
     let ways = [
@@ -148,31 +148,34 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     ];
     let ways = ways
         .iter()
-        .filter(|(off_m, _)| off_m.abs() > FLOORS * floor_m);
+        .filter(|(off_m, _)| off_m.abs() > FLOORS * end_floor_m);
     let ways: Vec<String> = ways
-        .map(|(off_m, way)| format!("<b>{} {way}</b>", length_known(off_m.abs(), floor_m)))
+        .map(|(off_m, way)| format!("<b>{} {way}</b>", length_known(off_m.abs(), end_floor_m)))
         .collect();
-    let turned = apart.turned_rad;
-    let turned = (turned.abs() > FLOORS * floor_rad).then(|| {
-        let way = side(turned, "left", "right");
-        let by = angle_known(turned.abs(), floor_rad);
+    let turned_rad = apart.turned_rad;
+    let turned = (turned_rad.abs() > FLOORS * end_floor_rad).then(|| {
+        let way = side(turned_rad, "left", "right");
+        let by = angle_known(turned_rad.abs(), end_floor_rad);
         format!("turned it to the {way} by <b>{by}</b>")
     });
     let put = (!ways.is_empty()).then(|| format!("put the robot {}", list(&ways)));
     let did: Vec<String> = [put, turned].into_iter().flatten().collect();
     let end_m = apart.ahead_m.hypot(apart.left_m);
     let is_far = apart.most_m > FLOORS * floor_m;
+    let is_turned = apart.most_rad > FLOORS * floor_rad;
     let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
         true => Some(format!(
             "moved the robot by up to <b>{}</b> at {}",
             length_known(apart.most_m, floor_m),
             time(apart.most_at_s)
         )),
-        false if did.is_empty() => Some(format!(
-            "turned the robot by up to <b>{}</b> at {}",
-            angle_known(apart.most_rad, floor_rad),
-            time(apart.most_rad_at_s)
-        )),
+        false if is_turned && (did.is_empty() || apart.most_rad > PASSING * turned_rad.abs()) => {
+            Some(format!(
+                "turned the robot by up to <b>{}</b> at {}",
+                angle_known(apart.most_rad, floor_rad),
+                time(apart.most_rad_at_s)
+            ))
+        }
         false => None,
     };
     let (joined, ended) = match did.is_empty() {
@@ -284,7 +287,8 @@ fn in_words(effect: &Effect) -> Option<String> {
     let quantity = quantities::by_key(&effect.key)?;
     let shown = |value: Option<f64>| {
         value.map_or("none".to_owned(), |value| {
-            format!("{:.*}", quantity.decimals, value * quantity.unit.per_si)
+            let [value, floor] = [value, effect.floor].map(|x| x * quantity.unit.per_si);
+            decimals(value, borne(value, floor, quantity.decimals))
         })
     };
     Some(format!(
@@ -434,6 +438,99 @@ mod tests {
                 let lines = said(open_loop, errors);
                 assert!(lines.iter().any(|line| line == count), "{lines:?}");
             }
+        }
+    }
+
+    /// The sentence of an open-loop run that moved like `half` at half its step, and like `without`
+    /// without a cause of this key; without it sliding cost `slip_j` more.
+    fn said_of(key: &str, half: Apart, without: Apart, slip_j: f64) -> String {
+        let mut trace = made_up_run(2.0, true);
+        let summary = Summary::of(&trace, &Settings::default());
+        let cause = Cause {
+            key: key.to_owned(),
+            words: "the wind".to_owned(),
+        };
+        let of = |change, apart| Twin::new(change, Ok((summary.clone(), Some(apart))));
+        let mut twins = [
+            of(Change::HalfStep, half),
+            of(Change::Without(cause), without),
+        ];
+        *twins[1].figures.get_mut("slip_energy_j").expect("a figure") += slip_j;
+        *twins[1]
+            .figures
+            .get_mut("ledger.total.path_m")
+            .expect("a figure") += slip_j;
+        trace.header.twins = twins.into();
+        let summary = Summary::of(&trace, &Settings::default());
+        super::super::plain(&sentences(&trace.header, &summary, &Posture::default())[0])
+    }
+
+    /// On its way the run is known to 10 mm, at its end to 1 mm: 20 mm are left there.
+    #[test]
+    fn what_is_left_at_the_end_is_told_by_how_well_the_end_is_known() {
+        let half = Apart {
+            most_m: 0.01,
+            ahead_m: 0.001,
+            ..Apart::default()
+        };
+        let without = Apart {
+            most_m: 0.05,
+            most_at_s: 1.0,
+            left_m: 0.02,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, without, 0.0);
+        assert!(
+            said.starts_with(
+                "The wind moved the robot by up to 50 mm at 1.00 s, and put the robot 20 mm to the left"
+            ),
+            "{said}"
+        );
+    }
+
+    /// A turn of 0.04 rad, of which 0.004 rad are left.
+    #[test]
+    fn a_turn_that_passes_is_told_beside_what_is_left_of_it() {
+        let without = Apart {
+            most_rad: 0.04,
+            most_rad_at_s: 0.5,
+            turned_rad: 0.004,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", Apart::default(), without, 0.0);
+        assert!(
+            said.starts_with(
+                "The wind turned the robot by up to 2.292° at 0.50 s, and turned it to the left by 0.229°"
+            ),
+            "{said}"
+        );
+    }
+
+    /// Half a metre is how well the way is known, and 10 J more sliding is told all the same.
+    #[test]
+    fn what_a_cause_costs_is_told_where_the_way_is_not_known() {
+        let half = Apart {
+            most_m: 0.5,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, Apart::default(), 10.0);
+        assert!(
+            said.starts_with("The wind moved the robot by less than 1.5 m; slip: lost to sliding:"),
+            "{said}"
+        );
+    }
+
+    /// Noise has another direction with another seed.
+    #[test]
+    fn noise_never_helps() {
+        let without = Apart {
+            most_m: 0.05,
+            ahead_m: 0.05,
+            ..Apart::default()
+        };
+        for (key, helps) in [("faults.0", true), ("sensors.imu", false)] {
+            let said = said_of(key, Apart::default(), without, 10.0);
+            assert_eq!(said.contains("helped"), helps, "{said}");
         }
     }
 
