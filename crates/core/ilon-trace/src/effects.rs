@@ -77,12 +77,15 @@ impl Ablation<'_> {
         }
         let errors = |keys: [&str; 2]| keys.map(|key| self.get(key)?.with.and(self.get(key)));
         let of = match errors(["position_error_max_m", "heading_error_max_rad"]) {
-            [None, None] => errors(["ledger.total.path_m", "ledger.total.turned_rad"]),
-            tracked => tracked,
+            // What jitters has a long way, and leads nowhere.
+            [None, None] => ["path_m", "turned_rad", "x_m", "y_m"]
+                .map(|part| self.get(&format!("ledger.total.{part}")))
+                .to_vec(),
+            tracked => tracked.to_vec(),
         };
         let differs = |by: &Effect, more: f64| {
-            let worth = WORTH * by.with.unwrap_or(0.0).abs();
-            by.differs && more * by.difference > worth
+            let [with, without] = [by.with, by.without].map(|x| x.unwrap_or(0.0).abs());
+            by.differs && more * (with - without) > WORTH * with
         };
         let is_any = |more: f64| of.iter().flatten().any(|by| differs(by, more));
         is_any(-1.0) && !is_any(1.0)
@@ -329,13 +332,16 @@ mod tests {
     /// it: what brought the robot nearer in one and further off in the other did not help.
     #[test]
     fn what_helped_brought_the_robot_nearer_in_place_or_heading_and_in_neither_further() {
-        for (path, turned, helped) in [
-            (1.2, 1.0, true),
-            (1.0, 1.2, true),
-            (1.2, 0.8, false),
-            (0.8, 1.2, false),
-            (1.03, 1.0, false),
-            (0.8, 1.0, false),
+        for (path, turned, x, helped) in [
+            (1.2, 1.0, 1.0, true),
+            (1.0, 1.2, 1.0, true),
+            (1.2, 0.8, 1.0, false),
+            (0.8, 1.2, 1.0, false),
+            (1.03, 1.0, 1.0, false),
+            (0.8, 1.0, 1.0, false),
+            // It jittered more, and ended nearer to where it was sent.
+            (1.2, 1.0, 0.5, false),
+            (1.0, 1.0, -1.5, true),
         ] {
             let mut trace = made_up_trace(1, 40, true);
             trace.header.open_loop = true;
@@ -344,14 +350,17 @@ mod tests {
             (alone.position_error_max_m, alone.heading_error_max_rad) = (None, None);
             alone.ledger.total.path_m = 0.1;
             alone.ledger.total.turned_rad = 0.2;
+            alone.ledger.total.x_m = -0.05;
             let mut twin = twin(without("push"), &alone, 0.0);
             twin.figures
                 .insert("ledger.total.path_m".to_owned(), 0.1 * path);
             twin.figures
                 .insert("ledger.total.turned_rad".to_owned(), 0.2 * turned);
+            twin.figures
+                .insert("ledger.total.x_m".to_owned(), -0.05 * x);
             trace.header.twins = vec![twin];
             let found = of_causes(&alone, &trace.header);
-            assert_eq!(found[0].helped(), helped, "{path} {turned}");
+            assert_eq!(found[0].helped(), helped, "{path} {turned} {x}");
         }
     }
 
