@@ -72,9 +72,6 @@ impl Ablation<'_> {
     pub fn helped(&self) -> bool {
         /// A smaller part of the error is not.
         const WORTH: f64 = 0.05;
-        if self.cause.is_some_and(is_noise) {
-            return false;
-        }
         let errors = |keys: [&str; 2]| keys.map(|key| self.get(key)?.with.and(self.get(key)));
         let of = match errors(["position_error_max_m", "heading_error_max_rad"]) {
             // What jitters has a long way, and leads nowhere.
@@ -88,7 +85,7 @@ impl Ablation<'_> {
             by.differs && more * (with - without) > WORTH * with
         };
         let is_any = |more: f64| of.iter().flatten().any(|by| differs(by, more));
-        is_any(-1.0) && !is_any(1.0)
+        is_any(-1.0) && !is_any(1.0) && !self.cause.is_some_and(is_noise)
     }
 
     /// The effect on a figure, by its key.

@@ -7,7 +7,7 @@ use ilon_trace::{Change, Header, Summary, quantities};
 use super::phrases::list;
 use super::posture::{Posture, Stance, TIPPED_RAD};
 use crate::page::escape;
-use crate::text::{angle_known, borne, capital, decimals, energy, length_known, percent, time};
+use crate::text::{angle_known, borne, capital, decimals, energy_to, length_known, percent, time};
 
 /// Number of causes with their own sentence.
 const MOST_TOLD: usize = 4;
@@ -40,7 +40,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         .collect();
     lines.extend(told.get(MOST_TOLD..).and_then(untold));
     lines.extend(together(&ablations));
-    lines.extend(no_difference(&idle, header));
+    lines.extend(no_difference(&idle));
     let failed = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::Without(cause) => Some((cause, twin.error.as_ref()?)),
         _ => None,
@@ -140,17 +140,16 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let apart = &one.apart;
     let side = |x: f64, plus: &'static str, minus: &'static str| if x < 0.0 { minus } else { plus };
     let ways = [
-        (apart.ahead_m, side(apart.ahead_m, "ahead", "back")),
-        (
-            apart.left_m,
-            side(apart.left_m, "to the left", "to the right"),
-        ),
+        (apart.ahead_m, ["ahead", "back"]),
+        (apart.left_m, ["to the left", "to the right"]),
     ];
-    let ways = ways
-        .iter()
-        .filter(|(off_m, _)| off_m.abs() > FLOORS * end_floor_m);
     let ways: Vec<String> = ways
-        .map(|(off_m, way)| format!("<b>{} {way}</b>", length_known(off_m.abs(), end_floor_m)))
+        .into_iter()
+        .filter(|(off_m, _)| off_m.abs() > FLOORS * end_floor_m)
+        .map(|(off_m, [plus, minus])| {
+            let by = length_known(off_m.abs(), end_floor_m);
+            format!("<b>{by} {}</b>", side(off_m, plus, minus))
+        })
         .collect();
     let turned_rad = apart.turned_rad;
     let turned = (turned_rad.abs() > FLOORS * end_floor_rad).then(|| {
@@ -163,21 +162,17 @@ fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let end_m = apart.ahead_m.hypot(apart.left_m);
     let is_far = apart.most_m > FLOORS * floor_m;
     let is_turned = apart.most_rad > FLOORS * floor_rad;
-    let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
-        true => Some(format!(
-            "moved the robot by up to <b>{}</b> at {}",
-            length_known(apart.most_m, floor_m),
-            time(apart.most_at_s)
-        )),
-        false if is_turned && (did.is_empty() || apart.most_rad > PASSING * turned_rad.abs()) => {
-            Some(format!(
-                "turned the robot by up to <b>{}</b> at {}",
-                angle_known(apart.most_rad, floor_rad),
-                time(apart.most_rad_at_s)
-            ))
-        }
-        false => None,
+    let passing = if is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
+        let by = length_known(apart.most_m, floor_m);
+        Some(("moved", by, apart.most_at_s))
+    } else if is_turned && (did.is_empty() || apart.most_rad > PASSING * turned_rad.abs()) {
+        let by = angle_known(apart.most_rad, floor_rad);
+        Some(("turned", by, apart.most_rad_at_s))
+    } else {
+        None
     };
+    let passing = passing
+        .map(|(did, by, at_s)| format!("{did} the robot by up to <b>{by}</b> at {}", time(at_s)));
     let (joined, ended) = match did.is_empty() {
         true => ("; ", "no effect is left at the end".to_owned()),
         false => (", and ", format!("{} at the end", list(&did))),
@@ -242,7 +237,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
 }
 
 /// Reports the causes without effect in one sentence.
-fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
+fn no_difference(idle: &[&Ablation]) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
     let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
     (!names.is_empty()).then(|| {
@@ -254,23 +249,11 @@ fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
                 least(floor_m)
             ),
             true => format!(
-                "What {names} did to the way cannot be told: {} the run itself goes up to <b>{}</b> elsewhere.",
-                with_what(header, floor_m),
+                "What {names} did to the way cannot be told: the way is known to <b>{}</b>.",
                 length_known(floor_m, floor_m)
             ),
         }
     })
-}
-
-/// Returns the change of the run that determined its accuracy, in metres.
-fn with_what(header: &Header, floor_m: f64) -> &'static str {
-    let mut twins = header.twins.iter();
-    let half = twins.find(|twin| twin.change == Change::HalfStep);
-    let moved_m = half.and_then(|twin| Some(twin.apart?.most_m));
-    match moved_m.is_some_and(|moved_m| moved_m >= floor_m) {
-        true => "at half the step",
-        false => "with other noise",
-    }
 }
 
 /// Returns the relative difference of a figure, over its larger value.
@@ -313,18 +296,11 @@ pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
 /// `None` if not worth reporting.
 fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
     let remedy = one.cause?;
-    let (mut best, mut spoilt) = (None, None);
-    for (share, text) in measures(one, summary) {
-        if share > WORTH_TELLING {
-            best = best.or(Some((share, text)));
-        } else if share < -WORTH_TELLING {
-            spoilt = spoilt.or(Some(text));
-        }
-    }
-    let (share, gave) = best?;
-    if spoilt.is_some() {
+    let measured = measures(one, summary);
+    if measured.iter().any(|(share, _)| *share < -WORTH_TELLING) {
         return None;
     }
+    let (share, gave) = measured.into_iter().find(|it| it.0 > WORTH_TELLING)?;
     let line = format!(
         "{}, <code>{}</code>: tried, {gave}.",
         capital(&escape(&remedy.words)),
@@ -361,30 +337,28 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
             }
         }
     }
-    for (key, name) in [
-        ("position_error_rms_m", "the position error was"),
-        ("position_error_max_m", "the largest position error was"),
-    ] {
+    let joules = |x_j: f64, floor_j: f64| energy_to(x_j, Some(floor_j));
+    let figures: [(_, _, fn(f64, f64) -> String); 3] = [
+        (
+            "position_error_rms_m",
+            "the position error was",
+            length_known,
+        ),
+        (
+            "position_error_max_m",
+            "the largest position error was",
+            length_known,
+        ),
+        ("slip_energy_j", "sliding cost", joules),
+    ];
+    for (key, name, shown) in figures {
         if let Some(effect) = one.get(key).filter(|it| it.differs)
-            && let (Some(from_m), Some(to_m)) = (effect.with, effect.without)
+            && let (Some(from), Some(to)) = (effect.with, effect.without)
         {
-            let text = format!(
-                "{name} <b>{}</b> instead of {}",
-                length_known(to_m, effect.floor),
-                length_known(from_m, effect.floor)
-            );
-            measures.push((fallen(from_m, to_m), text));
+            let [to_known, from_known] = [to, from].map(|x| shown(x, effect.floor));
+            let text = format!("{name} <b>{to_known}</b> instead of {from_known}");
+            measures.push((fallen(from, to), text));
         }
-    }
-    if let Some(effect) = one.get("slip_energy_j").filter(|it| it.differs)
-        && let (Some(from_j), Some(to_j)) = (effect.with, effect.without)
-    {
-        let text = format!(
-            "sliding cost <b>{}</b> instead of {}",
-            energy(to_j),
-            energy(from_j)
-        );
-        measures.push((fallen(from_j, to_j), text));
     }
     measures
 }

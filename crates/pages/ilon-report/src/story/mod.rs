@@ -253,11 +253,10 @@ fn believed(header: &Header) -> Option<String> {
 /// Reports the largest error and its parts.
 fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f64>) -> String {
     let length = |x_m: f64| length_to(x_m, floor_m);
-    let after = match (start.is_off, start.has_arrived) {
+    let after = match (start.settled_s > 0.0, start.has_arrived) {
         (false, _) => "",
         (true, true) => " after it had arrived",
-        (true, false) if start.settled_s > 0.0 => " after it came nearest",
-        (true, false) => "",
+        (true, false) => " after it came nearest",
     };
     format!(
         "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",

@@ -176,10 +176,7 @@ pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
     if latency_s > 0.0 {
         list.add(
             "wheel_loop.latency_s",
-            format!(
-                "the wheel loops' latency of {} ms at these gains",
-                ilon_trace::number(1e3 * latency_s)
-            ),
+            format!("the wheel loops' latency of {latency_s} s at these gains"),
             |scenario, _| scenario.wheel_loop.latency_s = None,
         );
     }
