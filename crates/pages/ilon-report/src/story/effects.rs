@@ -312,6 +312,8 @@ fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
 /// Returns the relative improvement of each relevant figure, the most important first, with its
 /// text.
 fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
+    /// A figure as text, with the digits that its uncertainty justifies.
+    type Known = fn(f64, f64) -> String;
     let mut measures = Vec::new();
     let fallen = |from: f64, to: f64| (from - to) / from.abs().max(f64::MIN_POSITIVE);
     if summary.position_error_final_m.is_none()
@@ -337,17 +339,14 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
             }
         }
     }
-    let joules = |x_j: f64, floor_j: f64| energy_to(x_j, Some(floor_j));
-    let figures: [(_, _, fn(f64, f64) -> String); 3] = [
-        (
-            "position_error_rms_m",
-            "the position error was",
-            length_known,
-        ),
+    let joules: Known = |x_j, floor_j| energy_to(x_j, Some(floor_j));
+    let length: Known = length_known;
+    let figures = [
+        ("position_error_rms_m", "the position error was", length),
         (
             "position_error_max_m",
             "the largest position error was",
-            length_known,
+            length,
         ),
         ("slip_energy_j", "sliding cost", joules),
     ];
