@@ -15,7 +15,7 @@ const WORST_UNEXPLAINED: f64 = 0.01;
 
 /// Wheels whose rates are off by this share of the fastest target do not merely lag: their loops
 /// oscillate, if these are unstable. Chosen.
-const SWINGING: f64 = 0.05;
+const SWINGING: f64 = 0.1;
 
 /// A wheel in the air for more than this share of the run does not carry the robot. Chosen.
 const MOST_AIRBORNE: f64 = 0.5;
@@ -142,7 +142,7 @@ pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     ) && off_rad_s > SWINGING * most_rad_s
     {
         remarks.push(format!(
-            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms), up to {most_rad_s:.2} rad/s; what slid, and how far \
+            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms) of up to {most_rad_s:.2} rad/s; what slid, and how far \
              the robot was off, comes from gains that are unstable at this step, and not from the floor"
         ));
     }

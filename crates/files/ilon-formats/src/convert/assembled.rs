@@ -100,7 +100,11 @@ impl Assembled {
 
     /// A fault of some bytes, where they stand in their file.
     pub(super) fn error(&self, file: &str, bytes: Range<usize>, reason: String) -> RobotError {
-        let fault = Fault::Format { reason };
+        self.fault(file, bytes, Fault::Format { reason })
+    }
+
+    /// The same with a fault of another kind.
+    pub(super) fn fault(&self, file: &str, bytes: Range<usize>, fault: Fault) -> RobotError {
         match self.origin(bytes) {
             Some(origin) => RobotError::new(&origin.file, fault).at(&origin.text, origin.bytes),
             None => RobotError::new(file, fault),

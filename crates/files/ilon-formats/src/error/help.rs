@@ -120,7 +120,13 @@ impl Fault {
             Self::OldXacro { .. } => {
                 "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
             }
+            Self::Format { reason } if reason.contains("<mujocoinclude>") => {
+                "give the file that includes it"
+            }
             Self::Format { .. } => "change the file, or convert it to URDF",
+            Self::Attached => {
+                "save the model from MuJoCo (`mj_saveLastXML`), which writes all of it out, or go without what is attached"
+            }
             Self::TooLarge { .. } => "give a smaller file",
             Self::Urdf { .. } => {
                 "compare with the URDF specification, http://wiki.ros.org/urdf/XML"
@@ -354,7 +360,9 @@ impl Fault {
                 remedies
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
-            Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
+            Self::Attached | Self::UnknownLink { .. } | Self::SeveralRoots { .. } => {
+                vec![Remedy::LeaveOutMissing]
+            }
             Self::MissingArgument { name, .. } => vec![Remedy::Argument {
                 name: name.clone(),
                 value: None,

@@ -160,6 +160,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             self.prepared.drives.insert(between.name.clone(), drive);
         }
         self.spring(joint, &between.name);
+        /// Some models lock a joint by a damping beyond what is read; this one locks it as well.
+        const LOCKS: f64 = 1e8;
         let (effort, velocity) = self.limits(joint.name.as_deref());
         let mimic = joint.name.as_deref().filter(|_| kind != "continuous");
         let mimic = mimic.and_then(|name| self.follows(name));
@@ -176,7 +178,7 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
                 .map(|range| range.map(|stop| stop - joint.ref_)),
             effort,
             velocity,
-            damping: joint.damping.max(0.0),
+            damping: joint.damping.clamp(0.0, LOCKS),
             friction: joint.frictionloss.max(0.0),
             mimic,
         };

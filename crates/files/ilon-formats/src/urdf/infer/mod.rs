@@ -154,8 +154,9 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
 /// Whether wheels reach below the robot's centre of mass: those of arms do not.
 fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
     let masses = tree.links.iter().filter_map(|link| link.mass.clone());
+    // Files for viewers give no mass, and nothing then speaks against wheels.
     let Some(whole) = MassProperties::merged(&masses.collect::<Vec<_>>()) else {
-        return false;
+        return true;
     };
     let bottom_m = |wheel: &WheelLike| Some(wheel.origin.z - wheel.disc?.radius_m);
     let mut bottoms_m = wheels.iter().map(bottom_m);
