@@ -1,7 +1,7 @@
 //! The local server: the page, and one WebSocket per open page.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -177,7 +177,7 @@ struct Head {
     upgrade: bool,
 }
 
-fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::io::Result<()> {
+fn serve(stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let Some(head) = head(&stream)? else {
@@ -213,11 +213,7 @@ fn serve(mut stream: TcpStream, port: u16, page: &str, shared: &Shared) -> std::
             shared.watching.fetch_sub(1, Ordering::Relaxed);
             ended
         }
-        ("GET", "/", false) => {
-            // The peeked bytes are consumed, so that closing does not reset the connection.
-            drain(&mut stream);
-            answer(stream, "200 OK", "text/html; charset=utf-8", page)
-        }
+        ("GET", "/", false) => answer(stream, "200 OK", "text/html; charset=utf-8", page),
         _ => refuse(stream, "404 Not Found", "there is nothing here"),
     }
 }
@@ -274,11 +270,6 @@ fn head(stream: &TcpStream) -> std::io::Result<Option<Head>> {
     Ok(Some(head))
 }
 
-fn drain(stream: &mut TcpStream) {
-    let mut bytes = vec![0; HEAD_BYTES];
-    let _ = stream.read(&mut bytes);
-}
-
 fn refuse(stream: TcpStream, status: &str, why: &str) -> std::io::Result<()> {
     answer(stream, status, "text/plain", why)
 }
@@ -290,7 +281,18 @@ fn answer(mut stream: TcpStream, status: &str, kind: &str, body: &str) -> std::i
         body.len()
     );
     stream.write_all(head.as_bytes())?;
-    stream.write_all(body.as_bytes())
+    stream.write_all(body.as_bytes())?;
+    // Closing with bytes unread resets the connection, and the client may lose the answer.
+    stream.shutdown(Shutdown::Write)?;
+    stream.set_read_timeout(Some(LOOK))?;
+    let mut unread = vec![0; HEAD_BYTES];
+    // A client that goes on sending is not waited for.
+    for _ in 0..4 {
+        if stream.read(&mut unread).unwrap_or(0) == 0 {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Receives and sends until the client disconnects.

@@ -1,6 +1,8 @@
 //! The live server: which clients are admitted, which messages are accepted, and that no client can
 //! stop the robot. An independent client talks to it (`client.py`).
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -354,4 +356,40 @@ fn a_port_that_is_taken_is_said() {
         .map(|_| ())
         .expect_err("it is taken");
     assert!(second.to_string().contains(&port.to_string()), "{second}");
+}
+
+/// A refused client reads the whole answer and then the end, not a reset connection: the bytes of
+/// its request were taken before the server closed.
+#[test]
+fn a_refusal_arrives_whole() {
+    let session = session(&[]);
+    let server = Server::start(0, &session, &Mailbox::default()).expect("a server");
+    let port = port(&server);
+    for (request, status) in [
+        (
+            format!("GET /nowhere HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n"),
+            "404",
+        ),
+        (
+            "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_owned(),
+            "403",
+        ),
+        (
+            "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n".to_owned(),
+            "400",
+        ),
+    ] {
+        for _ in 0..20 {
+            let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("a connection");
+            stream.write_all(request.as_bytes()).expect("a request");
+            let mut answer = String::new();
+            stream
+                .read_to_string(&mut answer)
+                .expect("an answer and its end");
+            assert!(
+                answer.starts_with(&format!("HTTP/1.1 {status}")),
+                "{answer}"
+            );
+        }
+    }
 }
