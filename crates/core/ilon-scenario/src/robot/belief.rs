@@ -49,9 +49,15 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
         }
         single(wheel, of_wheel);
     }
-    if let Some(wheel) = wheels.iter().find(|wheel| wheel.has_tyre() && wheel.gamma_rad != 0.0) {
+    if let Some(wheel) = wheels
+        .iter()
+        .find(|wheel| wheel.has_tyre() && wheel.gamma_rad != 0.0)
+    {
         return Err(Error::invalid(
-            format!("`controller.robot` gives an angle gamma to `{}`, which rolls on a tyre", wheel.name),
+            format!(
+                "`controller.robot` gives an angle gamma to `{}`, which rolls on a tyre",
+                wheel.name
+            ),
             "leave gamma_deg out, or name a robot with rollers as `controller.robot.file`",
         ));
     }

@@ -529,13 +529,31 @@ fn robots_on_tyres_are_driven_by_what_is_believed_of_them() {
         let belief = format!("controller.robot.wheel_radius_m = {}", 1.1 * radius_m);
         let run = driven(robot, &twist(vx, vy, omega), &belief);
         let expected = asked.map(|x| x / 1.1);
-        assert_near(numbers(run.summary.twist_mean.expect("means")), expected, 2e-3, robot);
+        assert_near(
+            numbers(run.summary.twist_mean.expect("means")),
+            expected,
+            2e-3,
+            robot,
+        );
         assert_adds_up(&run, robot);
     }
-    let lever = driven("differential.urdf", &twist(0.2, 0.0, 0.5), "controller.robot.lever_m = 0.2");
+    let lever = driven(
+        "differential.urdf",
+        &twist(0.2, 0.0, 0.5),
+        "controller.robot.lever_m = 0.2",
+    );
     let expected = [0.2, 0.0, 0.5 * 0.2 / 0.17];
-    assert_near(numbers(lever.summary.twist_mean.expect("means")), expected, 2e-3, "lever");
-    let gamma = scenario("differential.urdf", &twist(0.2, 0.0, 0.0), "controller.robot.gamma_deg = 45");
+    assert_near(
+        numbers(lever.summary.twist_mean.expect("means")),
+        expected,
+        2e-3,
+        "lever",
+    );
+    let gamma = scenario(
+        "differential.urdf",
+        &twist(0.2, 0.0, 0.0),
+        "controller.robot.gamma_deg = 45",
+    );
     let refused = gamma.and_then(|scenario| run(&scenario)).map(|_| ());
     let refused = refused.expect_err("tyres have no gamma").to_string();
     assert!(refused.contains("rolls on a tyre"), "{refused}");

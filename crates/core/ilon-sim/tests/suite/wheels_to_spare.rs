@@ -145,9 +145,16 @@ fn axes_that_lean_further_than_contacts_give_are_remarked() {
     let length_m = robot.wheels[0].rollers[0].length_m;
     let travel_mm = 1e3 * LEAN_RAD * length_m * 0.5_f64.sqrt();
     let text = said(&robot, "").unwrap();
-    let expected = format!("leans by 0.201 deg, so that its hub rises and falls by up to {travel_mm:.3} mm");
+    let expected =
+        format!("leans by 0.201 deg, so that its hub rises and falls by up to {travel_mm:.3} mm");
     assert!(text.contains(&expected), "{expected}: {text}");
     let load_n = 9.81 * robot.mass_kg() / 4.0;
     let softer = 0.9 * 2.0 * load_n / (1e-3 * travel_mm);
-    assert_eq!(said(&robot, &format!("world.solver.contact_stiffness_n_m = {softer}")), None);
+    assert_eq!(
+        said(
+            &robot,
+            &format!("world.solver.contact_stiffness_n_m = {softer}")
+        ),
+        None
+    );
 }

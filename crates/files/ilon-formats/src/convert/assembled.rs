@@ -100,11 +100,7 @@ impl Assembled {
 
     /// A fault of some bytes, where they stand in their file.
     pub(super) fn error(&self, file: &str, bytes: Range<usize>, reason: String) -> RobotError {
-        self.fault(file, bytes, Fault::Format { reason })
-    }
-
-    /// The same with a fault of another kind.
-    pub(super) fn fault(&self, file: &str, bytes: Range<usize>, fault: Fault) -> RobotError {
+        let fault = Fault::Format { reason };
         match self.origin(bytes) {
             Some(origin) => RobotError::new(&origin.file, fault).at(&origin.text, origin.bytes),
             None => RobotError::new(file, fault),

@@ -122,9 +122,6 @@ pub enum Fault {
         /// The tag of the first such element.
         tag: String,
     },
-    /// An MJCF brings in the model of another file by `<attach>`.
-    #[error("`<attach>` brings in a model of another file, which is not read")]
-    Attached,
     /// SDF or MJCF with an unsupported feature.
     #[error("{reason}")]
     Format {

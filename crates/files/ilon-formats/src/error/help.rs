@@ -124,9 +124,6 @@ impl Fault {
                 "give the file that includes it"
             }
             Self::Format { .. } => "change the file, or convert it to URDF",
-            Self::Attached => {
-                "save the model from MuJoCo (`mj_saveLastXML`), which writes all of it out, or go without what is attached"
-            }
             Self::TooLarge { .. } => "give a smaller file",
             Self::Urdf { .. } => {
                 "compare with the URDF specification, http://wiki.ros.org/urdf/XML"
@@ -360,9 +357,7 @@ impl Fault {
                 remedies
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
-            Self::Attached | Self::UnknownLink { .. } | Self::SeveralRoots { .. } => {
-                vec![Remedy::LeaveOutMissing]
-            }
+            Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
             Self::MissingArgument { name, .. } => vec![Remedy::Argument {
                 name: name.clone(),
                 value: None,

@@ -452,35 +452,25 @@ fn a_part_of_an_mjcf_may_stand_in_another_file() {
     );
 }
 
-/// What another file holds is named, a part alone points to the whole, and a joint that is locked
-/// by its damping is read as locked.
+/// A part alone points to the whole, and a joint that is locked by its damping is read as locked.
 #[test]
-fn an_mjcf_without_what_it_attaches_is_the_robot_alone() {
+fn parts_of_an_mjcf_are_named_and_joints_may_be_locked_by_damping() {
     let plain = mjcf(&small());
-    let attached = plain
-        .replacen("<worldbody>", "<asset><model name=\"arm\" file=\"arm.xml\"/></asset><worldbody>", 1)
-        .replacen("<freejoint/>", "<freejoint/><attach model=\"arm\" body=\"a\" prefix=\"a_\"/>", 1);
-    let read = |text: &str, options: &LoadOptions| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("small.xml");
-        std::fs::write(&path, text).unwrap();
-        Robot::load_with(&path, options)
-    };
-    let refused = read(&attached, &LoadOptions::default()).unwrap_err();
-    assert!(matches!(refused.fault(), Fault::Attached), "{refused}");
-    let [remedy] = &refused.remedies()[..] else {
-        panic!("one remedy");
-    };
-    let options = remedy.apply(&LoadOptions::default()).unwrap();
-    let loaded = read(&attached, &options).unwrap();
-    assert!(loaded.robot.remarks.iter().any(|remark| remark.text.contains("`arm.xml`")));
-    same(&loaded.robot, &load(&plain, "small.xml"));
-    let part = plain.replacen("<mujoco", "<mujocoinclude", 1).replace("</mujoco>", "</mujocoinclude>");
-    let refused = read(&part, &LoadOptions::default()).unwrap_err();
-    assert!(refused.help().contains("the file that includes it"), "{refused}");
-    let locked = plain.replacen("name=\"wheel_1\" type", "damping=\"1e11\" name=\"wheel_1\" type", 1);
-    let wheel = &load(&locked, "small.xml").wheels[0];
-    assert!(wheel.joint.damping_n_m_s >= 1e8, "{}", wheel.joint.damping_n_m_s);
+    let part = plain
+        .replacen("<mujoco", "<mujocoinclude", 1)
+        .replace("</mujoco>", "</mujocoinclude>");
+    let refused = Robot::from_urdf_str(&part, "part.xml").unwrap_err();
+    assert!(
+        refused.help().contains("the file that includes it"),
+        "{refused}"
+    );
+    let locked = plain.replacen(
+        "name=\"wheel_1\" type",
+        "damping=\"1e11\" name=\"wheel_1\" type",
+        1,
+    );
+    let damping_n_m_s = load(&locked, "small.xml").wheels[0].joint.damping_n_m_s;
+    assert!(damping_n_m_s >= 1e8, "{damping_n_m_s}");
 }
 
 /// Models with each part in its own file have more than fifty files.

@@ -3,13 +3,12 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use roxmltree::Node;
+use roxmltree::{Document, Node};
 
 use crate::convert::assembled::Assembled;
 use crate::convert::malformed::of_xml;
 use crate::error::{Fault, RobotError};
 use crate::files::ReadError;
-use crate::model::Remark;
 use crate::options::LoadOptions;
 use crate::xml;
 
@@ -105,45 +104,24 @@ fn inside(node: Node) -> Range<usize> {
     }
 }
 
-/// A text without the models of other files that it attaches, if these are to be left out; and
-/// refuses other elements that would make bodies which nothing here knows of.
-pub(super) fn without_attached(
+/// Refuses elements that would make bodies which nothing here knows of.
+pub(super) fn refuse_what_is_not_read(
     file: &str,
-    whole: Assembled,
-    options: &LoadOptions,
-    remarks: &mut Vec<Remark>,
-) -> Result<Assembled, RobotError> {
-    let text = &whole.text;
-    let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
-    let root = document.root_element().tag_name().name();
-    if root != "mujoco" {
-        let reason = format!("it is a part of a model, in `<{root}>`, as others include them");
-        return Err(RobotError::new(file, Fault::Format { reason }));
+    whole: &Assembled,
+    document: &Document,
+) -> Result<(), RobotError> {
+    let tags = ["composite", "flexcomp", "attach", "model"];
+    let unread = document
+        .descendants()
+        .find(|n| tags.contains(&n.tag_name().name()) && n.is_element());
+    match unread {
+        None => Ok(()),
+        Some(node) => {
+            let reason = format!(
+                "`<{}>` is not read: save the model from MuJoCo (`mj_saveLastXML`), which writes it out",
+                node.tag_name().name()
+            );
+            Err(whole.error(file, xml::opening_tag(&whole.text, node), reason))
+        }
     }
-    let mut kept = Assembled::default();
-    let mut done = 0;
-    for node in document.descendants().filter(Node::is_element) {
-        let fault = match node.tag_name().name() {
-            tag @ ("composite" | "flexcomp") => Fault::Format {
-                reason: format!(
-                    "`<{tag}>` is not read: save the model from MuJoCo (`mj_saveLastXML`), which writes it out"
-                ),
-            },
-            "attach" | "model" if options.leave_out_missing => {
-                if let Some(name) = node.attribute("file") {
-                    let words =
-                        format!("left out with all that it brings in by `<attach>`: `{name}`");
-                    remarks.push(Remark::new("a model", words));
-                }
-                kept.append(&whole, done..node.range().start);
-                done = node.range().end;
-                continue;
-            }
-            "attach" | "model" => Fault::Attached,
-            _ => continue,
-        };
-        return Err(whole.fault(file, xml::opening_tag(text, node), fault));
-    }
-    kept.append(&whole, done..text.len());
-    Ok(kept)
 }

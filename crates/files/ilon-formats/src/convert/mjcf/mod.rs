@@ -30,12 +30,11 @@ pub(super) fn converted(
 ) -> Result<UrdfText, RobotError> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let whole = includes::put_in(file, text, folder, options)?;
-    let mut remarks = Vec::new();
-    let whole = includes::without_attached(file, whole, options, &mut remarks)?;
     let whole = replicate::written_out(file, whole)?;
     let whole = Rc::new(whole);
     let text = &whole.text;
     let document = xml::parse(text).map_err(|fault| of_xml(file, text, fault))?;
+    includes::refuse_what_is_not_read(file, &whole, &document)?;
     let mut model = mjcf_rs::Model::from_str(text, folder).map_err(|e| {
         let reason = e.to_string();
         RobotError::new(file, Fault::Format { reason })
@@ -59,7 +58,6 @@ pub(super) fn converted(
         return Err(RobotError::new(file, Fault::Format { reason }));
     };
     let mut robot = robot?;
-    robot.remarks.extend(remarks);
     if count > 1 {
         let words = format!(
             "the robot is that of {count} bodies below the world in which most wheels are seen"
