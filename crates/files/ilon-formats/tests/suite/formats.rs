@@ -464,11 +464,10 @@ fn parts_of_an_mjcf_are_named_and_joints_may_be_locked_by_damping() {
         refused.help().contains("the file that includes it"),
         "{refused}"
     );
-    let locked = plain.replacen(
-        "name=\"wheel_1\" type",
-        "damping=\"1e11\" name=\"wheel_1\" type",
-        1,
-    );
+    let (before, wheel) = plain.split_once("name=\"wheel_1\" type").unwrap();
+    let (own, rest) = wheel.split_once("damping=\"").unwrap();
+    let (_, rest) = rest.split_once('"').unwrap();
+    let locked = format!("{before}name=\"wheel_1\" type{own}damping=\"1e11\"{rest}");
     let damping_n_m_s = load(&locked, "small.xml").wheels[0].joint.damping_n_m_s;
     assert!(damping_n_m_s >= 1e8, "{damping_n_m_s}");
 }
