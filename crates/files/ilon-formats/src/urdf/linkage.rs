@@ -10,10 +10,10 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::asked_joint::{Role, asked, refused};
+use super::casters;
 use super::check;
 use super::from_options::BareWheel;
 use super::loading::Loading;
-use super::names;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
@@ -455,12 +455,12 @@ fn default_role(
     })
 }
 
-/// Whether a joint belongs to a caster of a robot on tyres, and turns freely.
+/// Whether a joint belongs to a caster of a robot on tyres that swivels, and turns freely.
 fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
         && given.iter().any(BareWheel::has_tyre)
-        && names::is_caster(tree, joint)
+        && casters::swivels_freely(tree, joint)
         && tree.links[of.child].mass.is_some()
 }
 

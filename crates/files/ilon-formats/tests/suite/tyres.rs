@@ -57,6 +57,85 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
+/// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A wheel
+/// straight below such a joint has none, nor is one with a drive a caster; both are steered.
+#[test]
+fn a_caster_is_known_by_its_trail() {
+    let urdf = DIFFERENTIAL.replace("caster", "fork");
+    let robot = load(&urdf);
+    assert_eq!(names(&robot), ["left", "right"]);
+    assert!(
+        robot
+            .joints
+            .iter()
+            .all(|joint| joint.role == JointRole::Free)
+    );
+    let steered = |urdf: &str| {
+        let robot = load(urdf);
+        let wheels = robot.wheels.iter();
+        wheels
+            .filter(|wheel| robot.steering_of(wheel).is_some())
+            .count()
+    };
+    assert_eq!(steered(&urdf.replace("-0.025 0 -0.03", "0 0.025 -0.03")), 2);
+    let drive = r#"<axis xyz="0 0 1"/><limit effort="5" velocity="5"/>"#;
+    assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
+}
+
+/// A ball is no wheel, on a joint that turns, or an upright one and another, or none; nor is a foot,
+/// nor what is called a caster and does not swivel: the robot stands on them without friction.
+#[test]
+fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
+    let (bare, _) = DIFFERENTIAL
+        .split_once("<link name=\"front_caster_fork\">")
+        .expect("its fork");
+    let link = |name: &str, shape: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="0.1"/><inertia ixx="3.6e-5" ixy="0" ixz="0" iyy="3.6e-5" iyz="0" izz="3.6e-5"/></inertial>{shape}</link>"#
+        )
+    };
+    let joint = |name: &str, parent: &str, place: &str, axis: &str| {
+        format!(
+            r#"<joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/><origin xyz="{place}"/><axis xyz="{axis}"/></joint>"#
+        )
+    };
+    let ball = r#"<collision><geometry><sphere radius="0.03"/></geometry></collision>"#;
+    let roll = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.03" length="0.02"/></geometry></collision>"#;
+    let alone = |name: &str, shape: &str| {
+        link(name, shape) + &joint(name, "base_link", "0.16 0 0.03", "0 1 0")
+    };
+    let swivels = [
+        link("pivot", ""),
+        joint("pivot", "base_link", "0.16 0 0.03", "0 0 1"),
+        link("round", ball),
+        joint("round", "pivot", "0 0 0", "0 1 0"),
+    ];
+    // Across the wheels' axles, as of omni wheels.
+    let fixed = |part: String| {
+        part.replace("continuous", "fixed")
+            .replace("0 1 0", "1 0 0")
+    };
+    let across = roll.replace("1.5707963267948966 0 0", "0 1.5707963267948966 0");
+    let casters = [
+        alone("round", ball),
+        fixed(alone("round", ball)),
+        fixed(alone("foot", &across)),
+        alone("caster", roll),
+        swivels.concat(),
+    ];
+    for caster in casters {
+        let robot = load(&format!("{bare}{caster}</robot>"));
+        assert_eq!(names(&robot), ["left", "right"]);
+        assert!(robot.joints.is_empty(), "{:?}", robot.joints);
+        let slides = robot
+            .chassis
+            .collisions
+            .iter()
+            .filter(|of| of.friction == Some(0.0));
+        assert_eq!(slides.count(), 1);
+    }
+}
+
 #[test]
 fn steered_wheels_are_driven_and_their_upright_joints_are_servos() {
     let robot = load(SWERVE);
