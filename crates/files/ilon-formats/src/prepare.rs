@@ -120,9 +120,9 @@ pub(crate) fn prepare(
         return Err(RobotError::new(file, Fault::NotADescription { keys }));
     }
     let prepared = declared(UrdfText::as_it_is(file, text));
-    if let Some(converted) = root_tag_range(&prepared.text)
-        .map(|(start, end)| prepared.text[start..end].to_owned())
-        .and_then(|tag| convert::converted(&tag, file, &prepared.text, options))
+    let tag = root_tag_range(&prepared.text).map(|(start, end)| &prepared.text[start..end]);
+    if let Some(converted) =
+        tag.and_then(|tag| convert::converted(tag, file, &prepared.text, options))
     {
         return converted;
     }

@@ -160,8 +160,6 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             self.prepared.drives.insert(between.name.clone(), drive);
         }
         self.spring(joint, &between.name);
-        /// Some models lock a joint by a damping beyond what is read; this one locks it as well.
-        const LOCKS: f64 = 1e8;
         let (effort, velocity) = self.limits(joint.name.as_deref());
         let mimic = joint.name.as_deref().filter(|_| kind != "continuous");
         let mimic = mimic.and_then(|name| self.follows(name));
@@ -178,7 +176,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
                 .map(|range| range.map(|stop| stop - joint.ref_)),
             effort,
             velocity,
-            damping: joint.damping.clamp(0.0, LOCKS),
+            // Some models lock a joint by a damping beyond what is read; this one locks it as well.
+            damping: joint.damping.clamp(0.0, 1e8),
             friction: joint.frictionloss.max(0.0),
             mimic,
         };

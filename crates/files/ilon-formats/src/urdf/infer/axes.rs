@@ -7,8 +7,8 @@ use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
 use crate::urdf::source::{Source, child};
 use crate::urdf::tree::Tree;
 
-/// Least angle of mecanum rollers, in degrees.
-const LEAST_DEG: f64 = 20.0;
+/// Range of the angle of mecanum rollers, in degrees.
+const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
 
 /// Whether all axes are parallel, within a few degrees.
 pub(super) fn are_parallel(wheels: &[WheelLike]) -> bool {
@@ -59,10 +59,10 @@ pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
 /// Returns gamma of each wheel in degrees, if the file gives each a direction with grip and one
 /// without: the first is the axis of the roller on the ground.
 pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
-    let gammas_deg = by_directions(source, tree, wheels, false)?;
     // Plain wheels that slide sideways have directions along and across too.
-    let is_plain = are_parallel(wheels) && !gammas_deg.iter().any(|deg| deg.abs() > LEAST_DEG);
-    (!is_plain).then_some(gammas_deg)
+    let is_oblique = |deg: &f64| deg.abs() >= *LEANS_DEG.start();
+    let found = by_directions(source, tree, wheels, false);
+    found.filter(|deg| !are_parallel(wheels) || deg.iter().any(is_oblique))
 }
 
 /// The same for directions that turn with their wheels, as placed in the file; only for inclined
@@ -73,11 +73,8 @@ pub(super) fn by_turning_friction(
     tree: &Tree,
     wheels: &[WheelLike],
 ) -> Option<(Vec<f64>, String)> {
-    /// Largest angle of mecanum rollers, in degrees.
-    const MOST_DEG: f64 = 70.0;
     let gammas_deg = by_directions(source, tree, wheels, true)?;
-    let leans = LEAST_DEG..=MOST_DEG;
-    let do_lean = gammas_deg.iter().all(|deg| leans.contains(&deg.abs()));
+    let do_lean = gammas_deg.iter().all(|deg| LEANS_DEG.contains(&deg.abs()));
     let why = format!(
         "the `<fdir1>` of `{}` and the others; in the wheels' own frames these turn with the wheels, and the robot cannot move sideways in other \
          simulators: name a frame that stands, as `expressed_in`",
