@@ -366,16 +366,30 @@ fn a_refusal_arrives_whole() {
     let server = Server::start(0, &session, &Mailbox::default()).expect("a server");
     let port = port(&server);
     for (request, status) in [
-        (format!("GET /nowhere HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n"), "404"),
-        ("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_owned(), "403"),
-        ("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n".to_owned(), "400"),
+        (
+            format!("GET /nowhere HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n"),
+            "404",
+        ),
+        (
+            "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n".to_owned(),
+            "403",
+        ),
+        (
+            "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n".to_owned(),
+            "400",
+        ),
     ] {
         for _ in 0..20 {
             let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("a connection");
             stream.write_all(request.as_bytes()).expect("a request");
             let mut answer = String::new();
-            stream.read_to_string(&mut answer).expect("an answer and its end");
-            assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{answer}");
+            stream
+                .read_to_string(&mut answer)
+                .expect("an answer and its end");
+            assert!(
+                answer.starts_with(&format!("HTTP/1.1 {status}")),
+                "{answer}"
+            );
         }
     }
 }

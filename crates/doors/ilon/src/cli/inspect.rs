@@ -8,9 +8,10 @@ use ilon_formats::{LoadOptions, Loaded, WheelOutline};
 use ilon_trace::file::write_text;
 
 use super::escape::{folded, one_line, path_in_line};
+use super::kind::{Kind, wants};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::robot::{Reading, load, not_scenario};
+use super::robot::{Reading, load};
 use super::table::Table;
 use super::{console, flags, gallery, limits, open, planners, reserve, ros2};
 use crate::cli::failure::Failure;
@@ -80,9 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
     let _planners = arguments.planners.claim(path)?;
-    not_scenario(path, &options.files, |robot| {
-        format!("inspect its robot, `ilon inspect {robot}`, or run it")
-    })?;
+    wants(path, &[Kind::Robot], &options.files)?;
     if path.is_dir() {
         return folder(arguments, &options);
     }

@@ -42,6 +42,7 @@ mod inspect;
 #[cfg(feature = "command")]
 mod interrupt;
 mod json;
+mod kind;
 #[cfg(feature = "command")]
 mod limits;
 #[cfg(all(feature = "command", feature = "live"))]

@@ -360,7 +360,9 @@ pub(super) fn assemble(
         });
         if !role.why.is_empty() {
             let subject = format!("joint `{}`", of.name);
-            loading.remarks.push(Remark::new(subject, role.why.clone()));
+            loading
+                .remarks
+                .push(Remark::aside(subject, role.why.clone()));
         }
     }
     for wheel in wheels {
