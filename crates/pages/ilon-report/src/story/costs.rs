@@ -234,13 +234,16 @@ pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -
 
 /// Reports the motion of joints between bodies, the two largest of those that followed the ground
 /// or their servos, and the cost of moving hubs for dead reckoning.
-pub(super) fn joints(summary: &Summary) -> Option<String> {
+pub(super) fn joints(header: &Header, summary: &Summary) -> Option<String> {
     // A joint that sags by less than this at the start, and stays, is not reported: m or rad.
     const LEAST: f64 = 1e-3;
     let mut moved: Vec<&JointTravel> = summary.joints.iter().collect();
     let way = |of: &JointTravel| of.most - of.least;
     // What rolls on, such as a caster's wheel, is not between two angles.
     moved.retain(|of| way(of) > LEAST && (of.slides || way(of) < std::f64::consts::TAU));
+    // Casters and steering turn by themselves.
+    let is_stopped = |of: &JointTravel| of.on_stop.is_some_and(|share| share > LEAST_OFF);
+    moved.retain(|of| of.slides || !header.is_on_tyres() || is_stopped(of));
     moved.sort_by(|a, b| way(b).total_cmp(&way(a)));
     let first = moved.first()?;
     let said = |of: &JointTravel| {
@@ -268,7 +271,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
         text += &format!(", {}", said(second));
     }
     if moved.len() > 2 {
-        text += &format!(", {} more no further", moved.len() - 2);
+        text += &format!(" and {} more joints by less", moved.len() - 2);
     }
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
@@ -318,7 +321,7 @@ mod tests {
     #[test]
     fn joints_that_moved_are_told_of() {
         let mut summary = Summary::default();
-        assert_eq!(joints(&summary), None);
+        assert_eq!(joints(&Header::default(), &summary), None);
         summary.joints = vec![
             joint("still", true, [0.006, 0.0061], Some(0.0)),
             joint("spring", true, [0.002, 0.012], Some(0.0)),
@@ -326,7 +329,7 @@ mod tests {
             joint("other", true, [0.0, 0.002], None),
         ];
         summary.odometry_joints_m = Some(1e-6);
-        let said = joints(&summary).expect("three moved");
+        let said = joints(&Header::default(), &summary).expect("three moved");
         assert!(said.starts_with("<b>rocker</b> turned between "), "{said}");
         assert!(said.contains("on a stop for 25"), "{said}");
         assert!(
@@ -338,7 +341,7 @@ mod tests {
             "{said}"
         );
         summary.odometry_joints_m = Some(0.0031);
-        let said = joints(&summary).expect("three moved");
+        let said = joints(&Header::default(), &summary).expect("three moved");
         assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 

@@ -102,7 +102,7 @@ impl Story {
                 slope,
                 costs::landings(summary, header),
                 costs::off_the_ground(summary),
-                costs::joints(summary),
+                costs::joints(header, summary),
                 costs::slipping(summary, header, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(header, summary),
@@ -259,7 +259,7 @@ fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f6
         (true, false) => " after it came nearest",
     };
     format!(
-        "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
+        "The largest position error{after} was <b>{}</b> at <b>{}</b>.{}",
         length(budget.error_m),
         time(budget.at_s),
         shares(budget, header, &length)
@@ -276,11 +276,8 @@ fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> S
         .filter(|(_, m)| *m > 0.15 * budget.error_m)
         .take(2)
         .map(|(name, m)| {
-            format!(
-                "{} carried it {}",
-                in_words(name, budget, header),
-                length(*m)
-            )
+            let name = in_words(name, budget, header);
+            format!("{name} carried it {} off", length(*m))
         })
         .collect();
     if causes.is_empty() {
@@ -293,9 +290,9 @@ fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> S
         String::new()
     };
     format!(
-        "From {} on {} off{back}.",
+        " From {} on {}{back}.",
         time(budget.from_s),
-        causes.join(", ")
+        causes.join(", and ")
     )
 }
 
