@@ -51,7 +51,10 @@ pub(super) fn run(
         };
         text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
     }
-    console::lines(&format!("{text}\nside by side in {}\n", path_in_line(html)))
+    console::lines(&format!(
+        "{text}\ngallery written to {}\n",
+        path_in_line(html)
+    ))
 }
 
 /// Loads and inspects one file.

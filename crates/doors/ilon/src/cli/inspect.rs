@@ -406,8 +406,9 @@ fn wheels(robot: &Inspection) -> Table {
             ("y", &|wheel| place(wheel, 1)),
             ("z", &|wheel| place(wheel, 2)),
             ("radius", &|wheel| format!("{:.1}", 1e3 * wheel.radius_m)),
-            ("gamma", &|wheel| {
-                format!("{:.1}", wheel.gamma_rad.to_degrees())
+            ("gamma", &|wheel| match wheel.tyre {
+                Some(_) => "tyre".to_owned(),
+                None => format!("{:.1}", wheel.gamma_rad.to_degrees()),
             }),
             ("torque", &|wheel| or_dash(wheel.effort_n_m, 2)),
             ("rate", &|wheel| or_dash(wheel.velocity_rad_s, 2)),
@@ -478,7 +479,10 @@ fn held_rows(tyres: &TyresInspection) -> Table {
 
 fn matrix(robot: &Inspection) -> Table {
     let mut table = Table::new();
-    table.heading("M, Indiveri 2009, equation (8)");
+    table.heading(match robot.tyres {
+        Some(_) => "M: the wheels' speeds of a motion ahead, to the left and of a turn",
+        None => "M, Indiveri 2009, equation (8)",
+    });
     for (wheel, row) in robot.wheels.iter().zip(&robot.m) {
         table.row_of(&wheel.name, &row.map(Some), 4, "");
     }
@@ -488,18 +492,11 @@ fn matrix(robot: &Inspection) -> Table {
 fn kinematics(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("kinematics");
-    match &robot.tyres {
-        Some(tyres) => {
-            table.row("rank of M", Some(tyres.rank_of_m as f64), 0, "of 3");
-            table.row(
-                "rank with the rows of tyres",
-                Some(robot.rank as f64),
-                0,
-                "of 3",
-            );
-        }
-        None => table.row("rank of M", Some(robot.rank as f64), 0, "of 3"),
-    }
+    let rank = match robot.tyres {
+        Some(_) => "rank of all rows",
+        None => "rank of M",
+    };
+    table.row(rank, Some(robot.rank as f64), 0, "of 3");
     table.row_of("singular values", &robot.singular_values.map(Some), 4, "");
     table.row("condition", robot.condition, 2, "");
     match &robot.tyres {

@@ -53,7 +53,6 @@ fn what_tyres_hold_is_in_the_data() {
     let text = printed(&folder, &["inspect", &robot("tricycle.urdf"), "--json"]);
     let seen: Value = serde_json::from_str(&text).expect("JSON");
     let tyres = &seen["tyres"];
-    assert_eq!(tyres["rank_of_m"], 2);
     assert_eq!(tyres["reachable_twists"], 2);
     assert_eq!(
         tyres["rows"][1]["wheels"],

@@ -37,6 +37,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         }
         Question::Table { .. } => {}
     }
+    plain.extend(trade_offs(&findings.ranges, study));
     plain.extend(findings.ranges.iter().map(|one| range(one, study)));
     for one in &findings.distributions {
         if let Some(median) = one.quantiles.get(2) {
@@ -123,6 +124,75 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
             gap.runs, gap.why
         ),
     })
+}
+
+/// Reports, of each axis of numbers, the value that is best for all costs, or between which values
+/// they pull, and a compromise: the value nearest to the least of each, as shares of their ranges.
+fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
+    /// A cost whose means over an axis differ by less than this share is not traded. Chosen.
+    const LEAST_GAIN: f64 = 0.1;
+    let costs = || {
+        let words = ["error", "slip", "drift", "torque", "energy"];
+        ranges
+            .iter()
+            .filter(move |one| words.iter().any(|word| one.quantity.contains(word)))
+    };
+    let mut keys: Vec<(&str, &str)> = Vec::new();
+    for one in costs() {
+        let axes = one
+            .axes
+            .iter()
+            .map(|axis| (one.scenario.as_str(), axis.key.as_str()));
+        keys.extend(axes.filter(|key| !keys.contains(key)).collect::<Vec<_>>());
+    }
+    let of_axis = |(scenario, key): (&str, &str)| {
+        let mut traded = Vec::new();
+        for one in costs().filter(|one| one.scenario == scenario) {
+            let axis = one.axes.iter().find(|axis| axis.key == key)?;
+            let means: Vec<f64> = axis
+                .levels
+                .iter()
+                .map(|level| level.mean)
+                .collect::<Option<_>>()?;
+            let numbers = axis
+                .levels
+                .iter()
+                .all(|level| number_of(&level.value).is_some());
+            let least = means.iter().copied().fold(f64::INFINITY, f64::min);
+            let room = means.iter().copied().fold(0.0, f64::max) - least;
+            if numbers && means.len() > 2 && room > LEAST_GAIN * least {
+                traded.push((one, axis, means, least, room));
+            }
+        }
+        let (_, axis, means, ..) = traded.first()?;
+        let off = |index: &usize| -> f64 {
+            let offs = traded
+                .iter()
+                .map(|(_, _, means, least, room)| (means[*index] - least) / room);
+            offs.map(|off| off * off).sum()
+        };
+        let best = (0..means.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (name, unit) = key_words(key, study);
+        let at = |index: usize| level((key, unit), &axis.levels[index].value, study);
+        let parts = traded.iter().map(|(one, _, means, least, _)| {
+            let lies = means.iter().position(|mean| mean == least).unwrap_or(best);
+            let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
+            let title = title(&one.quantity, &one.scenario, study);
+            match lies == best {
+                true => format!("{title} {here}"),
+                false => format!("{title} {here} (least {there}, at {})", at(lies)),
+            }
+        });
+        let parts: Vec<String> = parts.collect();
+        let is_best = !parts.iter().any(|part| part.contains("(least "));
+        let lead = if is_best { "Best" } else { "Trade-off over" };
+        Some(format!(
+            "{lead} {name}: at {} {}.",
+            at(best),
+            parts.join("; ")
+        ))
+    };
+    keys.into_iter().filter_map(of_axis).collect()
 }
 
 /// The least share of the variation that a sentence names, of an axis or of an interaction.
