@@ -249,7 +249,7 @@ impl Error {
         let said = error.message();
         let help = match said {
             said if said.contains("must be quoted") => {
-                "write text in straight quotes, `\"so\"`, and a number with a point and without its unit, `0.5`"
+                "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
             }
             "duplicate key" => "it is set above already: keep one of the two",
             _ => {

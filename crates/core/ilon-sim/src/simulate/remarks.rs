@@ -340,6 +340,17 @@ mod tests {
         assert_eq!(remarks(0.81, 0.13, -0.55).len(), 2);
     }
 
+    /// At rest springs and contacts turn over less than is printed: a tenth of a millijoule.
+    #[test]
+    fn a_robot_at_rest_neither_gains_energy_nor_has_joints_that_moved() {
+        let mut energy = Energy::default();
+        (energy.slip_j, energy.impact_j) = (Some(2e-6), Some(-3e-5));
+        (energy.motor_j, energy.motor_positive_j) = (Some(1e-7), Some(1e-7));
+        assert!(of_energy(&energy).is_empty());
+        energy.impact_j = Some(-3e-4);
+        assert_eq!(of_energy(&energy).len(), 1);
+    }
+
     #[test]
     fn loops_that_cannot_settle_are_named_where_wheels_are_far_off() {
         let mut summary = Summary::default();

@@ -69,7 +69,7 @@ pub(super) fn wants(path: &Path, wanted: &[Kind], files: &FileAccess) -> Result<
     let file = shell(&path.display().to_string());
     let commands = commands.iter().map(|name| format!("`ilon {name} {file}`"));
     let commands: Vec<String> = commands.collect();
-    let mut help = format!("what takes it is {}", commands.join(" or "));
+    let mut help = format!("read it with {}", commands.join(" or "));
     if wanted.contains(&Kind::Robot)
         && let Some(robot) = robot_of_scenario(path, files)
     {

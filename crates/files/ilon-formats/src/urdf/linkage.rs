@@ -84,7 +84,7 @@ impl Linkage {
                 most(servo.effort, n),
                 most(servo.rate_limit, &format!("{rad}/s")),
             );
-            remarks.push(Remark::new(format!("joint `{}`", joint.name), words));
+            remarks.push(Remark::aside(format!("joint `{}`", joint.name), words));
         }
         remarks
     }

@@ -230,20 +230,16 @@ fn range(one: &RangeOf, study: &Study) -> String {
             .is_none_or(|share| share >= LEAST_SHARE || Some(share) == most)
     });
     let effects = axes.iter().filter_map(|axis| {
-        let [(least_at, least), (largest_at, largest)] = axis.ends()?;
-        let (name, unit) = key_words(&axis.key, study);
-        let share = axis.share.map_or(String::new(), |share| {
-            format!(" explains {} of the variation", percent(share))
-        });
+        let share = percent(axis.share?);
         Some(format!(
-            "{name}{share} (mean {} at {}, {} at {})",
-            value(least),
-            level((&axis.key, unit), least_at, study),
-            value(largest),
-            level((&axis.key, unit), largest_at, study)
+            "{} explains {share} of the variation",
+            key_words(&axis.key, study).0
         ))
     });
     let effects: Vec<String> = effects.collect();
+    if effects.is_empty() {
+        return text;
+    }
     text += &format!(" {}", capital(&effects.join(", ")));
     let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
     if let Some(shares) = shares {
@@ -479,6 +475,44 @@ mod tests {
         assert!(!is_at_end(1.0, 1.0));
         // Rounding.
         assert!(!is_at_end(1.0 + 1e-12, 1.4));
+    }
+
+    /// The error falls from 4 to 1 mm over the axis, the energy rises from 1 to 5 J: at 2 they are
+    /// (2 - 1)/3 and (2 - 1)/4 above the least, at the ends 1; what falls with both is best at 3.
+    #[test]
+    fn costs_that_pull_apart_are_a_trade_off_and_others_have_a_best_value() {
+        let range = |quantity: &str, means: [f64; 3]| -> RangeOf {
+            let levels: Vec<_> = [1.0, 2.0, 3.0]
+                .iter()
+                .zip(means)
+                .map(|(value, mean)| serde_json::json!({ "value": value, "mean": mean }))
+                .collect();
+            let end = serde_json::json!({ "value": 1.0, "run": 0, "values": {} });
+            serde_json::from_value(serde_json::json!({
+                "quantity": quantity, "scenario": "a.toml", "runs": 3, "mean": 2.0,
+                "least": end, "largest": end, "axes": [{ "key": "a.gain", "levels": levels }],
+            }))
+            .unwrap()
+        };
+        let shipped = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../../assets/studies/friction_path_loss.toml"
+        );
+        let study = Study::load(shipped).unwrap();
+        let error = range("position_error_rms_m", [4e-3, 2e-3, 1e-3]);
+        let energy = range("slip_energy_j", [1.0, 2.0, 5.0]);
+        assert_eq!(
+            trade_offs(&[error.clone(), energy], &study),
+            [
+                "Trade-off over gain: at 2 position error, rms 2 mm (least 1 mm, at 3); slip: lost to sliding 2 J (least 1 J, at 1)."
+            ]
+        );
+        // What varies by less than a tenth pulls nowhere.
+        let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
+        assert_eq!(
+            trade_offs(&[error, steady], &study),
+            ["Best gain: at 3 position error, rms 1 mm."]
+        );
     }
 
     #[test]

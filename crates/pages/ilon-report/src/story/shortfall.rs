@@ -734,6 +734,15 @@ mod tests {
         summary.duration_s = 5.0;
         let said = |summary: &Summary| at_rest(&header, summary, &still).unwrap_or_default();
         assert!(said(&summary).ends_with("no motion is commanded."));
+        let mut on_tyres = header.clone();
+        on_tyres
+            .wheels
+            .iter_mut()
+            .for_each(|wheel| wheel.roller_count = 1);
+        summary.position_error_final_m = Some(0.5);
+        let sideways = at_rest(&on_tyres, &summary, &still).unwrap_or_default();
+        assert!(sideways.contains("its tyres cannot roll"), "{sideways}");
+        summary.position_error_final_m = None;
         summary.duration_s = 1.0;
         assert!(said(&summary).contains("`twist.rest_s`"));
         let no_torque = at_rest(&header, &summary, &run(2.0, 500)).unwrap_or_default();
