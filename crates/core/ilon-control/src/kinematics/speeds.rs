@@ -5,6 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use crate::Kinematics;
 use crate::kinematics::matrix::vector_of;
+use crate::kinematics::tyres::ROUNDED;
 
 /// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
 /// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered tyre has turned to
@@ -59,16 +60,16 @@ impl SpeedLimits {
     }
 
     /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
-    /// is the boundary of the polytope. Infinite for a twist that tyres exclude.
+    /// is the boundary of the polytope. Infinite for a twist that tyres exclude by more than the
+    /// rounding of a file's angles.
     pub fn share(&self, twist_in_body: Twist) -> f64 {
         let twist = Vector3::new(
             twist_in_body.vx_m_s,
             twist_in_body.vy_m_s,
             twist_in_body.omega_rad_s,
         );
-        /// Of the twist's own size: far above rounding.
-        const HELD: f64 = 1e-9;
-        let is_held = |row: &Vector3<f64>| row.dot(&twist).abs() > HELD * row.norm() * twist.norm();
+        let is_held =
+            |row: &Vector3<f64>| row.dot(&twist).abs() > ROUNDED * row.norm() * twist.norm();
         if self.held.iter().any(is_held) {
             return f64::INFINITY;
         }

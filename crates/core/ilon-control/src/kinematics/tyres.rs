@@ -14,8 +14,12 @@
 use ilon_robot::{Robot, Wheel};
 use nalgebra::{RowVector3, Vector2};
 
-/// Axes count as parallel within this sine of the angle between them: files hold rounded angles.
-const PARALLEL: f64 = 1e-3;
+/// A motion this much beside what a tyre allows is allowed, over its size: files hold rounded
+/// angles.
+pub(crate) const ROUNDED: f64 = 1e-3;
+/// Axles count as parallel within this sine of the angle between them (chosen): tyres that are set
+/// to converge by a degree drive ahead all the same, and slide a little.
+const PARALLEL: f64 = 0.02;
 
 /// A row n . v_h = 0 and the tyres that give it.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +38,7 @@ pub struct HeldRow {
 
 /// Tyres that give one row together.
 struct Group<'w> {
+    /// The direction of the first one's axle.
     n: Vector2<f64>,
     wheels: Vec<&'w Wheel>,
     is_steered: bool,
@@ -64,7 +69,11 @@ impl Group<'_> {
         let places_m = self.wheels.iter().map(|wheel| wheel.position_m().xy());
         let sum: Vector2<f64> = places_m.map(|b| b - reference_point_m).sum();
         let b = sum / self.wheels.len() as f64;
-        RowVector3::new(self.n.x, self.n.y, b.perp(&self.n))
+        // Their mean, of length one to 5e-5; axles are lines, so that each may point either way.
+        let along = |wheel: &&Wheel| wheel.axis() * wheel.axis().dot(&self.n).signum();
+        let sum: Vector2<f64> = self.wheels.iter().map(along).sum();
+        let n = sum / self.wheels.len() as f64;
+        RowVector3::new(n.x, n.y, b.perp(&n))
     }
 
     fn axles_apart_m(&self) -> f64 {
@@ -178,6 +187,37 @@ mod tests {
         let tops = SpeedLimits::new(&kinematics, &[10.0; 2]);
         let [ahead, aside] = [0.0, 90_f64.to_radians()].map(|rad| tops.top_speed_m_s(rad));
         assert!(ahead > 0.4 && aside == 0.0, "{ahead} {aside}");
+    }
+
+    /// A file says `rpy="0 0 1.5708"` for a right angle, 3.7e-6 more: the way ahead is still there,
+    /// and sideways still is not.
+    #[test]
+    fn a_right_angle_that_a_file_rounds_excludes_no_way_ahead() {
+        let mut robot = on_tyres(&[[0.0, 0.2], [0.0, -0.2]]);
+        let off_rad = 1.5708 - std::f64::consts::FRAC_PI_2;
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), off_rad);
+        for wheel in &mut robot.wheels {
+            wheel.body_from_hub.rotation = turn * wheel.body_from_hub.rotation;
+        }
+        let tops = SpeedLimits::uniform(&Kinematics::new(&robot).expect("it drives"), 10.0);
+        let ahead_m_s = 10.0 * robot.wheels[0].radius_m;
+        assert!((tops.top_speed_m_s(0.0) / ahead_m_s - 1.0).abs() < 1e-9);
+        assert_eq!(tops.top_speed_m_s(0.01), 0.0);
+    }
+
+    /// Wheels that converge by half a degree each: ahead is between them.
+    #[test]
+    fn tyres_that_converge_by_a_degree_drive_ahead() {
+        let mut robot = on_tyres(&[[0.0, 0.2], [0.0, -0.2]]);
+        for (wheel, toe_deg) in robot.wheels.iter_mut().zip([-0.5_f64, 0.5]) {
+            let toe_rad = nalgebra::Vector3::z() * toe_deg.to_radians();
+            let turn = nalgebra::UnitQuaternion::from_scaled_axis(toe_rad);
+            wheel.body_from_hub.rotation = turn * wheel.body_from_hub.rotation;
+        }
+        let kinematics = Kinematics::new(&robot).expect("it drives");
+        assert!(kinematics.sideways_m_s(Twist::new(0.3, 0.0, 0.5)) < 1e-15);
+        let tops = SpeedLimits::uniform(&kinematics, 10.0);
+        assert!(tops.top_speed_m_s(0.0) > 9.9 * robot.wheels[0].radius_m);
     }
 
     /// Two axles contradict each other in every turn: the mean axle counts.

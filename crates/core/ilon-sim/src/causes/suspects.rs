@@ -412,6 +412,9 @@ fn usual(robot: &Robot) -> Vec<Usual> {
         suspects.extend([stuck, dust]);
         suspects.extend(is_driven.then_some(motor));
         suspects.push(bearing);
+        if wheel.has_tyre() && robot.steering_of(wheel).is_some() {
+            suspects.push(beside(wheel));
+        }
     }
     if robot.wheels.iter().all(Wheel::has_tyre) {
         suspects.retain(|suspect| !suspect.is_of_rollers);
@@ -427,6 +430,24 @@ fn smaller(wheel: &str, percent: f64) -> Fault {
         from_s: 0.0,
         until_s: None,
     }
+}
+
+/// A steered wheel that stands beside the angle that the controller takes it for.
+fn beside(wheel: &Wheel) -> Usual {
+    const USUAL_DEG: f64 = 2.0;
+    let name = wheel.name.clone();
+    let words = move |times: f64| {
+        let (deg, way) = (digits(USUAL_DEG * times), either(times, "left", "right"));
+        format!("{name} turned by {deg}° more to the {way} than the controller takes it for")
+    };
+    let (name, axis) = (wheel.name.clone(), wheel.axis());
+    let real_deg = libm::atan2(axis.y, axis.x).to_degrees();
+    let apply = move |times: f64, scenario: &mut Scenario, _: &mut Robot| {
+        let believed = scenario.controller.robot.get_or_insert_default();
+        let of_wheel = believed.wheels.entry(name.clone()).or_default();
+        *of_wheel.axis_deg.get_or_insert(real_deg) -= USUAL_DEG * times;
+    };
+    Usual::new((-10.0, 10.0), words, apply).about(&wheel.name)
 }
 
 /// Common defects of one wheel.

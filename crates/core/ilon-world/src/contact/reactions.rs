@@ -266,20 +266,14 @@ impl ReactionSolver {
         // The impulses of the last step are a good start.
         for law in 0..self.all.len() {
             let now = &self.all[law];
-            if now.tread().is_some() {
-                // Rollers may come and go in any order: each continues from its own impulse.
-                let mut before = scenes.reactions.all().iter();
-                if let Some(before) = before.find(|other| (other.a, other.b) == (now.a, now.b)) {
-                    self.problem.warm_start(law, before.impulse);
-                }
-                continue;
-            }
-            let place = self.all[..law]
-                .iter()
-                .filter(|other| now.follows(other))
-                .count();
-            let before = scenes.reactions.all().iter();
-            let mut before = before.filter(|other| now.follows(other));
+            // Rollers with treads may come and go in any order: each continues from its own impulse.
+            let continues = |other: &&Reaction| match now.tread() {
+                Some(_) => (other.a, other.b) == (now.a, now.b),
+                None => now.follows(other),
+            };
+            // Of several places of a pair each from its own.
+            let place = self.all[..law].iter().filter(continues).count();
+            let mut before = scenes.reactions.all().iter().filter(continues);
             if let Some(before) = before.nth(place) {
                 self.problem.warm_start(law, before.impulse);
             }

@@ -63,6 +63,26 @@ fn a_tyre_rolls_ahead_by_its_radius_and_slides_nowhere() {
     }
 }
 
+/// In a steady turn each place slides as in the last step, and starts from its own impulse there:
+/// hardly more than one step of Newton's method corrects it. Starting from another place's impulse,
+/// of another direction, takes three.
+#[test]
+fn each_place_of_a_tyre_continues_from_its_own_impulse() {
+    let mut world = world(&skid(), 1e-3);
+    let rates_rad_s = [-3.0, 3.0, -3.0, 3.0];
+    turn(&mut world, &rates_rad_s, 2.0);
+    let (mut newton_steps, mut searches) = (0, 0);
+    for _ in 0..200 {
+        turn(&mut world, &rates_rad_s, 1e-3);
+        newton_steps += world.contact_solution().newton_steps;
+        searches += world.contact_solution().searches;
+    }
+    assert!(
+        2 * newton_steps <= 3 * searches,
+        "{newton_steps} in {searches}"
+    );
+}
+
 /// A push to the side below the grip does not move it, and above the grip it slides.
 #[test]
 fn a_tyre_holds_the_robot_sideways_up_to_its_grip() {

@@ -138,6 +138,37 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     );
 }
 
+/// A steered wheel that stands 2 degrees to the left of where it is taken to stand turns a tricycle
+/// with its axle l = 0.45 m behind by tan(2 deg) / l per metre, less what its servo gives way to the
+/// scrub of its tyre: up to 0.005 rad, a seventh. Motions that tyres exclude have no column.
+#[test]
+fn a_steered_wheel_off_its_zero_is_a_suspect() {
+    let folder = Folder::new();
+    let robot = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../assets/robots/tricycle.urdf"
+    );
+    let printed = ended_with(0, &folder.ilon(&["explain", robot]));
+    let excluded = ["diagonal", "refused"];
+    assert!(
+        !excluded.iter().any(|word| printed.contains(word)),
+        "{printed}"
+    );
+    let output = folder.ilon(&["explain", robot, "--json"]);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let suspects = found["suspects"].as_array().expect("suspects");
+    let words = "drive turned by 2° more to the left than the controller takes it for";
+    let suspect = suspects
+        .iter()
+        .find(|one| one["words"] == words)
+        .expect("it is one");
+    let turned_rad = suspect["drifts"][0]["turned_rad"]
+        .as_f64()
+        .expect("a number");
+    let share = turned_rad / (2_f64.to_radians().tan() / 0.45);
+    assert!((0.85..1.0).contains(&share), "{share}");
+}
+
 #[test]
 fn what_cannot_be_seen_is_refused() {
     let folder = Folder::new();

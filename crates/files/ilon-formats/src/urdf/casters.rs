@@ -1,4 +1,5 @@
-//! Casters that are fixed to the chassis: the balls and skids on which robots on tyres stand.
+//! Casters: wheels that swivel freely, and the balls and skids of the chassis on which robots on
+//! tyres stand.
 //!
 //! Files model a ball caster as a sphere, or a box, that is part of the chassis and just reaches
 //! the floor. A robot that its wheels alone do not carry stands on it. As a ball caster rolls in
@@ -6,6 +7,8 @@
 
 use nalgebra::{Unit, Vector3};
 
+use super::names;
+use super::tree::{Motion, Tree};
 use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
 
 /// By how much a caster may reach below the wheels' floor in a file and still be taken to reach
@@ -17,6 +20,40 @@ const ROUNDED_M: f64 = 2e-3;
 pub(super) const TOUCHES: f64 = 1e-3;
 /// A smaller lean is not remarked, in degrees.
 pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
+
+/// Whether a joint swivels a caster or turns its wheel: by its name, or by the caster's trail.
+pub(super) fn is_caster(tree: &Tree, joint: usize) -> bool {
+    names::is_called_caster(tree, joint) || trails(tree, joint)
+}
+
+/// Whether a joint is the upright one, or the level one below it, of a wheel that trails it, and
+/// nothing drives either: both turn endlessly, without an effort.
+fn trails(tree: &Tree, joint: usize) -> bool {
+    /// A shorter trail is none, in metres; nor is one shorter than the wheel is beside the axis of
+    /// its swivel. Both chosen.
+    const LEAST_M: f64 = 3e-3;
+    /// Cosine of the largest lean of an upright axis.
+    const UPRIGHT: f64 = 0.99;
+    let turns = |joint: &usize| {
+        let of = &tree.joints[*joint];
+        of.motion == Motion::Turning && of.effort == 0.0 && !of.mimics
+    };
+    let is_upright = |joint: &usize| tree.joints[*joint].axis.z.abs() > UPRIGHT;
+    let pair = match is_upright(&joint) {
+        true => tree.turning_below(joint).map(|wheel| (joint, wheel)),
+        false => tree
+            .joints_above(joint)
+            .find(is_upright)
+            .map(|swivel| (swivel, joint)),
+    };
+    pair.is_some_and(|(swivel, wheel)| {
+        let [of_swivel, of_wheel] = [swivel, wheel].map(|at| &tree.joints[at]);
+        let (beside_m, axle) = (of_wheel.origin - of_swivel.origin, of_wheel.axis);
+        let trail_m = beside_m.xy().perp(&axle.xy()).abs();
+        let is_behind = trail_m > beside_m.xy().dot(&axle.xy()).abs().max(LEAST_M);
+        turns(&swivel) && turns(&wheel) && tree.is_level(wheel) && is_behind
+    })
+}
 
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
 /// reach the floor. Returns whether it does.

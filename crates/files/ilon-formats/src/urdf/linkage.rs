@@ -10,10 +10,10 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::asked_joint::{Role, asked, refused};
+use super::casters;
 use super::check;
 use super::from_options::BareWheel;
 use super::loading::Loading;
-use super::names;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
@@ -462,7 +462,7 @@ fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
         && given.iter().any(BareWheel::has_tyre)
-        && names::is_caster(tree, joint)
+        && casters::is_caster(tree, joint)
         && tree.links[of.child].mass.is_some()
 }
 

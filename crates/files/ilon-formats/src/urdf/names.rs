@@ -145,7 +145,7 @@ fn own_name(mesh: &str) -> String {
 }
 
 /// Whether a joint, the link that it moves, or one above them is called a caster.
-pub(super) fn is_caster(tree: &Tree, joint: usize) -> bool {
+pub(super) fn is_called_caster(tree: &Tree, joint: usize) -> bool {
     let says = |joint: usize| {
         let mut words = own(tree, joint).into_iter().map(|name| name.to_lowercase());
         words.any(|name| name.contains("caster") || name.contains("castor"))

@@ -180,6 +180,11 @@ fn weigh(
         .and_then(|m| m.attribute("value")?.trim().parse::<f64>().ok())
         .filter(|kg| kg.is_finite() && *kg > 0.0);
     let solid = inertia_from_shapes::of_link(link);
+    if let (Some(inertial), None, None) = (inertial, said_kg, &solid) {
+        let lines = lines_of(&source.text()[inertial.range()]);
+        let said = "its `<inertial>` is left out: it has neither mass nor shapes".to_owned();
+        return Some((vec![(inertial.range(), lines)], said));
+    }
     let mass_kg = said_kg.or_else(|| Some(solid.as_ref()?.volume_m3 * density))?;
     let (mass, shape) = match &solid {
         Some(solid) => (solid.weighing(mass_kg), "a solid of its shapes".to_owned()),

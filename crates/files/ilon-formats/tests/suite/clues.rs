@@ -506,6 +506,30 @@ fn shapes_without_a_size_are_left_out_by_a_repair() {
     assert!(Robot::from_urdf_str_with(&wrong, "r.urdf", &options).is_err());
 }
 
+/// A frame with a mass of 0 and an inertia, as exporters of arms write it: nothing shows a mass, so
+/// that it has none.
+#[test]
+fn an_inertia_without_mass_and_shapes_is_left_out_by_a_repair() {
+    let frame = r#"<link name="flange"><inertial><mass value="0"/>
+        <inertia ixx="0.3" ixy="0" ixz="0.3" iyy="0" iyz="0" izz="0.3"/></inertial></link>
+        <joint name="flange" type="fixed"><parent link="base_link"/><child link="flange"/></joint>"#;
+    let without =
+        robot(&format!("{BODY}{}", wheels(0.0, DISC))).replace("front_", "mecanum_front_");
+    let text = without.replace("</robot>", &format!("{frame}</robot>"));
+    let mut options = LoadOptions::default();
+    assert!(Robot::from_urdf_str_with(&text, "r.urdf", &options).is_err());
+    options.repair = true;
+    let loaded = |text: &str| {
+        Robot::from_urdf_str_with(text, "r.urdf", &options)
+            .unwrap()
+            .robot
+    };
+    let repaired = loaded(&text);
+    assert_eq!(repaired.chassis.mass, loaded(&without).chassis.mass);
+    let words = "left out: it has neither mass nor shapes";
+    assert!(repaired.remarks.iter().any(|r| r.text.contains(words)));
+}
+
 /// An arm of six hinges stands beside a base of four wheels: the base is the robot.
 #[test]
 fn of_the_bodies_of_an_mjcf_the_one_with_wheels_is_the_robot() {

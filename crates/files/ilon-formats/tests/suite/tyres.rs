@@ -57,6 +57,31 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
+/// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A wheel
+/// straight below such a joint has none, nor is one with a drive a caster; both are steered.
+#[test]
+fn a_caster_is_known_by_its_trail() {
+    let urdf = DIFFERENTIAL.replace("caster", "fork");
+    let robot = load(&urdf);
+    assert_eq!(names(&robot), ["left", "right"]);
+    assert!(
+        robot
+            .joints
+            .iter()
+            .all(|joint| joint.role == JointRole::Free)
+    );
+    let steered = |urdf: &str| {
+        let robot = load(urdf);
+        let wheels = robot.wheels.iter();
+        wheels
+            .filter(|wheel| robot.steering_of(wheel).is_some())
+            .count()
+    };
+    assert_eq!(steered(&urdf.replace("-0.025 0 -0.03", "0 0.025 -0.03")), 2);
+    let drive = r#"<axis xyz="0 0 1"/><limit effort="5" velocity="5"/>"#;
+    assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
+}
+
 #[test]
 fn steered_wheels_are_driven_and_their_upright_joints_are_servos() {
     let robot = load(SWERVE);

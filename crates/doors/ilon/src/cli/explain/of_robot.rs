@@ -190,12 +190,18 @@ fn drifts<'s>(
     table.heading(&format!(
         "{robot}: what each usual cause adds, per metre or per turn on the spot: mm ahead, mm to the left, degrees to the left (· = too small to tell)"
     ));
-    table.words("", &MOTIONS.map(str::to_owned));
-    let cells: Vec<String> = healthy.iter().map(in_words).collect();
-    table.words("without faults, from the command", &cells);
+    // Motions that the robot cannot drive have no column.
+    let of_driven = |drifts: &[Option<Drift>]| -> Vec<String> {
+        let pairs = drifts.iter().zip(healthy);
+        let driven = pairs.filter(|(_, healthy)| healthy.is_some());
+        driven.map(|(drift, _)| in_words(drift)).collect()
+    };
+    let names = MOTIONS.iter().zip(healthy);
+    let names = names.filter_map(|(name, healthy)| healthy.is_some().then(|| (*name).to_owned()));
+    table.words("", &names.collect::<Vec<_>>());
+    table.words("without faults, from the command", &of_driven(healthy));
     for suspect in suspects {
-        let cells: Vec<String> = suspect.drifts.iter().map(in_words).collect();
-        table.words(&suspect.words, &cells);
+        table.words(&suspect.words, &of_driven(&suspect.drifts));
     }
     table
 }

@@ -11,6 +11,7 @@ mod axes;
 mod called;
 
 use super::candidates::{Survey, WheelLike};
+use super::casters;
 use super::from_options;
 use super::hub::hub_frame;
 use super::loading::Loading;
@@ -166,7 +167,7 @@ fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
 fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
     let are_beside = !survey.turning.is_empty();
     let joints = survey.steered.iter().map(|like| like.joint);
-    joints.filter(move |joint| !(are_beside && names::is_caster(tree, *joint)))
+    joints.filter(move |joint| !(are_beside && casters::is_caster(tree, *joint)))
 }
 
 /// Returns tyres for all wheels but casters. Where only some of their joints have a limit on the
