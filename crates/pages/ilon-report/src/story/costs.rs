@@ -271,7 +271,7 @@ pub(super) fn joints(header: &Header, summary: &Summary) -> Option<String> {
         text += &format!(", {}", said(second));
     }
     if moved.len() > 2 {
-        text += &format!(" and {} more joints by less", moved.len() - 2);
+        text += &format!(" and {} more by less", moved.len() - 2);
     }
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
@@ -333,7 +333,7 @@ mod tests {
         assert!(said.starts_with("<b>rocker</b> turned between "), "{said}");
         assert!(said.contains("on a stop for 25"), "{said}");
         assert!(
-            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm, 1 more no further."),
+            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm and 1 more by less."),
             "{said}"
         );
         assert!(
