@@ -100,8 +100,10 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
         .map(|(_, name)| name)
 }
 
-/// The whole key of another table that an unknown key is meant for: `world.floor.friction` by `floor.friction`.
-fn elsewhere(unknown: &str, root: &Json) -> Option<String> {
+/// The whole key below a table that an unknown key is meant for: `world.floor.friction` by
+/// `world.friction`.
+fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
+    let within: String = within.iter().map(|part| format!(".{part}")).collect();
     let checker = Checker {
         root,
         path: Vec::new(),
@@ -118,7 +120,9 @@ fn elsewhere(unknown: &str, root: &Json) -> Option<String> {
         });
         level = inner.collect();
         let ending = format!(".{unknown}");
-        let mut found = level.iter().filter(|(key, _)| key.ends_with(&ending));
+        let mut found = level
+            .iter()
+            .filter(|(key, _)| key.ends_with(&ending) && key.starts_with(&within));
         if let (Some((key, _)), None) = (found.next(), found.next()) {
             return Some(key.trim_start_matches('.').to_owned());
         }
@@ -417,7 +421,12 @@ impl<'s> Checker<'s> {
             None if names.is_empty() => "nothing can stand here".to_owned(),
             None => {
                 let inner = self.within_another(name, table, known);
-                match inner.or_else(|| elsewhere(name, self.root)) {
+                let around = &self.path[..self.path.len().saturating_sub(1)];
+                let beneath = || elsewhere(name, around, self.root);
+                match inner
+                    .or_else(beneath)
+                    .or_else(|| elsewhere(name, &[], self.root))
+                {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("the keys here are {}", quoted(&names)),
                 }
