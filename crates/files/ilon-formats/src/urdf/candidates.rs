@@ -7,6 +7,7 @@ use std::collections::HashSet;
 
 use nalgebra::{Point3, Unit, Vector3};
 
+use super::casters;
 use super::disc::{self, Disc, NoDisc};
 use super::hub::hub_frame;
 use super::mesh::Meshes;
@@ -81,6 +82,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
     }
     survey.keep_on_the_floor(tree, candidates);
     survey.leave_out_parts(tree, candidates);
+    survey.leave_out_casters(tree);
     survey
 }
 
@@ -379,6 +381,28 @@ impl Survey {
                 }
             });
         }
+    }
+
+    /// Removes casters that do not swivel, if two other wheels turn: balls, and what is called a
+    /// caster. They roll in every direction, whatever their joint says.
+    fn leave_out_casters(&mut self, tree: &Tree) {
+        let is_caster = |like: &WheelLike| {
+            names::is_called_caster(tree, like.joint) || casters::is_ball(tree, like.joint)
+        };
+        let (casters, wheels): (Vec<_>, Vec<_>) = self.turning.drain(..).partition(is_caster);
+        if wheels.len() < 2 {
+            self.turning = [casters, wheels].concat();
+            self.turning.sort_by_key(|like| like.joint);
+            return;
+        }
+        self.turning = wheels;
+        self.others.retain(|like| !is_caster(like));
+        self.looked
+            .extend(casters.iter().map(|like| CandidateJoint {
+                joint: tree.joints[like.joint].name.clone(),
+                reason: "is a caster".to_owned(),
+                is_too_high: false,
+            }));
     }
 
     /// Removes fixed parts of wheels or of their mounts: rollers and brackets that are round too.

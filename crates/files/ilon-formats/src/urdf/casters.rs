@@ -6,9 +6,10 @@
 //! every direction, its place has no friction on the ground.
 
 use nalgebra::{Unit, Vector3};
+use urdf_rs::Geometry;
 
 use super::names;
-use super::tree::{Motion, Tree};
+use super::tree::{Motion, PlacedShape, Tree};
 use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
 
 /// By how much a caster may reach below the wheels' floor in a file and still be taken to reach
@@ -21,9 +22,38 @@ pub(super) const TOUCHES: f64 = 1e-3;
 /// A smaller lean is not remarked, in degrees.
 pub(super) const REMARKED_TILT_DEG: f64 = 0.05;
 
-/// Whether a joint swivels a caster or turns its wheel: by its name, or by the caster's trail.
+/// Whether a joint swivels a caster or turns its wheel: by its name, or by the caster's trail, or
+/// because it turns a ball.
 pub(super) fn is_caster(tree: &Tree, joint: usize) -> bool {
-    names::is_called_caster(tree, joint) || trails(tree, joint)
+    names::is_called_caster(tree, joint) || trails(tree, joint) || is_ball(tree, joint)
+}
+
+/// Whether a joint swivels a caster that trails it, or turns such a caster's wheel. A ball trails
+/// nothing: it rolls in every direction.
+pub(super) fn swivels_freely(tree: &Tree, joint: usize) -> bool {
+    let below = tree.turning_below(joint).unwrap_or(joint);
+    is_caster(tree, joint) && swivel_of(tree, joint).is_some() && !is_ball(tree, below)
+}
+
+/// Whether a joint turns a ball.
+pub(super) fn is_ball(tree: &Tree, joint: usize) -> bool {
+    let link = &tree.links[tree.joints[joint].child];
+    let is_round = |shape: &PlacedShape| matches!(shape.geometry, Geometry::Sphere { .. });
+    let mut shapes = link.shapes.iter().chain(&link.visuals).peekable();
+    shapes.peek().is_some() && shapes.all(is_round)
+}
+
+/// Returns the joint itself, or the nearest one above it, that turns about an upright axis.
+fn swivel_of(tree: &Tree, joint: usize) -> Option<usize> {
+    /// Cosine of the largest lean of an upright axis.
+    const UPRIGHT: f64 = 0.99;
+    let is_swivel = |joint: &usize| {
+        let of = &tree.joints[*joint];
+        let turns = matches!(of.motion, Motion::Turning | Motion::Swinging);
+        turns && of.axis.z.abs() > UPRIGHT
+    };
+    let mut all = std::iter::once(joint).chain(tree.joints_above(joint));
+    all.find(is_swivel)
 }
 
 /// Whether a joint is the upright one, or the level one below it, of a wheel that trails it, and
@@ -32,20 +62,14 @@ fn trails(tree: &Tree, joint: usize) -> bool {
     /// A shorter trail is none, in metres; nor is one shorter than the wheel is beside the axis of
     /// its swivel. Both chosen.
     const LEAST_M: f64 = 3e-3;
-    /// Cosine of the largest lean of an upright axis.
-    const UPRIGHT: f64 = 0.99;
     let turns = |joint: &usize| {
         let of = &tree.joints[*joint];
         of.motion == Motion::Turning && of.effort == 0.0 && !of.mimics
     };
-    let is_upright = |joint: &usize| tree.joints[*joint].axis.z.abs() > UPRIGHT;
-    let pair = match is_upright(&joint) {
-        true => tree.turning_below(joint).map(|wheel| (joint, wheel)),
-        false => tree
-            .joints_above(joint)
-            .find(is_upright)
-            .map(|swivel| (swivel, joint)),
-    };
+    let pair = swivel_of(tree, joint).and_then(|swivel| match swivel == joint {
+        true => Some((joint, tree.turning_below(joint)?)),
+        false => Some((swivel, joint)),
+    });
     pair.is_some_and(|(swivel, wheel)| {
         let [of_swivel, of_wheel] = [swivel, wheel].map(|at| &tree.joints[at]);
         let (beside_m, axle) = (of_wheel.origin - of_swivel.origin, of_wheel.axis);

@@ -457,12 +457,12 @@ fn default_role(
     })
 }
 
-/// Whether a joint belongs to a caster of a robot on tyres, and turns freely.
+/// Whether a joint belongs to a caster of a robot on tyres that swivels, and turns freely.
 fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
         && given.iter().any(BareWheel::has_tyre)
-        && casters::is_caster(tree, joint)
+        && casters::swivels_freely(tree, joint)
         && tree.links[of.child].mass.is_some()
 }
 

@@ -82,6 +82,60 @@ fn a_caster_is_known_by_its_trail() {
     assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
 }
 
+/// A ball is no wheel, on a joint that turns, or an upright one and another, or none; nor is a foot,
+/// nor what is called a caster and does not swivel: the robot stands on them without friction.
+#[test]
+fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
+    let (bare, _) = DIFFERENTIAL
+        .split_once("<link name=\"front_caster_fork\">")
+        .expect("its fork");
+    let link = |name: &str, shape: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="0.1"/><inertia ixx="3.6e-5" ixy="0" ixz="0" iyy="3.6e-5" iyz="0" izz="3.6e-5"/></inertial>{shape}</link>"#
+        )
+    };
+    let joint = |name: &str, parent: &str, place: &str, axis: &str| {
+        format!(
+            r#"<joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/><origin xyz="{place}"/><axis xyz="{axis}"/></joint>"#
+        )
+    };
+    let ball = r#"<collision><geometry><sphere radius="0.03"/></geometry></collision>"#;
+    let roll = r#"<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.03" length="0.02"/></geometry></collision>"#;
+    let alone = |name: &str, shape: &str| {
+        link(name, shape) + &joint(name, "base_link", "0.16 0 0.03", "0 1 0")
+    };
+    let swivels = [
+        link("pivot", ""),
+        joint("pivot", "base_link", "0.16 0 0.03", "0 0 1"),
+        link("round", ball),
+        joint("round", "pivot", "0 0 0", "0 1 0"),
+    ];
+    // Across the wheels' axles, as of omni wheels.
+    let fixed = |part: String| {
+        part.replace("continuous", "fixed")
+            .replace("0 1 0", "1 0 0")
+    };
+    let across = roll.replace("1.5707963267948966 0 0", "0 1.5707963267948966 0");
+    let casters = [
+        alone("round", ball),
+        fixed(alone("round", ball)),
+        fixed(alone("foot", &across)),
+        alone("caster", roll),
+        swivels.concat(),
+    ];
+    for caster in casters {
+        let robot = load(&format!("{bare}{caster}</robot>"));
+        assert_eq!(names(&robot), ["left", "right"]);
+        assert!(robot.joints.is_empty(), "{:?}", robot.joints);
+        let slides = robot
+            .chassis
+            .collisions
+            .iter()
+            .filter(|of| of.friction == Some(0.0));
+        assert_eq!(slides.count(), 1);
+    }
+}
+
 #[test]
 fn steered_wheels_are_driven_and_their_upright_joints_are_servos() {
     let robot = load(SWERVE);

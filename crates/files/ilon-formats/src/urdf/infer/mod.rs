@@ -10,7 +10,7 @@
 mod axes;
 mod called;
 
-use super::candidates::{Survey, WheelLike};
+use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::casters;
 use super::from_options;
 use super::hub::hub_frame;
@@ -59,7 +59,7 @@ pub(super) struct Inferred {
 /// Returns the rollers that a file implies for its wheels.
 pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     let (source, tree) = (loading.source, loading.tree);
-    let wheels = wheels(survey)?;
+    let wheels = wheels(tree, survey)?;
     // For a wheel of unknown size the rollers would need a second guess.
     if wheels.iter().any(|wheel| wheel.disc.is_none()) {
         return None;
@@ -406,11 +406,15 @@ fn by_groups(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Hande
     (are_omni || !is_called_mecanum).then_some(Handedness::AllDeg(0.0))
 }
 
-/// Returns the wheels in question: those that turn, or else all possible ones.
-fn wheels(survey: &Survey) -> Option<Vec<WheelLike>> {
+/// Returns the wheels in question: those that turn, or else all possible ones. Beside two that turn
+/// a round part that does not is one if it is called a wheel.
+fn wheels(tree: &Tree, survey: &Survey) -> Option<Vec<WheelLike>> {
     if survey.turning.len() >= LEAST_WHEELS {
         return Some(survey.turning.clone());
     }
-    let likely: Vec<WheelLike> = survey.likely().into_iter().cloned().collect();
+    let may_be_round = survey.turning.len() < 2;
+    let others = survey.others.iter();
+    let others = others.filter(|like| may_be_round || is_called_wheel(tree, like.joint));
+    let likely: Vec<WheelLike> = survey.turning.iter().chain(others).cloned().collect();
     (likely.len() >= LEAST_WHEELS).then_some(likely)
 }
