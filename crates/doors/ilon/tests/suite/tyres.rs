@@ -28,7 +28,7 @@ fn neither_text_nor_page_speaks_of_rollers(name: &str) {
     let text = printed(&folder, &["inspect", &robot(name), "--html", "page.html"]);
     let about = text.split("remarks on the file").next().expect("text");
     assert!(!about.contains("roller"), "{about}");
-    assert!(about.contains("rank with the rows of tyres"), "{about}");
+    assert!(about.contains("rank of all rows"), "{about}");
     let page = std::fs::read_to_string(folder.path("page.html")).expect("a page");
     let said = page.split("id=\"remarks\"").next().expect("text");
     let said = said
