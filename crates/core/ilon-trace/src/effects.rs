@@ -46,6 +46,8 @@ pub struct Ablation<'a> {
     pub apart: Apart,
     /// The distance between the run and its twin at half the step, in metres and radians.
     pub floor: [f64; 2],
+    /// The same at the end.
+    pub end_floor: [f64; 2],
     /// The effects on the figures.
     pub effects: Vec<Effect>,
 }
@@ -65,26 +67,36 @@ impl Ablation<'_> {
     /// Whether without it the robot would have been further from its reference, or in open loop
     /// from what was asked of it, in place or in heading, by a part that is worth a word, and in
     /// neither nearer.
+    ///
+    /// Noise never helps: with another seed it moves the robot another way.
     pub fn helped(&self) -> bool {
         /// A smaller part of the error is not.
         const WORTH: f64 = 0.05;
         let errors = |keys: [&str; 2]| keys.map(|key| self.get(key)?.with.and(self.get(key)));
         let of = match errors(["position_error_max_m", "heading_error_max_rad"]) {
-            [None, None] => errors(["ledger.total.path_m", "ledger.total.turned_rad"]),
-            tracked => tracked,
+            // What jitters has a long way, and leads nowhere.
+            [None, None] => ["path_m", "turned_rad", "x_m", "y_m"]
+                .map(|part| self.get(&format!("ledger.total.{part}")))
+                .to_vec(),
+            tracked => tracked.to_vec(),
         };
         let differs = |by: &Effect, more: f64| {
-            let worth = WORTH * by.with.unwrap_or(0.0).abs();
-            by.differs && more * by.difference > worth
+            let [with, without] = [by.with, by.without].map(|x| x.unwrap_or(0.0).abs());
+            by.differs && more * (with - without) > WORTH * with
         };
         let is_any = |more: f64| of.iter().flatten().any(|by| differs(by, more));
-        is_any(-1.0) && !is_any(1.0)
+        is_any(-1.0) && !is_any(1.0) && !self.cause.is_some_and(is_noise)
     }
 
     /// The effect on a figure, by its key.
     pub fn get(&self, key: &str) -> Option<&Effect> {
         self.effects.iter().find(|effect| effect.key == key)
     }
+}
+
+/// Whether a cause is noise.
+fn is_noise(cause: &Cause) -> bool {
+    NOISES.contains(&cause.key.as_str())
 }
 
 /// Compares the run with each twin without a cause, in the order of the causes; the twin without
@@ -125,9 +137,9 @@ fn ablation<'a>(
     cause: Option<&'a Cause>,
 ) -> Option<Ablation<'a>> {
     let apart = twin.apart?;
-    let is_noise = cause.is_some_and(|cause| NOISES.contains(&cause.key.as_str()));
+    let by_seed = cause.is_some_and(is_noise);
     let is_floor = move |twin: &&Twin| {
-        twin.change.is_noise() && !(is_noise && twin.change == Change::OtherSeed)
+        twin.change.is_noise() && !(by_seed && twin.change == Change::OtherSeed)
     };
     let noise = || header.twins.iter().filter(is_floor);
     let scales = Scales::of(summary, header);
@@ -140,6 +152,10 @@ fn ablation<'a>(
     let floor = [
         of_noise(|apart| apart.most_m, place),
         of_noise(|apart| apart.most_rad, turn),
+    ];
+    let end_floor = [
+        of_noise(|apart| apart.ahead_m.hypot(apart.left_m), place),
+        of_noise(|apart| apart.turned_rad.abs(), turn),
     ];
     let named = |key: &str, with, without, difference: f64, floor: f64| Effect {
         cause: cause.map_or("all", |cause| &cause.key).to_owned(),
@@ -186,6 +202,7 @@ fn ablation<'a>(
         cause,
         apart,
         floor,
+        end_floor,
         effects,
     })
 }
@@ -312,13 +329,16 @@ mod tests {
     /// it: what brought the robot nearer in one and further off in the other did not help.
     #[test]
     fn what_helped_brought_the_robot_nearer_in_place_or_heading_and_in_neither_further() {
-        for (path, turned, helped) in [
-            (1.2, 1.0, true),
-            (1.0, 1.2, true),
-            (1.2, 0.8, false),
-            (0.8, 1.2, false),
-            (1.03, 1.0, false),
-            (0.8, 1.0, false),
+        for (path, turned, x, helped) in [
+            (1.2, 1.0, 1.0, true),
+            (1.0, 1.2, 1.0, true),
+            (1.2, 0.8, 1.0, false),
+            (0.8, 1.2, 1.0, false),
+            (1.03, 1.0, 1.0, false),
+            (0.8, 1.0, 1.0, false),
+            // It jittered more, and ended nearer to where it was sent.
+            (1.2, 1.0, 0.5, false),
+            (1.0, 1.0, -1.5, true),
         ] {
             let mut trace = made_up_trace(1, 40, true);
             trace.header.open_loop = true;
@@ -327,14 +347,17 @@ mod tests {
             (alone.position_error_max_m, alone.heading_error_max_rad) = (None, None);
             alone.ledger.total.path_m = 0.1;
             alone.ledger.total.turned_rad = 0.2;
+            alone.ledger.total.x_m = -0.05;
             let mut twin = twin(without("push"), &alone, 0.0);
             twin.figures
                 .insert("ledger.total.path_m".to_owned(), 0.1 * path);
             twin.figures
                 .insert("ledger.total.turned_rad".to_owned(), 0.2 * turned);
+            twin.figures
+                .insert("ledger.total.x_m".to_owned(), -0.05 * x);
             trace.header.twins = vec![twin];
             let found = of_causes(&alone, &trace.header);
-            assert_eq!(found[0].helped(), helped, "{path} {turned}");
+            assert_eq!(found[0].helped(), helped, "{path} {turned} {x}");
         }
     }
 

@@ -298,8 +298,8 @@ pub(super) fn causes_table(ablations: &[Ablation]) -> String {
     let mut ranked: Vec<&Ablation> = ablations.iter().collect();
     ranked.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
     let rows = ranked.into_iter().map(|one| {
-        let [floor_m, floor_rad] = one.floor;
-        let known_m = |x_m: f64| {
+        let [end_floor_m, floor_rad] = one.end_floor;
+        let known_m = |x_m: f64, floor_m: f64| {
             let is_told = x_m.abs() > FLOORS * floor_m;
             cell(is_told.then(|| length_known(x_m, floor_m)))
         };
@@ -307,10 +307,10 @@ pub(super) fn causes_table(ablations: &[Ablation]) -> String {
         let turned = (turned.abs() > FLOORS * floor_rad).then(|| angle_known(turned, floor_rad));
         let slip = one.get("slip_energy_j").filter(|slip| slip.differs);
         let cells = [
-            known_m(one.apart.most_m),
+            known_m(one.apart.most_m, one.floor[0]),
             cell(one.moves().then(|| time(one.apart.most_at_s))),
-            known_m(one.apart.ahead_m),
-            known_m(one.apart.left_m),
+            known_m(one.apart.ahead_m, end_floor_m),
+            known_m(one.apart.left_m, end_floor_m),
             cell(turned),
             cell(slip.map(|slip| energy(slip.difference))),
         ];

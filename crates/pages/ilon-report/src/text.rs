@@ -43,10 +43,12 @@ const KNOWN_AT_BEST: f64 = 1e-3;
 
 /// Returns a length with as many digits as its uncertainty, in metres, justifies.
 pub(super) fn length_known(x_m: f64, floor_m: f64) -> String {
-    let floor_m = floor_m.max(KNOWN_AT_BEST * x_m.abs());
     match x_m.abs() >= 1.0 {
-        true => format!("{} m", decimals(x_m, borne(floor_m, 3))),
-        false => format!("{} mm", decimals(1e3 * x_m, borne(1e3 * floor_m, 2))),
+        true => format!("{} m", decimals(x_m, borne(x_m, floor_m, 3))),
+        false => format!(
+            "{} mm",
+            decimals(1e3 * x_m, borne(1e3 * x_m, 1e3 * floor_m, 2))
+        ),
     }
 }
 
@@ -60,13 +62,13 @@ pub(super) fn length_to(x_m: f64, floor_m: Option<f64>) -> String {
 
 /// Returns an angle in degrees with as many digits as its uncertainty, in radians, justifies.
 pub(super) fn angle_known(x_rad: f64, floor_rad: f64) -> String {
-    let floor_rad = floor_rad.max(KNOWN_AT_BEST * x_rad.abs());
-    let places = borne(floor_rad.to_degrees(), 3);
-    format!("{}°", decimals(x_rad.to_degrees(), places))
+    let [x_deg, floor_deg] = [x_rad, floor_rad].map(f64::to_degrees);
+    format!("{}°", decimals(x_deg, borne(x_deg, floor_deg, 3)))
 }
 
-/// Returns the number of decimals that an uncertainty justifies, at most `most`.
-fn borne(floor: f64, most: usize) -> usize {
+/// Returns the number of decimals that the uncertainty of a figure justifies, at most `most`.
+pub(super) fn borne(x: f64, floor: f64, most: usize) -> usize {
+    let floor = floor.max(KNOWN_AT_BEST * x.abs());
     let places = -floor.max(f64::MIN_POSITIVE).log10().floor();
     places.clamp(0.0, most as f64) as usize
 }
@@ -115,7 +117,13 @@ pub(super) fn speed(x_m_s: f64) -> String {
 
 /// Returns an energy as text.
 pub(super) fn energy(x_j: f64) -> String {
-    let places = if x_j.abs() >= 0.1 { 2 } else { 3 };
+    energy_to(x_j, None)
+}
+
+/// Returns an energy with as many digits as its uncertainty justifies, in J, if that is known.
+pub(super) fn energy_to(x_j: f64, floor_j: Option<f64>) -> String {
+    let most = if x_j.abs() >= 0.1 { 2 } else { 3 };
+    let places = floor_j.map_or(most, |floor_j| borne(x_j, floor_j, most));
     format!("{} J", decimals(x_j, places))
 }
 

@@ -15,7 +15,7 @@ use super::twin::{Limits, TwinOutcome, twin};
 use crate::scenario::{Scenario, Step};
 use crate::simulate::Resolved;
 
-/// The largest number of causes that a run removes without being asked. Chosen.
+/// The largest number of causes that a run removes one by one without being asked. Chosen.
 const MOST_NAMED: usize = 8;
 /// A run tries remedies without being asked if all its twins together test no more surfaces than
 /// this, which takes 0.2 to 0.5 s of CPU in a release build. The cost is counted, not timed, so
@@ -74,14 +74,11 @@ impl Twins {
             stands,
             physics_dt_s: resolved.physics_dt_s(),
         };
-        let mut left_out = match causes {
+        let left_out = match causes {
             Causes::None => Vec::new(),
-            Causes::Named => null::named(run),
+            Causes::Named => with_the_rest_together(null::named(run)),
             Causes::All => null::all(run),
         };
-        if causes == Causes::Named {
-            left_out.truncate(MOST_NAMED);
-        }
         let tries = match causes {
             Causes::None => Tries::No,
             Causes::Named => Tries::IfShort,
@@ -233,6 +230,21 @@ fn without_all(nulls: Vec<Arc<Null>>) -> Null {
         let nulls = nulls.iter().rev();
         nulls.for_each(|null| null(scenario, robot));
     })
+}
+
+/// At most [`MOST_NAMED`] causes: of more, the last are one.
+fn with_the_rest_together(mut causes: Vec<(Cause, Null)>) -> Vec<(Cause, Null)> {
+    if causes.len() > MOST_NAMED {
+        let rest = causes.split_off(MOST_NAMED - 1).into_iter();
+        let (words, nulls): (Vec<String>, Vec<Arc<Null>>) =
+            rest.map(|(cause, null)| (cause.words, null.into())).unzip();
+        let cause = Cause {
+            key: "others".to_owned(),
+            words: format!("the {} others ({})", words.len(), words.join(", ")),
+        };
+        causes.push((cause, without_all(nulls)));
+    }
+    causes
 }
 
 /// Whether the noise seed has an effect.

@@ -291,6 +291,35 @@ fn what_is_there_makes_the_difference_to_the_run_without_it() {
     }
 }
 
+/// The file names the latency of its wheel loops, so that a run looks at it unasked.
+#[test]
+fn a_run_says_what_the_latency_of_its_wheel_loops_does() {
+    let found = explained(&given(OPEN, "wheel_loop.latency_s = 0.03"), Causes::Named);
+    let moved = found
+        .summary
+        .effects
+        .get("wheel_loop.latency_s", effects::APART_M);
+    assert!(moved.is_some_and(|moved| moved.differs), "{moved:?}");
+}
+
+/// Ten causes are more than a run removes one by one: the last three go together, and none is
+/// left out. Without them the robot ends where the run by hand without them does.
+#[test]
+fn of_many_causes_none_is_left_out() {
+    let grams = |count: u32| -> Vec<String> {
+        let load = |of: u32| format!("{{ payload = {{ mass_kg = {of}e-3 }} }}");
+        (1..=count).map(load).collect()
+    };
+    let mut faults = grams(9);
+    faults.push("{ motor_lost = { wheel = 'front_left' } }".to_owned());
+    let found = explained(&scenario(OPEN, &faults), Causes::Named);
+    let moved = found.summary.effects.get("others", effects::APART_M);
+    let moved = moved.expect("the last three");
+    assert!(moved.differs && moved.words.contains("the lost motor of front_left"));
+    let without = run(&scenario(OPEN, &grams(7))).expect("it runs").summary;
+    assert_eq!(end_without(&found, "others"), end(&without));
+}
+
 /// A push that makes the error larger is a culprit; one without which it would have been larger helped.
 #[test]
 fn what_keeps_the_error_smaller_helped() {

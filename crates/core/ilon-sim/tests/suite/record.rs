@@ -183,6 +183,26 @@ impl Sink for Counting {
     }
 }
 
+/// A tyre half on ice and half off it, and tyres on a floor that holds three times as much across
+/// its nap: a wheel never uses more than the grip that its places have together.
+#[test]
+fn no_wheel_uses_more_grip_than_there_is() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    for floor in [
+        "friction = 0.6, patches = [{ x_m = 0.6, y_m = 0, length_x_m = 0.5, length_y_m = 9, friction = 0.1 }]",
+        "friction = 0.2, across = { friction = 0.6 }",
+    ] {
+        let text = format!(
+            "robot.file = \"skid4.urdf\"\nworld.floor = {{ {floor} }}\ntwist = {{ vx_m_s = 0.5, omega_rad_s = 0.5, rest_s = 0 }}\nrun.duration_s = 2.0\n"
+        );
+        let scenario = Scenario::from_toml(&text, "held", &folder).expect("a scenario");
+        let summary = Simulation::new(&scenario).expect("it stands").run().summary;
+        let used = summary.friction_used_max.expect("it touches");
+        // It slides, and so uses all of it, to the rounding of a sum.
+        assert!((0.99..=1.0 + 1e-9).contains(&used), "{floor}: {used}");
+    }
+}
+
 #[test]
 fn a_thinned_record_is_of_the_same_run() {
     let all = simulation("").run();

@@ -82,7 +82,7 @@ pub fn stated() -> impl Iterator<Item = (&'static Quantity, Accuracy)> {
 }
 
 /// Figures without a stated accuracy that are still compared between a run and its twins.
-const COMPARED_TOO: [&str; 13] = [
+const COMPARED_TOO: [&str; 15] = [
     "position_converged_s",
     "heading_converged_s",
     "twist_mean.vx_m_s",
@@ -96,6 +96,8 @@ const COMPARED_TOO: [&str; 13] = [
     "hub_ripple_m",
     "ledger.total.path_m",
     "ledger.total.turned_rad",
+    "ledger.total.x_m",
+    "ledger.total.y_m",
 ];
 
 /// The quantities that are compared between a run and its twins, in the order of [`all`].

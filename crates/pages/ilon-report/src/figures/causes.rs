@@ -24,7 +24,7 @@ pub(crate) fn at_the_end(ablations: &[Ablation]) -> Option<Figure> {
         ];
         let told = parts
             .iter()
-            .filter(|(off_m, ..)| off_m.abs() > FLOORS * one.floor[0]);
+            .filter(|(off_m, ..)| off_m.abs() > FLOORS * one.end_floor[0]);
         rows.extend(
             told.map(|(off_m, way, color)| (format!("{name}: {way}"), 1e3 * off_m, *color)),
         );

@@ -1,12 +1,13 @@
 //! Sentences on slip and its cost, saturated tasks, and the drift of dead reckoning.
 
+use ilon_trace::effects::floor;
 use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary};
 
 use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE};
 use super::phrases::list;
 use crate::page::escape;
-use crate::text::{angle, energy, length, percent, time};
+use crate::text::{angle, energy, energy_to, length, percent, time};
 
 /// Smaller costs are ignored, in J.
 const LEAST_J: f64 = 5e-4;
@@ -201,7 +202,7 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
     });
     Some(format!(
         "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{rubbed}{hand_over}",
-        energy(slip_j),
+        energy_to(slip_j, floor("slip_energy_j", summary, header)),
         percent(share),
         from_s,
         time(until_s),

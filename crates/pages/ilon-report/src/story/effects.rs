@@ -7,7 +7,7 @@ use ilon_trace::{Change, Header, Summary, quantities};
 use super::phrases::list;
 use super::posture::{Posture, Stance, TIPPED_RAD};
 use crate::page::escape;
-use crate::text::{angle_known, capital, energy, length_known, percent, time};
+use crate::text::{angle_known, borne, capital, decimals, energy_to, length_known, percent, time};
 
 /// Number of causes with their own sentence.
 const MOST_TOLD: usize = 4;
@@ -29,9 +29,9 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         let helped = a.helped().cmp(&b.helped());
         helped.then(b.apart.most_m.total_cmp(&a.apart.most_m))
     });
-    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles
-        .iter()
-        .partition(|one| one.moves() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M);
+    let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles.iter().partition(|one| {
+        one.moves() || figure(one).is_some() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M
+    });
     let mut lines: Vec<String> = told
         .iter()
         .take(MOST_TOLD)
@@ -40,7 +40,7 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         .collect();
     lines.extend(told.get(MOST_TOLD..).and_then(untold));
     lines.extend(together(&ablations));
-    lines.extend(no_difference(&idle, header));
+    lines.extend(no_difference(&idle));
     let failed = header.twins.iter().filter_map(|twin| match &twin.change {
         Change::Without(cause) => Some((cause, twin.error.as_ref()?)),
         _ => None,
@@ -105,23 +105,22 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
     if one.moves() {
         return of_way(one, &cause, is_first);
     }
-    let costs = one
-        .effects
-        .iter()
-        .filter(|it| it.differs && is_cost(&it.key));
-    let largest = costs.max_by(|a, b| relative(a).total_cmp(&relative(b)));
-    match largest.and_then(in_words) {
-        Some(figure) => format!(
-            "{} moved the robot by less than {}; {figure}.",
-            capital(&cause),
-            least(one.floor[0])
-        ),
-        None => format!(
-            "{} moved the robot by less than {}.",
-            capital(&cause),
-            least(one.floor[0])
-        ),
-    }
+    format!(
+        "{} moved the robot by less than {}{}.",
+        capital(&cause),
+        least(one.floor[0]),
+        figure(one).map_or_else(String::new, |figure| format!("; {figure}"))
+    )
+}
+
+/// Returns the figure that a cause changed most, as text: of the costs, else of what the robot saw.
+fn figure(one: &Ablation) -> Option<String> {
+    let largest = |is: fn(&str) -> bool| {
+        let changed = one.effects.iter().filter(|it| it.differs && is(&it.key));
+        changed.max_by(|a, b| relative(a).total_cmp(&relative(b)))
+    };
+    let is_seen = |key: &str| key.starts_with("seen_") || key.starts_with("odometry_");
+    largest(is_cost).or(largest(is_seen)).and_then(in_words)
 }
 
 /// Whether a figure is a cost of the run, and not part of its path.
@@ -137,44 +136,43 @@ fn least(floor_m: f64) -> String {
 /// Reports the displacement by a cause; the first such sentence names the comparison.
 fn of_way(one: &Ablation, cause: &str, is_first: bool) -> String {
     let [floor_m, floor_rad] = one.floor;
+    let [end_floor_m, end_floor_rad] = one.end_floor;
     let apart = &one.apart;
     let side = |x: f64, plus: &'static str, minus: &'static str| if x < 0.0 { minus } else { plus };
     let ways = [
-        (apart.ahead_m, side(apart.ahead_m, "ahead", "back")),
-        (
-            apart.left_m,
-            side(apart.left_m, "to the left", "to the right"),
-        ),
+        (apart.ahead_m, ["ahead", "back"]),
+        (apart.left_m, ["to the left", "to the right"]),
     ];
-    let ways = ways
-        .iter()
-        .filter(|(off_m, _)| off_m.abs() > FLOORS * floor_m);
     let ways: Vec<String> = ways
-        .map(|(off_m, way)| format!("<b>{} {way}</b>", length_known(off_m.abs(), floor_m)))
+        .into_iter()
+        .filter(|(off_m, _)| off_m.abs() > FLOORS * end_floor_m)
+        .map(|(off_m, [plus, minus])| {
+            let by = length_known(off_m.abs(), end_floor_m);
+            format!("<b>{by} {}</b>", side(off_m, plus, minus))
+        })
         .collect();
-    let turned = apart.turned_rad;
-    let turned = (turned.abs() > FLOORS * floor_rad).then(|| {
-        let way = side(turned, "left", "right");
-        let by = angle_known(turned.abs(), floor_rad);
+    let turned_rad = apart.turned_rad;
+    let turned = (turned_rad.abs() > FLOORS * end_floor_rad).then(|| {
+        let way = side(turned_rad, "left", "right");
+        let by = angle_known(turned_rad.abs(), end_floor_rad);
         format!("turned it to the {way} by <b>{by}</b>")
     });
     let put = (!ways.is_empty()).then(|| format!("put the robot {}", list(&ways)));
     let did: Vec<String> = [put, turned].into_iter().flatten().collect();
     let end_m = apart.ahead_m.hypot(apart.left_m);
     let is_far = apart.most_m > FLOORS * floor_m;
-    let passing = match is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
-        true => Some(format!(
-            "moved the robot by up to <b>{}</b> at {}",
-            length_known(apart.most_m, floor_m),
-            time(apart.most_at_s)
-        )),
-        false if did.is_empty() => Some(format!(
-            "turned the robot by up to <b>{}</b> at {}",
-            angle_known(apart.most_rad, floor_rad),
-            time(apart.most_rad_at_s)
-        )),
-        false => None,
+    let is_turned = apart.most_rad > FLOORS * floor_rad;
+    let passing = if is_far && (did.is_empty() || apart.most_m > PASSING * end_m) {
+        let by = length_known(apart.most_m, floor_m);
+        Some(("moved", by, apart.most_at_s))
+    } else if is_turned && (did.is_empty() || apart.most_rad > PASSING * turned_rad.abs()) {
+        let by = angle_known(apart.most_rad, floor_rad);
+        Some(("turned", by, apart.most_rad_at_s))
+    } else {
+        None
     };
+    let passing = passing
+        .map(|(did, by, at_s)| format!("{did} the robot by up to <b>{by}</b> at {}", time(at_s)));
     let (joined, ended) = match did.is_empty() {
         true => ("; ", "no effect is left at the end".to_owned()),
         false => (", and ", format!("{} at the end", list(&did))),
@@ -239,7 +237,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
 }
 
 /// Reports the causes without effect in one sentence.
-fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
+fn no_difference(idle: &[&Ablation]) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
     let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
     (!names.is_empty()).then(|| {
@@ -251,23 +249,11 @@ fn no_difference(idle: &[&Ablation], header: &Header) -> Option<String> {
                 least(floor_m)
             ),
             true => format!(
-                "What {names} did to the way cannot be told: {} the run itself goes up to <b>{}</b> elsewhere.",
-                with_what(header, floor_m),
+                "What {names} did to the way cannot be told: the way is known to <b>{}</b>.",
                 length_known(floor_m, floor_m)
             ),
         }
     })
-}
-
-/// Returns the change of the run that determined its accuracy, in metres.
-fn with_what(header: &Header, floor_m: f64) -> &'static str {
-    let mut twins = header.twins.iter();
-    let half = twins.find(|twin| twin.change == Change::HalfStep);
-    let moved_m = half.and_then(|twin| Some(twin.apart?.most_m));
-    match moved_m.is_some_and(|moved_m| moved_m >= floor_m) {
-        true => "at half the step",
-        false => "with other noise",
-    }
 }
 
 /// Returns the relative difference of a figure, over its larger value.
@@ -284,7 +270,8 @@ fn in_words(effect: &Effect) -> Option<String> {
     let quantity = quantities::by_key(&effect.key)?;
     let shown = |value: Option<f64>| {
         value.map_or("none".to_owned(), |value| {
-            format!("{:.*}", quantity.decimals, value * quantity.unit.per_si)
+            let [value, floor] = [value, effect.floor].map(|x| x * quantity.unit.per_si);
+            decimals(value, borne(value, floor, quantity.decimals))
         })
     };
     Some(format!(
@@ -309,18 +296,11 @@ pub(super) fn tries(header: &Header, summary: &Summary) -> Vec<String> {
 /// `None` if not worth reporting.
 fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
     let remedy = one.cause?;
-    let (mut best, mut spoilt) = (None, None);
-    for (share, text) in measures(one, summary) {
-        if share > WORTH_TELLING {
-            best = best.or(Some((share, text)));
-        } else if share < -WORTH_TELLING {
-            spoilt = spoilt.or(Some(text));
-        }
-    }
-    let (share, gave) = best?;
-    if spoilt.is_some() {
+    let measured = measures(one, summary);
+    if measured.iter().any(|(share, _)| *share < -WORTH_TELLING) {
         return None;
     }
+    let (share, gave) = measured.into_iter().find(|it| it.0 > WORTH_TELLING)?;
     let line = format!(
         "{}, <code>{}</code>: tried, {gave}.",
         capital(&escape(&remedy.words)),
@@ -332,6 +312,8 @@ fn gain(one: &Ablation, summary: &Summary) -> Option<(f64, String)> {
 /// Returns the relative improvement of each relevant figure, the most important first, with its
 /// text.
 fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
+    /// A figure as text, with the digits that its uncertainty justifies.
+    type Known = fn(f64, f64) -> String;
     let mut measures = Vec::new();
     let fallen = |from: f64, to: f64| (from - to) / from.abs().max(f64::MIN_POSITIVE);
     if summary.position_error_final_m.is_none()
@@ -357,30 +339,25 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
             }
         }
     }
-    for (key, name) in [
-        ("position_error_rms_m", "the position error was"),
-        ("position_error_max_m", "the largest position error was"),
-    ] {
+    let joules: Known = |x_j, floor_j| energy_to(x_j, Some(floor_j));
+    let length: Known = length_known;
+    let figures = [
+        ("position_error_rms_m", "the position error was", length),
+        (
+            "position_error_max_m",
+            "the largest position error was",
+            length,
+        ),
+        ("slip_energy_j", "sliding cost", joules),
+    ];
+    for (key, name, shown) in figures {
         if let Some(effect) = one.get(key).filter(|it| it.differs)
-            && let (Some(from_m), Some(to_m)) = (effect.with, effect.without)
+            && let (Some(from), Some(to)) = (effect.with, effect.without)
         {
-            let text = format!(
-                "{name} <b>{}</b> instead of {}",
-                length_known(to_m, effect.floor),
-                length_known(from_m, effect.floor)
-            );
-            measures.push((fallen(from_m, to_m), text));
+            let [to_known, from_known] = [to, from].map(|x| shown(x, effect.floor));
+            let text = format!("{name} <b>{to_known}</b> instead of {from_known}");
+            measures.push((fallen(from, to), text));
         }
-    }
-    if let Some(effect) = one.get("slip_energy_j").filter(|it| it.differs)
-        && let (Some(from_j), Some(to_j)) = (effect.with, effect.without)
-    {
-        let text = format!(
-            "sliding cost <b>{}</b> instead of {}",
-            energy(to_j),
-            energy(from_j)
-        );
-        measures.push((fallen(from_j, to_j), text));
     }
     measures
 }
@@ -434,6 +411,99 @@ mod tests {
                 let lines = said(open_loop, errors);
                 assert!(lines.iter().any(|line| line == count), "{lines:?}");
             }
+        }
+    }
+
+    /// The sentence of an open-loop run that moved like `half` at half its step, and like `without`
+    /// without a cause of this key; without it sliding cost `slip_j` more.
+    fn said_of(key: &str, half: Apart, without: Apart, slip_j: f64) -> String {
+        let mut trace = made_up_run(2.0, true);
+        let summary = Summary::of(&trace, &Settings::default());
+        let cause = Cause {
+            key: key.to_owned(),
+            words: "the wind".to_owned(),
+        };
+        let of = |change, apart| Twin::new(change, Ok((summary.clone(), Some(apart))));
+        let mut twins = [
+            of(Change::HalfStep, half),
+            of(Change::Without(cause), without),
+        ];
+        *twins[1].figures.get_mut("slip_energy_j").expect("a figure") += slip_j;
+        *twins[1]
+            .figures
+            .get_mut("ledger.total.path_m")
+            .expect("a figure") += slip_j;
+        trace.header.twins = twins.into();
+        let summary = Summary::of(&trace, &Settings::default());
+        super::super::plain(&sentences(&trace.header, &summary, &Posture::default())[0])
+    }
+
+    /// On its way the run is known to 10 mm, at its end to 1 mm: 20 mm are left there.
+    #[test]
+    fn what_is_left_at_the_end_is_told_by_how_well_the_end_is_known() {
+        let half = Apart {
+            most_m: 0.01,
+            ahead_m: 0.001,
+            ..Apart::default()
+        };
+        let without = Apart {
+            most_m: 0.05,
+            most_at_s: 1.0,
+            left_m: 0.02,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, without, 0.0);
+        assert!(
+            said.starts_with(
+                "The wind moved the robot by up to 50 mm at 1.00 s, and put the robot 20 mm to the left"
+            ),
+            "{said}"
+        );
+    }
+
+    /// A turn of 0.04 rad, of which 0.004 rad are left.
+    #[test]
+    fn a_turn_that_passes_is_told_beside_what_is_left_of_it() {
+        let without = Apart {
+            most_rad: 0.04,
+            most_rad_at_s: 0.5,
+            turned_rad: 0.004,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", Apart::default(), without, 0.0);
+        assert!(
+            said.starts_with(
+                "The wind turned the robot by up to 2.292° at 0.50 s, and turned it to the left by 0.229°"
+            ),
+            "{said}"
+        );
+    }
+
+    /// Half a metre is how well the way is known, and 10 J more sliding is told all the same.
+    #[test]
+    fn what_a_cause_costs_is_told_where_the_way_is_not_known() {
+        let half = Apart {
+            most_m: 0.5,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, Apart::default(), 10.0);
+        assert!(
+            said.starts_with("The wind moved the robot by less than 1.5 m; slip: lost to sliding:"),
+            "{said}"
+        );
+    }
+
+    /// Noise has another direction with another seed.
+    #[test]
+    fn noise_never_helps() {
+        let without = Apart {
+            most_m: 0.05,
+            ahead_m: 0.05,
+            ..Apart::default()
+        };
+        for (key, helps) in [("faults.0", true), ("sensors.imu", false)] {
+            let said = said_of(key, Apart::default(), without, 10.0);
+            assert_eq!(said.contains("helped"), helps, "{said}");
         }
     }
 

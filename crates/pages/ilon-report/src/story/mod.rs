@@ -253,7 +253,7 @@ fn believed(header: &Header) -> Option<String> {
 /// Reports the largest error and its parts.
 fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f64>) -> String {
     let length = |x_m: f64| length_to(x_m, floor_m);
-    let after = match (start.is_off, start.has_arrived) {
+    let after = match (start.settled_s > 0.0, start.has_arrived) {
         (false, _) => "",
         (true, true) => " after it had arrived",
         (true, false) => " after it came nearest",
@@ -275,24 +275,21 @@ fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> S
         .iter()
         .filter(|(_, m)| *m > 0.15 * budget.error_m)
         .take(2)
-        .map(|(name, m)| {
-            let name = in_words(name, budget, header);
-            format!("{name} carried it {} off", length(*m))
-        })
+        .map(|(name, m)| format!("{} added {}", in_words(name, budget, header), length(*m)))
         .collect();
     if causes.is_empty() {
         return String::new();
     }
     let corrected_m = budget.parts_m[0];
     let back = if !header.storage && corrected_m < -0.15 * budget.error_m {
-        format!("; the guidance brought it back by {}", length(-corrected_m))
+        format!("; the guidance asked for {} back", length(-corrected_m))
     } else {
         String::new()
     };
     format!(
         " From {} on {}{back}.",
         time(budget.from_s),
-        causes.join(", and ")
+        causes.join(", ")
     )
 }
 
@@ -305,6 +302,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
         "correction by guidance" if header.storage => {
             "forces against the spring of the passive law"
         }
+        "correction by guidance" => "the guidance's corrections",
         "slip" => "sliding contacts",
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",
@@ -404,6 +402,28 @@ mod tests {
             assert_eq!(said.matches("lost pose sensor").count(), sensors, "{said}");
             assert!(said.ends_with(end), "{said}");
         }
+    }
+
+    /// A robot that is too weak: the guidance asked for 13 m back, and got none of it.
+    #[test]
+    fn what_the_guidance_asked_for_is_not_what_it_did() {
+        let mut parts_m = [0.0; PARTS.len()];
+        [parts_m[0], parts_m[1]] = [-13.0, 16.0];
+        let budget = Budget {
+            from_s: 0.0,
+            at_s: 8.0,
+            error_m: 3.0,
+            before_m: 0.0,
+            parts_m,
+            ahead_m: 0.0,
+            rest_m: 0.0,
+        };
+        let start = Start::of(&[(0.0, 0.5), (8.0, 3.0)], &Settings::default());
+        let said = plain(&excursion(&budget, &start, &Header::default(), None));
+        assert_eq!(
+            said,
+            "The largest position error was 3.000 m at 8.00 s. From 0.00 s on saturation added 16.000 m; the guidance asked for 13.000 m back."
+        );
     }
 
     #[test]

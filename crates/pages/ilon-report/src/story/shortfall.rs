@@ -134,16 +134,18 @@ impl Stretch {
 
     /// Returns what kept the wheels from their targets: that no motor drives them, the motors'
     /// limits, if they account for most of the deviation, dry friction, or the wheel loops.
-    fn behind_targets(&self) -> &'static str {
+    ///
+    /// Friction slows wheels, and so is not what `adds` to a motion.
+    fn behind_targets(&self, adds: bool) -> &'static str {
         let is_most = |rad: f64| 2.0 * rad > self.off_rad;
         let by_rate = 2.0 * self.at_rate_limit_rad > self.at_limit_rad;
         match (is_most(self.at_limit_rad), is_most(self.held_rad)) {
             _ if is_most(self.undriven_rad) => "the rolling of wheels without a motor",
             (true, _) if by_rate => "the motors' rate limit",
-            // Also of a motor that gives all it can, most of which friction takes.
-            (_, true) => "the dry friction of bearings and gears",
-            (true, false) => "the motors' limit",
-            (false, false) => "the wheel loops' error",
+            // Also where friction takes most of it: a stronger motor would overcome that.
+            (true, _) => "the motors' limit",
+            (_, true) if !adds => "the dry friction of bearings and gears",
+            (false, _) => "the wheel loops' error",
         }
     }
 }
@@ -448,7 +450,7 @@ fn of_stretch(
             ("saturation", terms.guidance),
             (compensation(header), terms.compensation),
             ("what the controller believes of the robot", terms.belief),
-            (stretch.behind_targets(), terms.servo),
+            (stretch.behind_targets(mean(terms.servo) < 0.0), terms.servo),
         ];
         let before = taken(before, mean);
         lines.push(format!(
@@ -660,16 +662,20 @@ mod tests {
             after.t_s = 1.0;
             let mut stretch = Stretch::default();
             stretch.add(&header, [&before, &after], &samples);
-            stretch.behind_targets()
+            [false, true].map(|adds| stretch.behind_targets(adds))
         };
         let weak = vec![wheel(0.5, 0.0), wheel(1.0, 0.0), wheel(1.0, 0.0)];
         let missed = [[6.0, 3.0, 1.0], [6.0, 5.9, 0.5], [6.0, 5.9, 0.5]];
-        assert_eq!(said(weak, &missed), "the motors' limit");
+        assert_eq!(said(weak, &missed), ["the motors' limit"; 2]);
         let even = vec![wheel(1.0, 0.0), wheel(1.0, 0.0), wheel(1.0, 0.0)];
-        assert_eq!(said(even, &missed), "the wheel loops' error");
+        assert_eq!(said(even, &missed), ["the wheel loops' error"; 2]);
         let held = vec![wheel(1.0, 0.1), wheel(1.0, 0.1)];
         let seen = [[0.4, 0.0, 0.05], [8.0, 6.0, 0.15]];
-        assert_eq!(said(held, &seen), "the dry friction of bearings and gears");
+        let by_friction = "the dry friction of bearings and gears";
+        assert_eq!(said(held, &seen), [by_friction, "the wheel loops' error"]);
+        let weak_and_held = vec![wheel(0.5, 0.8)];
+        let seen = [[6.0, 3.0, 1.0]];
+        assert_eq!(said(weak_and_held, &seen), ["the motors' limit"; 2]);
     }
 
     /// From 1 to 3 s 2 m/s are commanded, of which motors limited to 1 m/s give half; then 0.

@@ -175,14 +175,6 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
             }
         });
     }
-    let latency_s = scenario.wheel_loop.latency_s();
-    if latency_s > 0.0 {
-        list.add(
-            "wheel_loop.latency_s",
-            format!("the wheel loops' latency of {latency_s} s"),
-            |scenario, _| scenario.wheel_loop.latency_s = None,
-        );
-    }
     let words = match scenario.wheel_loop.law {
         WheelLaw::Pid => {
             return list.add(

@@ -170,8 +170,16 @@ pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
     }
 }
 
-/// Delay, low rate and noise of the sensors.
+/// Delay, low rate and noise of the sensors, and the latency of the wheel loops.
 pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
+    let latency_s = scenario.wheel_loop.latency_s();
+    if latency_s > 0.0 {
+        list.add(
+            "wheel_loop.latency_s",
+            format!("the wheel loops' latency of {latency_s} s at these gains"),
+            |scenario, _| scenario.wheel_loop.latency_s = None,
+        );
+    }
     let sensors = &scenario.sensors;
     let pose = &sensors.pose;
     if pose.position_noise_m > 0.0 || pose.heading_noise_deg > 0.0 {

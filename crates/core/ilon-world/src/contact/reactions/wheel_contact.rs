@@ -30,7 +30,8 @@ pub struct WheelContact {
     /// Sliding velocity of the rollers' surface over the ground, in the body frame's x and y, in
     /// m/s: the mean over the touching rollers weighted by their normal force.
     pub sliding_in_body_m_s: Vector2<f64>,
-    /// Coulomb friction coefficient under the roller that pressed hardest.
+    /// Coulomb friction coefficient: the mean over the touching places weighted by their normal
+    /// force, so that the force never exceeds it times the load.
     pub friction: f64,
     /// Power that sliding dissipates, in W: the mean over the step, never negative, without
     /// [`WheelContact::spin_up_power_w`].
@@ -105,6 +106,8 @@ impl WheelContact {
         let mut contact = Self::default();
         let mut pressed = None;
         let mut hardest_n = 0.0;
+        // Differences of other friction coefficients from the first, times their normal force.
+        let mut friction_off_n = 0.0;
         let mut force = Vector3::zeros();
         let mut sliding = Vector3::zeros();
         let mut place = Vector3::zeros();
@@ -120,6 +123,10 @@ impl WheelContact {
             // One roller may press in several places: its reactions are consecutive.
             let last = pressed.replace(roller);
             contact.touching_rollers += usize::from(last != Some(roller));
+            if !contact.touching {
+                contact.friction = reaction.friction;
+            }
+            friction_off_n += normal_n * (reaction.friction - contact.friction);
             contact.touching = true;
             contact.normal_force_n += normal_n;
             force += reaction.friction_impulse_n_s() / dt_s;
@@ -128,7 +135,6 @@ impl WheelContact {
             if normal_n > hardest_n {
                 hardest_n = normal_n;
                 contact.roller = roller;
-                contact.friction = reaction.friction;
                 let spin_rad_s = body.rollers[roller].spin_rad_s(&hub_rate_in_hub);
                 contact.roller_spin_rad_s = spin_rad_s;
                 // Across the axis the surface slides by the radius for every rad/s of excess spin.
@@ -142,6 +148,7 @@ impl WheelContact {
         }
         if contact.touching {
             let total_n = contact.normal_force_n;
+            contact.friction += friction_off_n / total_n;
             contact.place_in_body_m =
                 (body_from_floor * nalgebra::Point3::from(place / total_n)).coords;
             contact.force_in_body_n = (body_from_floor.rotation * force).xy();

@@ -197,7 +197,9 @@ fn drifts<'s>(
         driven.map(|(drift, _)| in_words(drift)).collect()
     };
     let names = MOTIONS.iter().zip(healthy);
-    let names = names.filter_map(|(name, healthy)| healthy.is_some().then(|| (*name).to_owned()));
+    let names = names
+        .filter(|(_, healthy)| healthy.is_some())
+        .map(|(name, _)| (*name).to_owned());
     table.words("", &names.collect::<Vec<_>>());
     table.words("without faults, from the command", &of_driven(healthy));
     for suspect in suspects {

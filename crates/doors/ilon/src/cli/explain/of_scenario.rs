@@ -84,11 +84,13 @@ fn table(heading: &str, ablations: Vec<&Ablation>) -> Table {
         &[
             ("apart", &|one| told(one.apart.most_m, one.floor[0], 1e3, 2)),
             ("ahead", &|one| {
-                told(one.apart.ahead_m, one.floor[0], 1e3, 2)
+                told(one.apart.ahead_m, one.end_floor[0], 1e3, 2)
             }),
-            ("left", &|one| told(one.apart.left_m, one.floor[0], 1e3, 2)),
+            ("left", &|one| {
+                told(one.apart.left_m, one.end_floor[0], 1e3, 2)
+            }),
             ("turned", &|one| {
-                told(one.apart.turned_rad, one.floor[1], 1f64.to_degrees(), 3)
+                told(one.apart.turned_rad, one.end_floor[1], 1f64.to_degrees(), 3)
             }),
             ("sliding", &|one| {
                 let slip = one.get("slip_energy_j").filter(|slip| slip.differs);
