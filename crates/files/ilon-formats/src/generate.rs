@@ -22,8 +22,8 @@ use std::fmt::Write;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use self::elements::{
-    SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums, spheres_of,
-    write_chassis, write_dynamics, write_geometry, write_inertial,
+    Place, SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums,
+    spheres_of, write_chassis, write_dynamics, write_geometry, write_inertial, write_joint,
 };
 use self::suspension::{Carrier, carriers, write_carrier};
 use crate::described_wheel;
@@ -180,27 +180,15 @@ fn write_wheel(
     let name = attribute(&placed.name);
     // The link's y axis is the hub axis, a quarter turn ahead of its x axis.
     let yaw_rad = (placed.axis_deg - 90.0).to_radians();
-    writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
     let parent = carrier.map_or("base_link".to_owned(), |of| {
         format!("{}_link", attribute(&of.joint))
     });
-    writeln!(
-        out,
-        "    <parent link=\"{parent}\"/>\n    <child link=\"{name}_link\"/>"
-    )?;
     let [x_m, y_m] = placed.position_m;
-    let carried_at_m = carrier.map_or([0.0; 3], |of| of.place_m);
-    writeln!(
-        out,
-        "    <origin xyz=\"{}\" rpy=\"0 0 {}\"/>",
-        nums(&[
-            x_m - carried_at_m[0],
-            y_m - carried_at_m[1],
-            wheel.axle_height_m - carried_at_m[2]
-        ]),
-        num(yaw_rad)
-    )?;
-    writeln!(out, "    <axis xyz=\"0 1 0\"/>")?;
+    let [cx_m, cy_m, cz_m] = carrier.map_or([0.0; 3], |of| of.place_m);
+    let at_m = [x_m - cx_m, y_m - cy_m, wheel.axle_height_m - cz_m];
+    let place = (Place::turned(at_m, yaw_rad), "0 1 0");
+    let child = format!("{name}_link");
+    write_joint(out, (&name, "continuous"), [&parent, &child], place)?;
     writeln!(
         out,
         "    <limit effort=\"{}\" velocity=\"{}\"/>",
@@ -371,21 +359,16 @@ fn write_roller(
     let link_from_roller = around * link_from_down;
     let center_m =
         around * (down * (wheel.wheel.radius_m - r.radius_m)) + Vector3::y() * row_offset_m;
-    let [roll, pitch, yaw] = roll_pitch_yaw(&link_from_roller);
-
-    writeln!(out, "  <joint name=\"{name}\" type=\"continuous\">")?;
-    writeln!(
-        out,
-        "    <parent link=\"{}_link\"/>\n    <child link=\"{name}_link\"/>",
-        attribute(&wheel.placed.name)
-    )?;
-    writeln!(
-        out,
-        "    <origin xyz=\"{}\" rpy=\"{}\"/>",
-        nums(center_m.as_slice()),
-        nums(&[roll, pitch, yaw])
-    )?;
-    writeln!(out, "    <axis xyz=\"0 0 1\"/>")?;
+    let place = Place {
+        at_m: center_m.into(),
+        rpy_rad: roll_pitch_yaw(&link_from_roller),
+    };
+    let parent = format!("{}_link", attribute(&wheel.placed.name));
+    let (joint, links) = (
+        (&name[..], "continuous"),
+        [&parent, &format!("{name}_link")[..]],
+    );
+    write_joint(out, joint, links, (place, "0 0 1"))?;
     // A passive joint: nothing drives it, and no roller ever spins as fast as this.
     writeln!(out, "    <limit effort=\"0\" velocity=\"1000\"/>")?;
     write_dynamics(out, r.damping_n_m_s, r.friction_n_m)?;

@@ -20,21 +20,7 @@ use crate::scenario::Scenario;
 use crate::simulate::{Run, Simulation, load_robot};
 
 /// Settings for Isaac Sim and other USD tools.
-const USD_NOTES: &str = "\
-The wheels of this robot in USD (Isaac Sim, Isaac Lab)
-
-1. Import the MJCF or the URDF beside these notes with the importer of Isaac Sim. Let it keep all joints of rollers, without drives.
-2. PhysX has no ellipsoid. Give each roller the spheres of the URDF, or a convex hull of its mesh; a cylinder or a capsule only where the text
-   below says that the roller is one. A hull needs 64 corners around: PhysX cuts hulls to 64 vertices, so take spheres where you can.
-3. Turn self collision of the articulation off; otherwise rollers of neighbours collide.
-4. Physics scene: TGS solver, 500 steps a second or more, 8 or more position iterations and 1 velocity iteration, stabilisation off.
-5. Friction of rollers and floor as below, combine mode `min`, restitution 0, contact offset 1 mm, rest offset 0.
-6. Drives of wheels: stiffness 0, damping and largest force as `kv` and `forcerange` of an export with --mjcf. Drives of rollers: stiffness 0, damping 0.
-7. Sleeping off (sleep threshold 0): rollers are light.
-
-Isaac Sim was not run with these notes. What the shapes themselves do is known by contact kinematics:
-
-";
+const USD_NOTES: &str = include_str!("../exported/usd_notes.txt");
 
 /// The simulator agrees with ilon where it is off by no more of the ideal speed.
 const AGREES: f64 = 0.01;
@@ -98,37 +84,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn subject(arguments: &Arguments) -> Result<Subject<'_>, Failure> {
     let files = arguments.sandbox.files()?;
     let settings = &arguments.settings.settings;
-    match (&arguments.robot, &arguments.scenario) {
-        (Some(path), None) => {
+    let robot = arguments.robot.as_ref().ok_or_else(|| {
+        Failure::usage(
+            "name one robot, or one scenario with --scenario",
+            "for example `ilon export robot.urdf --mjcf`",
+        )
+    });
+    let (path, plain, run, (scenario, robot)) = match &arguments.scenario {
+        Some(path) => {
+            let scenario = Scenario::load_within(path, settings, &files)?;
+            let robot = load_robot(&scenario)?;
+            let run = Simulation::new(&scenario)?.run();
+            (path, robot.clone(), Some(run), (scenario, robot))
+        }
+        None => {
+            let path = robot?;
             let mut options = arguments.reading.options();
             options.files = files.clone();
             wants(path, &[Kind::Robot], &options.files)?;
             let plain = load(path, &options, "ilon export", &arguments.sandbox)?.robot;
-            let (scenario, robot) = conditions(settings, &plain, &files)?;
-            Ok(Subject {
-                path,
-                plain,
-                robot,
-                scenario,
-                run: None,
-            })
+            let met = conditions(settings, &plain, &files)?;
+            (path, plain, None, met)
         }
-        (None, Some(path)) => {
-            let scenario = Scenario::load_within(path, settings, &files)?;
-            let robot = load_robot(&scenario)?;
-            Ok(Subject {
-                path,
-                plain: robot.clone(),
-                robot,
-                run: Some(Simulation::new(&scenario)?.run()),
-                scenario,
-            })
-        }
-        _ => Err(Failure::usage(
-            "name one robot, or one scenario with --scenario",
-            "for example `ilon export robot.urdf --mjcf`",
-        )),
-    }
+    };
+    Ok(Subject {
+        path,
+        plain,
+        robot,
+        scenario,
+        run,
+    })
 }
 
 /// Writes the files of one format, and measures in its simulator if requested: what it does, and the
@@ -202,29 +187,22 @@ fn simulator(name: &str) -> &'static str {
 
 /// One format as text for a terminal.
 fn table(name: &str, export: &Export, said: &Value) -> String {
-    let fitted = &export.fitted;
+    let kind = if export.is_on_tyres() {
+        "tyres"
+    } else {
+        "rollers"
+    };
+    let (shapes, error_mm) = (export.shapes().join(", "), 1e3 * export.fitted.error_m);
     let mut text = format!(
-        "{name}: {} as {}; hub height off by {:.4} mm at most\n",
-        if export.is_on_tyres() {
-            "tyres"
-        } else {
-            "rollers"
-        },
-        export.shapes().join(", "),
-        1e3 * fitted.error_m
+        "{name}: {kind} as {shapes}; hub height off by {error_mm:.4} mm at most\n  \
+         speed over ideal      as made  on these shapes     ilon  simulator  travel there, mm\n"
     );
-    text +=
-        "  speed over ideal      as made  on these shapes     ilon  simulator  travel there, mm\n";
     let shown = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4}"));
     for drive in &export.drives {
+        let [ilon, there, travel] = [drive.ilon, drive.measured, drive.travel_mm].map(shown);
+        let (name, made, expected) = (drive.name, drive.as_made, drive.expected);
         text += &format!(
-            "  {:<18} {:>10.4} {:>16.4} {:>8} {:>10} {:>17}\n",
-            drive.name,
-            drive.as_made,
-            drive.expected,
-            shown(drive.ilon),
-            shown(drive.measured),
-            shown(drive.travel_mm)
+            "  {name:<18} {made:>10.4} {expected:>16.4} {ilon:>8} {there:>10} {travel:>17}\n"
         );
     }
     if let Some((drive, off)) = export.furthest() {
@@ -233,19 +211,15 @@ fn table(name: &str, export: &Export, said: &Value) -> String {
         } else {
             "does not agree"
         };
-        text += &format!(
-            "  it {verdict} with ilon: off by {:.2} % at most, {drive}\n",
-            1e2 * off
-        );
+        let off = 1e2 * off;
+        text += &format!("  it {verdict} with ilon: off by {off:.2} % at most, {drive}\n");
     }
     for words in ["difference", "geometry", "softness", "step", "remainder"] {
         if let Some(of) = said["scenario"][words].as_array() {
-            let [x, y, heading] = [0, 1, 2].map(|axis| of[axis].as_f64().unwrap_or(f64::NAN));
+            let of = |axis: usize| of[axis].as_f64().unwrap_or(f64::NAN);
+            let (x, y, turn) = (1e3 * of(0), 1e3 * of(1), of(2).to_degrees());
             text += &format!(
-                "  end of the scenario, {words:<11}: {:8.2} mm {:8.2} mm {:8.3} deg\n",
-                1e3 * x,
-                1e3 * y,
-                heading.to_degrees()
+                "  end of the scenario, {words:<11}: {x:8.2} mm {y:8.2} mm {turn:8.3} deg\n"
             );
         }
     }
@@ -261,12 +235,11 @@ fn python(script: &Path, argument: &Path, name: &str) -> Result<Value, Failure> 
     };
     let python = std::env::var("ILON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let refused = |reason: String| {
-        Failure::usage(
-            format!("the simulator could not be run: {reason}"),
-            format!(
-                "install it, such as with `pip install \"{package}\"`, name a Python that has it by ILON_PYTHON, or leave --verify out"
-            ),
-        )
+        let found = format!("the simulator could not be run: {reason}");
+        let remedy = format!(
+            "install it, such as with `pip install \"{package}\"`, name a Python that has it by ILON_PYTHON, or leave --verify out"
+        );
+        Failure::usage(found, remedy)
     };
     // Without a folder of compiled scripts beside the files.
     let mut command = Command::new(&python);

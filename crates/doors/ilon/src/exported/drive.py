@@ -15,13 +15,12 @@ import numpy as np
 
 # How much finer a run shows what the step and soft contacts do.
 FINER = 8.0
-# Of the wheels' motors here: rate demanded per angle that is missing, in 1/s.
-FOLLOWS = 25.0
+# Of the wheels' motors here: their gains over those in the file, and the rate demanded per angle that is missing, in 1/s. Wheels of a steady drive
+# keep their rates at each hand-over, as in ilon; those of a trace keep their angles, and take the jolts of its start softly.
+STRONGER, FOLLOWS = 10.0, 5.0
+OF_TRACE = 1.0, 25.0
 # Of motors in the file: the time in which they settle, in seconds.
 SETTLES_S = 0.02
-# Tyres slide in turns, and where a wheel turns more easily than its robot moves MuJoCo's friction pulls less along it than Coulomb's. Its
-# motor, which follows the drive in any case, therefore carries this many times its inertia.
-HEAVIER = 10.0
 
 
 def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, steering=None):
@@ -32,17 +31,18 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     model.geom_solref[:, 0] /= stiffer
     data = mujoco.MjData(model)
     wheels = about["wheels"]
+    stronger, follows = (STRONGER, FOLLOWS) if angles is None else OF_TRACE
     angle_at = [model.joint(name).qposadr[0] for name in wheels]
     motor_of = [model.actuator(name).id for name in wheels]
     if about["on_tyres"]:
+        # Tyres slide in turns, and where a wheel turns more easily than its robot moves MuJoCo's friction pulls less along it than Coulomb's.
         turned = [model.joint(name).dofadr[0] for name in wheels]
-        model.dof_armature[turned] += (HEAVIER - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
-        model.actuator_gainprm[motor_of, 0] *= HEAVIER
-        model.actuator_biasprm[motor_of, 2] *= HEAVIER
-        model.actuator_forcelimited[motor_of] = 0
-    model.actuator_gainprm[motor_of, 0] *= FOLLOWS
-    model.actuator_biasprm[motor_of, 1] = -model.actuator_gainprm[motor_of, 0]
-    model.actuator_ctrllimited[motor_of] = 0
+        model.dof_armature[turned] += (stronger - 1.0) * SETTLES_S * model.actuator_gainprm[motor_of, 0]
+    gains = stronger * model.actuator_gainprm[motor_of, 0]
+    model.actuator_gainprm[motor_of, 0] = follows * gains
+    model.actuator_biasprm[motor_of, 1] = -follows * gains
+    model.actuator_biasprm[motor_of, 2] = -gains
+    model.actuator_forcelimited[motor_of] = model.actuator_ctrllimited[motor_of] = 0
     for name, position in (steering or {}).items():
         data.qpos[model.joint(name).qposadr[0]] = position
         data.ctrl[model.actuator(name).id] = position
@@ -54,15 +54,18 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     else:
         angles = np.array([np.interp(steps_s, times, of_wheel) - of_wheel[0] for of_wheel in angles])
     rows = []
-    for demanded in (angles + rates / FOLLOWS).T[:-1]:
+    for demanded in (angles + rates / follows).T[:-1]:
         data.ctrl[motor_of] = demanded
         mujoco.mj_step(model, data)
-        x, y, z, qw, qx, qy, qz = data.qpos[base : base + 7]
-        heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
-        rows.append([data.time, x, y, z, heading, *data.qpos[angle_at]])
+        x, y, z, *quaternion = data.qpos[base : base + 7]
+        rows.append([data.time, x, y, z, heading_of(*quaternion), *data.qpos[angle_at]])
     rows = np.array(rows)
     rows[:, 4] = np.unwrap(rows[:, 4])
     return rows
+
+
+def heading_of(w, x, y, z):
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def angles_of(rates, step_s):
@@ -71,32 +74,28 @@ def angles_of(rates, step_s):
     return np.cumsum(np.hstack([0.0 * rates[:, :1], means]), axis=1)
 
 
-def measured(matrix, rows, window):
-    """Twist over that of ideal kinematics, by axis, and how far the base rises and falls, in mm."""
-    rows = rows[(rows[:, 0] >= window[0] - 1e-9) & (rows[:, 0] <= window[1] + 1e-9)]
-    lasts_s = rows[-1, 0] - rows[0, 0]
+def measured(one, rows):
+    """What a drive of which these are the rows reached: its speed over that of ideal kinematics, and how far the base rose and fell, in mm."""
+    first, last = one["window_s"]
+    rows = rows[(rows[:, 0] >= first - 1e-9) & (rows[:, 0] <= last + 1e-9)]
     steps = np.diff(rows, axis=0)
     heading = 0.5 * (rows[1:, 4] + rows[:-1, 4])
     ahead = np.cos(heading) * steps[:, 1] + np.sin(heading) * steps[:, 2]
     left = np.cos(heading) * steps[:, 2] - np.sin(heading) * steps[:, 1]
-    twist = np.array([ahead.sum(), left.sum(), steps[:, 4].sum()]) / lasts_s
+    moved = np.array([ahead.sum(), left.sum(), steps[:, 4].sum()])
     # Rows below those of the wheels are what tyres hold at zero.
-    rates = np.zeros(len(matrix))
-    rates[: rows.shape[1] - 5] = (rows[-1, 5:] - rows[0, 5:]) / lasts_s
-    ideal = np.linalg.pinv(np.array(matrix)) @ rates
-    return twist, ideal, 1e3 * (rows[:, 3].max() - rows[:, 3].min())
+    turned = np.zeros(len(one["rate_matrix"]))
+    turned[: rows.shape[1] - 5] = rows[-1, 5:] - rows[0, 5:]
+    ideal = np.linalg.pinv(np.array(one["rate_matrix"])) @ turned
+    ratio = moved[one["axis"]] / ideal[one["axis"]]
+    return {"name": one["name"], "ratio": ratio, "travel_mm": 1e3 * (rows[:, 3].max() - rows[:, 3].min())}
 
 
 def main():
     place = Path(sys.argv[1])
     about = json.loads(place.read_text())
     file = place.parent / about["model"]
-    drives = []
-    for one in about["drives"]:
-        rows = drive(file, about, one["times_s"], one["rates_rad_s"], steering=one["steering"])
-        twist, ideal, travel_mm = measured(one["rate_matrix"], rows, one["window_s"])
-        axis = one["axis"]
-        drives.append({"name": one["name"], "ratio": twist[axis] / ideal[axis], "travel_mm": travel_mm})
+    drives = [measured(one, drive(file, about, one["times_s"], one["rates_rad_s"], steering=one["steering"])) for one in about["drives"]]
     answer = {"simulator": "MuJoCo " + mujoco.__version__, "drives": drives}
     if "trace" in about:
         trace = about["trace"]
@@ -112,15 +111,17 @@ def main():
             c, s = math.cos(start[2]), math.sin(start[2])
             return np.array([start[0] + c * x - s * y, start[1] + s * x + c * y, start[2] + heading])
 
-        answer["scenario"] = {
-            "end": at_end(rows).tolist(),
-            "ilon": end.tolist(),
-            "difference": (at_end(rows) - end).tolist(),
-            "geometry": trace["geometry"],
-            "softness": (at_end(fine) - at_end(stiff)).tolist(),
-            "step": (at_end(rows) - at_end(fine)).tolist(),
-            "remainder": (at_end(stiff) - end - trace["geometry"]).tolist(),
+        ends = {
+            "end": at_end(rows),
+            "ilon": end,
+            "difference": at_end(rows) - end,
+            "geometry": np.array(trace["geometry"]),
+            "softness": at_end(fine) - at_end(stiff),
+            "step": at_end(rows) - at_end(fine),
+            "remainder": at_end(stiff) - end - trace["geometry"],
         }
+        # Headings by the shorter way round.
+        answer["scenario"] = {name: [x, y, math.remainder(turn, math.tau)] for name, (x, y, turn) in ends.items()}
     print(json.dumps(answer))
 
 

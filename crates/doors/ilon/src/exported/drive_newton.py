@@ -7,14 +7,13 @@ SolverMuJoCo steps them. All drives run at once, one in each world, on a GPU if 
 """
 
 import json
-import math
 import sys
 from pathlib import Path
 
 import newton
 import numpy as np
 import warp as wp
-from drive import FOLLOWS, angles_of, measured
+from drive import FOLLOWS, STRONGER, angles_of, heading_of, measured
 
 # For which the solver is set.
 STEP_S = 0.002
@@ -29,6 +28,7 @@ def scene(file, wheels):
     joints = [names.index(name) for name in wheels]
     places = [one.joint_q_start[joint] for joint in joints], [one.joint_qd_start[joint] for joint in joints]
     for at in places[1]:
+        one.joint_target_kd[at] *= STRONGER
         one.joint_target_ke[at] = FOLLOWS * one.joint_target_kd[at]
         one.joint_target_mode[at] = int(newton.JointTargetMode.POSITION_VELOCITY)
     return one, places
@@ -61,8 +61,7 @@ def drives(file, about):
         q = now.joint_q.numpy().astype(float)
         for at in (one.joint_coord_count * world for world in worlds):
             x, y, z, qx, qy, qz, qw = q[at : at + 7]
-            heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
-            rows.append([t_s, x, y, z, heading, *q[at + np.array(coordinates)]])
+            rows.append([t_s, x, y, z, heading_of(qw, qx, qy, qz), *q[at + np.array(coordinates)]])
     rows = np.array(rows).reshape(len(steps_s) - 1, len(worlds), -1).transpose(1, 0, 2)
     rows[:, :, 4] = np.unwrap(rows[:, :, 4])
     return rows
@@ -74,11 +73,7 @@ def main():
     about = json.loads(place.read_text())
     if about["on_tyres"]:
         sys.exit("robots on tyres are driven in MuJoCo alone: take --mjcf")
-    ran = []
-    for one, rows in zip(about["drives"], drives(place.parent / about["model"], about)):
-        twist, ideal, travel_mm = measured(one["rate_matrix"], rows, one["window_s"])
-        axis = one["axis"]
-        ran.append({"name": one["name"], "ratio": twist[axis] / ideal[axis], "travel_mm": travel_mm})
+    ran = [measured(one, rows) for one, rows in zip(about["drives"], drives(place.parent / about["model"], about))]
     print(json.dumps({"simulator": "Newton " + newton.__version__, "drives": ran}))
 
 

@@ -6,7 +6,7 @@
 
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::{FittedRobot, Format, Ground, RollerShape, contact_stiffness_n_m, fit};
-use ilon_robot::{CollisionShape, JointRole, Pose, Robot, Twist};
+use ilon_robot::{CollisionShape, JointRole, Pose, Robot, RollerSurface, Twist, Wheel, wrap_angle};
 use ilon_sim::standard_motions::standard_motions;
 use ilon_trace::WheelSample;
 use serde::Serialize;
@@ -27,6 +27,7 @@ pub const DRIVE_NEWTON_PY: &str = include_str!("drive_newton.py");
 const REST_S: f64 = 0.5;
 const RAMP_S: f64 = 0.5;
 const SETTLE_S: f64 = 1.0;
+const SETTLED_S: f64 = REST_S + RAMP_S + SETTLE_S;
 /// Least duration of the measurement, in seconds, over whole turns of the fastest wheel; chosen.
 const LEAST_WINDOW_S: f64 = 3.0;
 
@@ -64,28 +65,16 @@ pub struct Drive {
     /// Vertical travel of the base there, in mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub travel_mm: Option<f64>,
+    /// Of the twist: ahead, left, turn.
+    #[serde(skip)]
+    axis: usize,
     #[serde(skip)]
     twist_in_body: Twist,
     #[serde(skip)]
-    rates_rad_s: Vec<f64>,
-    /// Rows of the rates of driven wheels, and of what tyres hold.
-    #[serde(skip)]
-    rows: Vec<[f64; 3]>,
-    /// Positions of the joints that steer.
-    #[serde(skip)]
-    steering: Value,
-    #[serde(skip)]
     lasts_s: f64,
-}
-
-impl Drive {
-    fn axis(&self) -> usize {
-        match self.name {
-            "ahead" => 0,
-            "left" => 1,
-            _ => 2,
-        }
-    }
+    /// For a program that plays it.
+    #[serde(skip)]
+    told: Value,
 }
 
 /// The component of a twist along an axis of the body frame: ahead, left, turn.
@@ -116,10 +105,12 @@ impl Export {
             || floor.height_map.is_some();
         let mut drives = Vec::new();
         for motion in standard_motions(robot)?.into_iter().flatten() {
-            if !["ahead", "left", "turn"].contains(&motion.name) {
-                continue;
-            }
-            let Some((twist_in_body, positions)) = tyres::aimed(robot, &motion) else {
+            let axis = ["ahead", "left", "turn"]
+                .iter()
+                .position(|name| *name == motion.name);
+            let (Some(axis), Some((twist_in_body, positions))) =
+                (axis, tyres::aimed(robot, &motion))
+            else {
                 continue;
             };
             let is_aimed = positions.iter().any(|position| *position != 0.0);
@@ -129,28 +120,40 @@ impl Export {
             };
             let posed = aimed(robot);
             let kinematics = Kinematics::new(&posed)?;
-            let mut made = ContactKinematics::new(&posed)?;
-            let mut shown = ContactKinematics::new(&aimed(&fitted.robot))?;
             let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
             kinematics.wheel_rates(kinematics.reachable(twist_in_body), &mut rates_rad_s);
             let fastest = rates_rad_s.iter().fold(0.0, |a: f64, r| a.max(r.abs()));
             let turn_s = std::f64::consts::TAU / fastest;
-            let mut drive = Drive {
+            let lasts_s = turn_s * (LEAST_WINDOW_S / turn_s).ceil();
+            let ratio = |robot: &Robot| -> Result<f64, Error> {
+                let contact = ContactKinematics::new(robot)?;
+                let mean = mean_speed(contact, &rates_rad_s, lasts_s, axis);
+                Ok(mean / along(twist_in_body, axis))
+            };
+            let end_s = SETTLED_S + lasts_s;
+            let driven = tyres::driven(robot)
+                .into_iter()
+                .map(|wheel| rates_rad_s[wheel]);
+            drives.push(Drive {
                 name: motion.name,
-                as_made: 0.0,
-                expected: 0.0,
+                as_made: ratio(&posed)?,
+                expected: ratio(&aimed(&fitted.robot))?,
                 ilon: None,
                 measured: None,
                 travel_mm: None,
+                axis,
                 twist_in_body,
-                rates_rad_s,
-                rows: tyres::rows(&posed, &kinematics)?,
-                steering: tyres::named(robot, &positions),
-                lasts_s: turn_s * (LEAST_WINDOW_S / turn_s).ceil(),
-            };
-            drive.as_made = mean_ratio(&mut made, &drive);
-            drive.expected = mean_ratio(&mut shown, &drive);
-            drives.push(drive);
+                lasts_s,
+                told: json!({
+                    "name": motion.name,
+                    "rate_matrix": tyres::rows(&posed, &kinematics)?,
+                    "steering": tyres::named(robot, &positions),
+                    "axis": axis,
+                    "times_s": [0.0, REST_S, REST_S + RAMP_S, end_s],
+                    "rates_rad_s": driven.map(|rate| [0.0, 0.0, rate, rate]).collect::<Vec<_>>(),
+                    "window_s": [SETTLED_S, end_s],
+                }),
+            });
         }
         Ok(Self {
             fitted,
@@ -177,26 +180,24 @@ impl Export {
     ) -> Result<(), Error> {
         // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
         // their own.
-        let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
-        let is_soft = |of: &ilon_robot::Wheel| of.surface.tread.is_some() || of.has_tyre();
-        let is_hard = !robot.wheels.iter().any(is_soft);
-        let stiffness = is_hard.then(|| {
-            let stiffness_n_m = contact_stiffness_n_m(carried_kg);
-            format!("world.solver.contact_stiffness_n_m = {stiffness_n_m:?}\n")
-        });
-        let stiffness = stiffness.unwrap_or_default();
+        let is_soft = |of: &Wheel| of.surface.tread.is_some() || of.has_tyre();
+        let stiffness = match robot.wheels.iter().any(is_soft) {
+            true => String::new(),
+            false => format!(
+                "world.solver.contact_stiffness_n_m = {:?}\n",
+                contact_stiffness_n_m(robot)
+            ),
+        };
         for drive in &mut self.drives {
             let [vx, vy, omega] = [0, 1, 2].map(|axis| along(drive.twist_in_body, axis));
             let text = format!(
                 "robot.file = \"\"\ntwist = {{ vx_m_s = {vx}, vy_m_s = {vy}, omega_rad_s = {omega}, rest_s = {REST_S:?}, ramp_s = {RAMP_S:?}, settle_s = {SETTLE_S:?} }}\n{stiffness}run.duration_s = {:?}\n",
-                drive.end_s()
+                SETTLED_S + drive.lasts_s
             );
             let scenario = Scenario::from_toml_with(&text, "a drive", "", settings, files)?;
-            let ratio = Simulation::with_robot(&scenario, robot)?
-                .run()
-                .summary
-                .twist_ratio_ideal;
-            drive.ilon = [ratio.vx, ratio.vy, ratio.omega][drive.axis()];
+            let run = Simulation::with_robot(&scenario, robot)?.run();
+            let ratio = run.summary.twist_ratio_ideal;
+            drive.ilon = [ratio.vx, ratio.vy, ratio.omega][drive.axis];
         }
         Ok(())
     }
@@ -206,7 +207,7 @@ impl Export {
         let robot = &self.fitted.robot;
         let driven = tyres::driven(robot);
         let names = driven.iter().map(|wheel| &robot.wheels[*wheel].name);
-        let drives = self.drives.iter().map(|drive| drive.told(&driven));
+        let drives = self.drives.iter().map(|drive| &drive.told);
         json!({
             "model": model,
             "wheels": names.collect::<Vec<_>>(),
@@ -246,59 +247,45 @@ impl Export {
     pub fn trace(&self, robot: &Robot, run: &Run) -> Result<Value, Error> {
         let mut wheels = robot.wheels.iter();
         if let Some(wheel) = wheels.find(|wheel| tyres::steering(robot, wheel).is_some()) {
+            let name = &wheel.name;
             return Err(Error::invalid(
-                format!(
-                    "what is played back are the angles of wheels, and `{}` is steered",
-                    wheel.name
-                ),
+                format!("what is played back are the angles of wheels, and `{name}` is steered"),
                 "export the robot alone, without --scenario",
             ));
         }
         let steps: Vec<_> = run.trace.steps().collect();
-        let count = robot.wheels.len();
         let driven = tyres::driven(robot);
         let of = |value: fn(&WheelSample) -> f64| -> Vec<Vec<f64>> {
             let of_wheel = |wheel| steps.iter().map(move |(_, of)| value(&of[wheel])).collect();
             driven.iter().copied().map(of_wheel).collect()
         };
-        let led = |robot: &Robot| -> Result<[f64; 3], Error> {
+        let start = steps
+            .first()
+            .map_or(Pose::default(), |(row, _)| row.truth.pose);
+        let end = steps.last().map_or(start, |(row, _)| row.truth.pose);
+        let led = |robot: &Robot| -> Result<Pose, Error> {
             let mut contact = ContactKinematics::new(robot)?;
-            let mut pose = steps
-                .first()
-                .map_or(Pose::default(), |(first, _)| first.truth.pose);
+            let mut pose = start;
             for pair in steps.windows(2) {
-                let middle = |wheel: usize| [pair[0].1[wheel], pair[1].1[wheel]];
-                let angles: Vec<f64> = (0..count)
-                    .map(|w| middle(w).iter().map(|s| 0.5 * s.angle_rad).sum())
-                    .collect();
-                let dt_s = pair[1].0.t_s - pair[0].0.t_s;
-                let rates: Vec<f64> = (0..count)
-                    .map(|w| (middle(w)[1].angle_rad - middle(w)[0].angle_rad) / dt_s)
-                    .collect();
-                let twist = contact.twist(&angles, &rates);
-                let heading = pose.heading_rad + 0.5 * dt_s * twist.omega_rad_s;
-                let (sin, cos) = libm::sincos(heading);
-                pose.x_m += dt_s * (cos * twist.vx_m_s - sin * twist.vy_m_s);
-                pose.y_m += dt_s * (sin * twist.vx_m_s + cos * twist.vy_m_s);
-                pose.heading_rad += dt_s * twist.omega_rad_s;
+                let (before, after) = (pair[0].1.iter(), pair[1].1.iter());
+                let wheels = before.zip(after).map(|(a, b)| (a.angle_rad, b.angle_rad));
+                let (angles, turned): (Vec<f64>, Vec<f64>) =
+                    wheels.map(|(a, b)| (0.5 * (a + b), b - a)).unzip();
+                // With turned angles in place of rates it is a displacement.
+                pose = pose.moved(contact.twist(&angles, &turned));
             }
-            Ok([pose.x_m, pose.y_m, pose.heading_rad])
+            Ok(pose)
         };
         let (made, shown) = (led(robot)?, led(&self.fitted.robot)?);
-        let geometry = [0, 1, 2].map(|axis| shown[axis] - made[axis]);
-        let poses = [steps.first(), steps.last()].map(|at| {
-            at.map_or([0.0; 3], |(row, _)| {
-                let pose = row.truth.pose;
-                [pose.x_m, pose.y_m, pose.heading_rad]
-            })
-        });
+        let turn_rad = wrap_angle(shown.heading_rad - made.heading_rad);
+        let as_list = |pose: Pose| [pose.x_m, pose.y_m, pose.heading_rad];
         Ok(json!({
             "times_s": steps.iter().map(|(row, _)| row.t_s).collect::<Vec<_>>(),
             "rates_rad_s": of(|wheel| wheel.rate_rad_s),
             "angles_rad": of(|wheel| wheel.angle_rad),
-            "start": poses[0],
-            "end": poses[1],
-            "geometry": geometry,
+            "start": as_list(start),
+            "end": as_list(end),
+            "geometry": [shown.x_m - made.x_m, shown.y_m - made.y_m, turn_rad],
         }))
     }
 
@@ -306,36 +293,23 @@ impl Export {
     pub fn about(&self) -> String {
         let fitted = &self.fitted;
         let robot = &fitted.robot;
+        let (one, all) = match robot.has_tyres() {
+            true => ("tyre", "Tyres"),
+            false => ("roller", "Rollers"),
+        };
+        let [error, travel, as_made] =
+            [fitted.error_m, fitted.travel_m, fitted.travel_as_made_m].map(|m| 1e3 * m);
+        let (name, version) = (&robot.name, env!("CARGO_PKG_VERSION"));
+        let (shapes, friction) = (self.shapes().join(", or "), self.ground.friction);
+        let speed = |of: &Drive| format!(" {} {:.4} {:.4};", of.name, of.as_made, of.expected);
+        let speeds: String = self.drives.iter().map(speed).collect();
         let mut text = format!(
-            "     The robot `{}` with its wheels as made, by ilon {}. A {} is {}.\n     \
-             Error of a hub's height by these shapes: {:.4} mm at most over a turn; travel {:.4} mm, of the wheels as made {:.4} mm.\n     \
-             Speed over ideal kinematics, without slip, as made and on these shapes:",
-            robot.name,
-            env!("CARGO_PKG_VERSION"),
-            match self.is_on_tyres() {
-                true => "tyre",
-                false => "roller",
-            },
-            self.shapes().join(", or "),
-            1e3 * fitted.error_m,
-            1e3 * fitted.travel_m,
-            1e3 * fitted.travel_as_made_m,
+            "     The robot `{name}` with its wheels as made, by ilon {version}. A {one} is {shapes}.\n     \
+             Error of a hub's height by these shapes: {error:.4} mm at most over a turn; travel {travel:.4} mm, of the wheels as made {as_made:.4} mm.\n     \
+             Speed over ideal kinematics, without slip, as made and on these shapes:{speeds}\n     \
+             Motors hold the rates of wheels. Floor of friction {friction}. {all} meet the world, not their robot."
         );
-        for drive in &self.drives {
-            text += &format!(
-                " {} {:.4} {:.4};",
-                drive.name, drive.as_made, drive.expected
-            );
-        }
-        text += &format!(
-            "\n     Motors hold the rates of wheels. Floor of friction {}. {} meet the world, not their robot.",
-            self.ground.friction,
-            match self.is_on_tyres() {
-                true => "Tyres",
-                false => "Rollers",
-            }
-        );
-        if self.is_on_tyres() {
+        if robot.has_tyres() {
             text += "\n     A tyre's cylinder is as long as makes it resist a turn on the spot as the tyre does: mu N length / 2.";
         }
         let left_out = self.left_out();
@@ -347,11 +321,7 @@ impl Export {
 
     /// Whether its wheels roll on tyres.
     pub fn is_on_tyres(&self) -> bool {
-        self.fitted
-            .robot
-            .wheels
-            .iter()
-            .any(ilon_robot::Wheel::has_tyre)
+        self.fitted.robot.has_tyres()
     }
 
     /// The kinds of shapes of its rollers, or of its tyres.
@@ -369,43 +339,38 @@ impl Export {
     /// What of the robot is not in the files.
     pub fn left_out(&self) -> Vec<&'static str> {
         let robot = &self.fitted.robot;
-        let any = |has: &dyn Fn(&ilon_robot::Wheel) -> bool| robot.wheels.iter().any(has);
-        let in_joints = |has: fn(&JointRole) -> bool| robot.joints.iter().any(|of| has(&of.role));
-        let is_urdf = self.format == Format::Urdf;
-        let mut out = Vec::new();
-        for (words, is_there) in [
-            ("treads of rollers", any(&|w| w.surface.tread.is_some())),
-            (
-                "rolling resistance of rollers",
-                any(&|w| w.surface.rolling_resistance != 0.0),
-            ),
-            (
-                "play of rollers along their axles",
-                any(&|w| w.surface.axial_play_m != 0.0),
-            ),
-            (
-                "friction of axles that grows with the load",
-                any(&|w| w.surface.axle_friction != 0.0),
-            ),
+        let wheels = |has: fn(&Wheel) -> bool| robot.wheels.iter().any(has);
+        let rollers = |has: fn(&RollerSurface) -> bool| {
+            let mut surfaces = robot.wheels.iter().map(|wheel| &wheel.surface);
+            surfaces.any(has)
+        };
+        let joints = |has: fn(&JointRole) -> bool| {
+            self.format == Format::Urdf && robot.joints.iter().any(|of| has(&of.role))
+        };
+        let resist = "rolling resistance of rollers";
+        let play = "play of rollers along their axles";
+        let axles = "friction of axles that grows with the load";
+        let left_out = [
+            ("treads of rollers", rollers(|of| of.tread.is_some())),
+            (resist, rollers(|of| of.rolling_resistance != 0.0)),
+            (play, rollers(|of| of.axial_play_m != 0.0)),
+            (axles, rollers(|of| of.axle_friction != 0.0)),
             (
                 "efficiency of gears",
-                any(&|w| w.drive.gear_efficiency != 1.0),
+                wheels(|of| of.drive.gear_efficiency != 1.0),
             ),
             (
                 "springs of joints",
-                is_urdf && in_joints(|of| matches!(of, JointRole::Sprung(_))),
+                joints(|of| matches!(of, JointRole::Sprung(_))),
             ),
             (
                 "servos of joints",
-                is_urdf && in_joints(|of| matches!(of, JointRole::Driven(_))),
+                joints(|of| matches!(of, JointRole::Driven(_))),
             ),
             ("all of the floor but a level plane", self.has_relief),
-        ] {
-            if is_there {
-                out.push(words);
-            }
-        }
-        out
+        ];
+        let left_out = left_out.into_iter().filter(|(_, is_there)| *is_there);
+        left_out.map(|(words, _)| words).collect()
     }
 }
 
@@ -418,37 +383,19 @@ fn is_hull(shape: &RollerShape) -> bool {
     shapes.any(|shape| matches!(shape, CollisionShape::ConvexHull { .. }))
 }
 
-impl Drive {
-    fn end_s(&self) -> f64 {
-        REST_S + RAMP_S + SETTLE_S + self.lasts_s
-    }
-
-    /// The drive for a program that plays it.
-    fn told(&self, driven: &[usize]) -> Value {
-        let rates = driven.iter().map(|wheel| self.rates_rad_s[*wheel]);
-        let rates = rates.map(|rate| [0.0, 0.0, rate, rate]);
-        json!({
-            "name": self.name,
-            "rate_matrix": self.rows,
-            "steering": self.steering,
-            "axis": self.axis(),
-            "times_s": [0.0, REST_S, REST_S + RAMP_S, self.end_s()],
-            "rates_rad_s": rates.collect::<Vec<_>>(),
-            "window_s": [REST_S + RAMP_S + SETTLE_S, self.end_s()],
-        })
-    }
-}
-
-/// The mean speed along a drive's axis over that of ideal kinematics, over whole turns of its
-/// fastest wheel.
-fn mean_ratio(contact: &mut ContactKinematics, drive: &Drive) -> f64 {
+/// The mean speed along an axis without slip at these rates of wheels, in m/s or rad/s.
+fn mean_speed(
+    mut contact: ContactKinematics,
+    rates_rad_s: &[f64],
+    lasts_s: f64,
+    axis: usize,
+) -> f64 {
     const LOOKS: usize = 3600;
     let look = |k: usize| {
         // The middle of each step, so that no look falls on a hand-over.
-        let time_s = drive.lasts_s * (k as f64 + 0.5) / LOOKS as f64;
-        let angles: Vec<f64> = drive.rates_rad_s.iter().map(|rate| rate * time_s).collect();
-        along(contact.twist(&angles, &drive.rates_rad_s), drive.axis())
+        let time_s = lasts_s * (k as f64 + 0.5) / LOOKS as f64;
+        let angles: Vec<f64> = rates_rad_s.iter().map(|rate| rate * time_s).collect();
+        along(contact.twist(&angles, rates_rad_s), axis)
     };
-    let sum: f64 = (0..LOOKS).map(look).sum();
-    sum / LOOKS as f64 / along(drive.twist_in_body, drive.axis())
+    (0..LOOKS).map(look).sum::<f64>() / LOOKS as f64
 }

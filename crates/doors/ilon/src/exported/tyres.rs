@@ -32,26 +32,36 @@ pub(super) fn aimed(robot: &Robot, motion: &StandardMotion) -> Option<(Twist, Ve
 fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
     /// Of a joint's range: a turn to its very limit is within.
     const ROUNDING_RAD: f64 = 1e-9;
+    /// A hub beside its steering axis moves as its module turns; each pass is nearer by the share of
+    /// that offset in the way to the centre of the turn.
+    const PASSES: usize = 30;
     let mut positions = vec![0.0; robot.joints.len()];
-    let kinematics = Kinematics::new(robot).ok()?;
-    let twist = kinematics.reachable(twist_in_body);
-    for (index, wheel) in robot.wheels.iter().enumerate() {
-        let Some(at) = steering(robot, wheel) else {
-            continue;
-        };
-        let v_h = kinematics.hub_velocity_m_s(index, twist)?;
-        if v_h.norm() < 1e-9 {
-            continue;
+    for _ in 0..PASSES {
+        let posed = robot.posed(&positions);
+        let kinematics = Kinematics::new(&posed).ok()?;
+        let twist = kinematics.reachable(twist_in_body);
+        for (index, wheel) in posed.wheels.iter().enumerate() {
+            let Some(at) = steering(robot, wheel) else {
+                continue;
+            };
+            let v_h = kinematics.hub_velocity_m_s(index, twist)?;
+            if v_h.norm() < 1e-9 {
+                continue;
+            }
+            let (joint, n) = (&robot.joints[at], wheel.axis());
+            let sense = (joint.body_from_joint.rotation * Vector3::z()).z.signum();
+            let axis_rad = libm::atan2(-n.x, n.y);
+            let missing_rad = sense * wrap_angle(libm::atan2(v_h.y, v_h.x) - axis_rad);
+            let [lower, upper] = joint.limits;
+            let now_rad = positions[at];
+            let ways = [0.0, -PI, PI]
+                .into_iter()
+                .map(|half| now_rad + missing_rad + half);
+            let within = (lower - ROUNDING_RAD)..=(upper + ROUNDING_RAD);
+            let ways = ways.filter(|rad| within.contains(rad));
+            let turned = |rad: f64| (rad - now_rad).abs();
+            positions[at] = ways.min_by(|a, b| turned(*a).total_cmp(&turned(*b)))?;
         }
-        let (joint, n) = (&robot.joints[at], wheel.axis());
-        let sense = (joint.body_from_joint.rotation * Vector3::z()).z.signum();
-        let now_rad = libm::atan2(-n.x, n.y);
-        let missing_rad = sense * wrap_angle(libm::atan2(v_h.y, v_h.x) - now_rad);
-        let [lower, upper] = joint.limits;
-        let ways = [missing_rad, missing_rad - PI, missing_rad + PI].into_iter();
-        let within = (lower - ROUNDING_RAD)..=(upper + ROUNDING_RAD);
-        let ways = ways.filter(|rad| within.contains(rad));
-        positions[at] = ways.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
     }
     Some(positions)
 }

@@ -14,11 +14,19 @@ fn robot(folder: &Folder, name: &str) -> String {
     let crown = match name {
         "crowned" => 0.8,
         "slightly crowned" => 0.9,
+        "turned" => 1.0,
         _ => return format!("{assets}/{name}"),
     };
     let urdf = std::fs::read_to_string(format!("{assets}/mecanum4.urdf")).unwrap();
+    let outline = match name {
+        // Two cones and a cylinder between them, as long as neighbours need to hand over.
+        "turned" => {
+            "profile=\"-0.01956 0.0099 -0.006 0.01195 0.006 0.01195 0.01956 0.0099\"".into()
+        }
+        _ => format!("crown=\"{crown}\""),
+    };
     let made: String = ["front_left", "front_right", "rear_left", "rear_right"]
-        .map(|wheel| format!("<ilon_rollers joint=\"{wheel}\" crown=\"{crown}\"/>"))
+        .map(|wheel| format!("<ilon_rollers joint=\"{wheel}\" {outline}/>"))
         .concat();
     folder.write(
         "crowned.urdf",
@@ -83,6 +91,7 @@ fn shapes_drive_as_the_rollers_do(name: &str, wheels: usize, radius_m: f64) {
 #[test_case("optiodom_omni3.toml")]
 #[test_case("crowned")]
 #[test_case("slightly crowned")]
+#[test_case("turned")]
 fn mujoco_drives_as_ilon_does(name: &str) {
     if python("mujoco,numpy").is_none() {
         return;
@@ -91,15 +100,42 @@ fn mujoco_drives_as_ilon_does(name: &str) {
     let said = exported(&folder, name, &["--mjcf", "--verify"]);
     for drive in said[0]["drives"].as_array().unwrap() {
         let of = |key: &str| drive[key].as_f64().unwrap();
-        // The turn of the crowned wheels of four is decided by which of them carry: half the step changes it by 0.07 %.
-        let bound = if name == "crowned" && drive["name"] == "turn" {
-            2e-3
-        } else {
-            1e-3
-        };
-        assert!((of("measured") - of("ilon")).abs() < bound, "{drive}");
+        assert!((of("measured") - of("ilon")).abs() < 1e-3, "{drive}");
     }
     assert_eq!(said[0]["verdict"]["agrees"], true, "{}", said[0]);
+}
+
+/// At rest in MuJoCo a roller sinks by 4e-4 of the wheel's radius, whatever the wheels weigh. That
+/// follows from the inverse mass of the robot as one body on free wheels; what turns with a wheel and
+/// moves with the robot is counted in both, which is a few hundredths of it.
+#[test_case("mecanum4.urdf")]
+#[test_case("mecanum6.urdf")]
+#[test_case("optiodom_omni3.toml")]
+fn rollers_sink_in_mujoco_as_far_as_is_meant(name: &str) {
+    const PROGRAM: &str = "
+import json, sys, mujoco
+about = json.load(open('there/drive.json'))
+model = mujoco.MjModel.from_xml_path('there/' + about['model'])
+data = mujoco.MjData(model)
+mujoco.mj_step(model, data, 1000)
+radius = 1.0 / max(abs(row[axis]) for row in about['drives'][0]['rate_matrix'] for axis in (0, 1))
+print(-sum(contact.dist for contact in data.contact) / len(data.contact) / radius)";
+    let Some(python) = python("mujoco,numpy") else {
+        return;
+    };
+    let folder = Folder::new();
+    exported(&folder, name, &["--mjcf"]);
+    let output = Command::new(python)
+        .args(["-c", PROGRAM])
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    ended_with(0, &output);
+    let sag: f64 = String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .parse()
+        .unwrap();
+    assert!((sag / 4e-4 - 1.0).abs() < 0.1, "{sag}");
 }
 
 /// The library that Gazebo reads SDF with finds no fault in a model or world, and all their joints.
@@ -145,14 +181,17 @@ fn the_library_of_sdf_reads_what_is_written() {
 }
 
 /// Newton steps the same file in single precision, and is within 0.15 % of ilon.
-#[test]
-fn newton_drives_as_ilon_does() {
+#[test_case("mecanum4.urdf")]
+#[test_case("volksbot.urdf")]
+#[test_case("mecanum6.urdf")]
+#[test_case("optiodom_omni3.toml")]
+fn newton_drives_as_ilon_does(name: &str) {
     let Ok(newton) = std::env::var("ILON_NEWTON_PYTHON") else {
         println!("skipped: ILON_NEWTON_PYTHON names no Python with `newton[sim]`");
         return;
     };
     let folder = Folder::new();
-    let robot = robot(&folder, "mecanum4.urdf");
+    let robot = robot(&folder, name);
     let mut command = folder.command(&[
         "export", &robot, "--newton", "--verify", "--json", "--out", "there",
     ]);

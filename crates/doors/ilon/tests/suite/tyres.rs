@@ -92,6 +92,7 @@ fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
 #[test_case("differential.urdf", 2)]
 #[test_case("skid4.urdf", 4)]
 #[test_case("swerve4.urdf", 4)]
+#[test_case("offset4.urdf", 4)]
 #[test_case("tricycle.urdf", 3)]
 fn tyres_are_exported_as_cylinders(name: &str, wheels: usize) {
     let folder = Folder::new();
@@ -127,6 +128,7 @@ fn tyres_are_exported_as_cylinders(name: &str, wheels: usize) {
 #[test_case("differential.urdf")]
 #[test_case("skid4.urdf")]
 #[test_case("swerve4.urdf")]
+#[test_case("offset4.urdf")]
 #[test_case("tricycle.urdf")]
 fn mujoco_drives_a_robot_on_tyres_as_ilon_does(name: &str) {
     if python("mujoco").is_none() {

@@ -71,6 +71,35 @@ pub(crate) fn box_moments(mass_kg: f64, [x, y, z]: [f64; 3]) -> Vector3<f64> {
     Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass_kg / 12.0)
 }
 
+/// Where a joint is in its parent: its place in metres, roll, pitch and yaw in radians.
+pub(super) struct Place {
+    pub at_m: [f64; 3],
+    pub rpy_rad: [f64; 3],
+}
+
+impl Place {
+    /// Turned about the vertical axis alone.
+    pub fn turned(at_m: [f64; 3], yaw_rad: f64) -> Self {
+        let rpy_rad = [0.0, 0.0, yaw_rad];
+        Self { at_m, rpy_rad }
+    }
+}
+
+/// The head of a joint, without its limits; names are attributes already.
+pub(super) fn write_joint(
+    out: &mut String,
+    (name, kind): (&str, &str),
+    [parent, child]: [&str; 2],
+    (place, axis): (Place, &str),
+) -> std::fmt::Result {
+    let (xyz, rpy) = (nums(&place.at_m), nums(&place.rpy_rad));
+    writeln!(
+        out,
+        "  <joint name=\"{name}\" type=\"{kind}\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    \
+         <origin xyz=\"{xyz}\" rpy=\"{rpy}\"/>\n    <axis xyz=\"{axis}\"/>"
+    )
+}
+
 pub(super) fn write_dynamics(
     out: &mut String,
     damping_n_m_s: f64,

@@ -8,8 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 use super::elements::{
-    attribute, cylinder, cylinder_moments, num, nums, write_chassis, write_dynamics,
-    write_geometry, write_inertial,
+    Place, attribute, cylinder, cylinder_moments, num, write_chassis, write_dynamics,
+    write_geometry, write_inertial, write_joint,
 };
 use crate::error::{Fault, RobotError};
 use crate::spec::{CasterSpec, SpecOnTyres, SteeringSpec, TyredWheel};
@@ -87,22 +87,6 @@ fn write_fork(out: &mut String, link: &str, mass_kg: f64, radius_m: f64) -> std:
     writeln!(out, "  </link>")
 }
 
-/// The head of a joint, without its limits.
-fn write_joint(
-    out: &mut String,
-    (name, kind): (&str, &str),
-    [parent, child]: [&str; 2],
-    (place_m, yaw_rad, axis): ([f64; 3], f64, &str),
-) -> std::fmt::Result {
-    writeln!(
-        out,
-        "  <joint name=\"{name}\" type=\"{kind}\">\n    <parent link=\"{parent}\"/>\n    <child link=\"{child}\"/>\n    \
-         <origin xyz=\"{}\" rpy=\"0 0 {}\"/>\n    <axis xyz=\"{axis}\"/>",
-        nums(&place_m),
-        num(yaw_rad)
-    )
-}
-
 fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std::fmt::Result {
     let t = &spec.tyres;
     let name = attribute(&wheel.name);
@@ -110,7 +94,7 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
     let yaw_rad = (wheel.axis_deg - 90.0).to_radians();
     let steering = spec.steering.as_ref().filter(|_| wheel.steered);
     let place = match steering {
-        None => ([x_m, y_m, t.radius_m], yaw_rad, "0 1 0"),
+        None => Place::turned([x_m, y_m, t.radius_m], yaw_rad),
         Some(steering) => {
             let (sin, cos) = yaw_rad.sin_cos();
             let at_m = [
@@ -119,7 +103,7 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
                 t.radius_m,
             ];
             write_steering(out, &name, steering, (at_m, yaw_rad, t.radius_m))?;
-            ([-steering.trail_m, 0.0, 0.0], 0.0, "0 1 0")
+            Place::turned([-steering.trail_m, 0.0, 0.0], 0.0)
         }
     };
     let parent = match steering {
@@ -130,7 +114,7 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
         out,
         (&name, "continuous"),
         [&parent, &format!("{name}_link")],
-        place,
+        (place, "0 1 0"),
     )?;
     if wheel.driven {
         writeln!(
@@ -165,7 +149,7 @@ fn write_steering(
         out,
         (&joint, kind),
         ["base_link", &fork],
-        (at_m, yaw_rad, "0 0 1"),
+        (Place::turned(at_m, yaw_rad), "0 0 1"),
     )?;
     write!(out, "    <limit")?;
     if let Some(limit_deg) = steering.limit_deg {
@@ -187,12 +171,13 @@ fn write_caster(out: &mut String, caster: &CasterSpec) -> std::fmt::Result {
     let [x_m, y_m] = caster.position_m;
     // The fork is as high as the wheel is: half of it above the axle.
     let high_m = 2.0 * caster.radius_m;
-    let swivel = ([x_m, y_m, high_m], 0.0, "0 0 1");
+    let swivel = (Place::turned([x_m, y_m, high_m], 0.0), "0 0 1");
     let joint = format!("{name}_swivel");
     write_joint(out, (&joint, "continuous"), ["base_link", &fork], swivel)?;
     writeln!(out, "  </joint>")?;
     write_fork(out, &fork, caster.fork_mass_kg, caster.radius_m)?;
-    let roll = ([-caster.trail_m, 0.0, -caster.radius_m], 0.0, "0 1 0");
+    let at_m = [-caster.trail_m, 0.0, -caster.radius_m];
+    let roll = (Place::turned(at_m, 0.0), "0 1 0");
     write_joint(
         out,
         (&format!("{name}_roll"), "continuous"),

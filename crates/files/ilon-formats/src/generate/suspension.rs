@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::elements::{
-    attribute, box_moments, num, nums, write_dynamics, write_inertial, write_visual,
+    Place, attribute, box_moments, num, nums, write_dynamics, write_inertial, write_joint,
+    write_visual,
 };
 use crate::spec::{Described, Spec, SuspensionLaw};
 
@@ -174,17 +175,10 @@ fn still(mass_kg: f64) -> Carrier {
 pub(super) fn write_carrier(out: &mut String, of: &Carrier) -> std::fmt::Result {
     let name = attribute(&of.joint);
     let kind = if of.slides { "prismatic" } else { "revolute" };
-    writeln!(out, "  <joint name=\"{name}\" type=\"{kind}\">")?;
-    writeln!(
-        out,
-        "    <parent link=\"base_link\"/>\n    <child link=\"{name}_link\"/>"
-    )?;
-    writeln!(
-        out,
-        "    <origin xyz=\"{}\" rpy=\"0 0 0\"/>",
-        nums(&of.place_m)
-    )?;
-    writeln!(out, "    <axis xyz=\"{}\"/>", nums(&of.axis))?;
+    let child = format!("{name}_link");
+    let place = Place::turned(of.place_m, 0.0);
+    let links = ["base_link", &child];
+    write_joint(out, (&name, kind), links, (place, &nums(&of.axis)))?;
     // Nothing drives it.
     writeln!(
         out,

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use crate::model::{
     Collision, CollisionShape, ModelledRoller, Profile, ProfilePart, Robot, Roller, RollerForm,
-    Wheel,
+    SolidOfRevolution, Wheel,
 };
 
 /// A roller's shape in another simulator, along z of the roller frame, about its middle.
@@ -72,6 +72,52 @@ const LOOKS: usize = 60;
 /// Corners of a mesh around its axis.
 pub(super) const CORNERS: usize = 64;
 
+/// A shape by two figures, in metres.
+struct Native {
+    /// How far it reaches, by the component of the direction along its axis.
+    support_m: fn([f64; 2], f64) -> f64,
+    made: fn([f64; 2]) -> RollerShape,
+}
+
+const NATIVE: [Native; 3] = [
+    Native {
+        support_m: |[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt(),
+        made: |[radius_m, half_length_m]| RollerShape::Ellipsoid {
+            radius_m,
+            half_length_m,
+        },
+    },
+    Native {
+        support_m: |[p, q], w| p + q * w.abs(),
+        made: |[radius_m, half_m]| {
+            let length_m = 2.0 * half_m;
+            RollerShape::Solids(vec![at(
+                0.0,
+                CollisionShape::Capsule { radius_m, length_m },
+            )])
+        },
+    },
+    Native {
+        support_m: |[p, q], w| p * (1.0 - w * w).sqrt() + q * w.abs(),
+        made: |[radius_m, half_m]| {
+            let length_m = 2.0 * half_m;
+            RollerShape::Solids(vec![at(
+                0.0,
+                CollisionShape::Cylinder { radius_m, length_m },
+            )])
+        },
+    },
+];
+
+/// A solid at a place along the roller's axis.
+fn at(t_m: f64, shape: CollisionShape) -> Collision {
+    Collision {
+        friction: None,
+        body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
+        shape,
+    }
+}
+
 impl RollerShape {
     /// What it is called.
     pub fn name(&self) -> String {
@@ -93,40 +139,37 @@ impl RollerShape {
     /// Its outline about the roller's axis; `None` of the shapes of a file, which have theirs.
     fn profile(&self) -> Option<Profile> {
         /// Circles for an ellipsoid: chords of its outline are off by less than 5e-5 of its length.
-        const CIRCLES: usize = 160;
-        let part = |t_m: f64, ring_m: f64, ball_m: f64| ProfilePart {
+        const CIRCLES: u32 = 160;
+        let part = |[t_m, ring_m]: [f64; 2], ball_m| ProfilePart {
             t_m,
             ring_m,
             ball_m,
+        };
+        let of_solid = |solid: &Collision| {
+            let (half_m, ring_m, ball_m) = match solid.shape {
+                CollisionShape::Sphere { radius_m } => (0.0, 0.0, radius_m),
+                CollisionShape::Capsule { radius_m, length_m } => (0.5 * length_m, 0.0, radius_m),
+                CollisionShape::Cylinder { radius_m, length_m } => (0.5 * length_m, radius_m, 0.0),
+                _ => return None,
+            };
+            let t_m = solid.body_from_shape.translation.z;
+            Some([-half_m, half_m].map(|end| part([t_m + end, ring_m], ball_m)))
         };
         let parts = match self {
             Self::Ellipsoid {
                 radius_m,
                 half_length_m,
-            } => (0..=CIRCLES)
-                .map(|i| {
-                    let (sin, cos) = libm::sincos(PI * (i as f64 / CIRCLES as f64 - 0.5));
-                    part(half_length_m * sin, radius_m * cos, 0.0)
-                })
-                .collect(),
-            Self::Mesh(points) => points.iter().map(|[t, r]| part(*t, *r, 0.0)).collect(),
+            } => {
+                let circle = |i| {
+                    let (sin, cos) = libm::sincos(PI * (f64::from(i) / f64::from(CIRCLES) - 0.5));
+                    part([half_length_m * sin, radius_m * cos], 0.0)
+                };
+                (0..=CIRCLES).map(circle).collect()
+            }
+            Self::Mesh(points) => points.iter().map(|point| part(*point, 0.0)).collect(),
             Self::Solids(solids) => {
-                let mut parts = Vec::new();
-                for solid in solids {
-                    let t_m = solid.body_from_shape.translation.z;
-                    let (half_m, ring_m, ball_m) = match solid.shape {
-                        CollisionShape::Sphere { radius_m } => (0.0, 0.0, radius_m),
-                        CollisionShape::Capsule { radius_m, length_m } => {
-                            (0.5 * length_m, 0.0, radius_m)
-                        }
-                        CollisionShape::Cylinder { radius_m, length_m } => {
-                            (0.5 * length_m, radius_m, 0.0)
-                        }
-                        _ => return None,
-                    };
-                    parts.extend([-half_m, half_m].map(|end| part(t_m + end, ring_m, ball_m)));
-                }
-                parts
+                let ends: Vec<_> = solids.iter().map(of_solid).collect::<Option<_>>()?;
+                ends.concat()
             }
         };
         Profile::new(parts)
@@ -185,19 +228,21 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
 /// Heights of a wheel's hub on level ground over a turn, in metres.
 fn heights_m(wheel: &Wheel) -> Vec<f64> {
     let looks = LOOKS * wheel.rollers.len();
-    let shown = wheel.rollers.iter().map(|roller| reach(wheel, roller));
-    let shown: Vec<_> = shown.collect();
-    (0..looks)
-        .map(|i| {
-            let (sin, cos) = libm::sincos(TAU * i as f64 / looks as f64);
-            let down = Vector3::new(cos, sin, 0.0);
-            let reaches = wheel.rollers.iter().zip(&shown);
-            let reaches = reaches.map(|(roller, reach)| {
-                roller.center_in_hub_m.dot(&down) + reach(roller.axis_in_hub.dot(&down))
-            });
-            reaches.fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect()
+    let reaches: Vec<_> = wheel.rollers.iter().map(|r| reach(wheel, r)).collect();
+    let look = |i| {
+        let (sin, cos) = libm::sincos(TAU * i as f64 / looks as f64);
+        height_m(wheel, &reaches, &Vector3::new(cos, sin, 0.0))
+    };
+    (0..looks).map(look).collect()
+}
+
+/// Height of a wheel's hub above ground that lies in a direction, in metres.
+fn height_m(wheel: &Wheel, reaches: &[Reach<'_>], down: &Vector3<f64>) -> f64 {
+    let rollers = wheel.rollers.iter().zip(reaches);
+    let heights = rollers.map(|(roller, reach)| {
+        roller.center_in_hub_m.dot(down) + reach(roller.axis_in_hub.dot(down))
+    });
+    heights.fold(f64::NEG_INFINITY, f64::max)
 }
 
 fn span(heights_m: &[f64]) -> f64 {
@@ -205,8 +250,11 @@ fn span(heights_m: &[f64]) -> f64 {
     most - heights_m.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
+/// How far a roller reaches, in metres.
+type Reach<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
 /// How far a roller reaches from its middle, by the component of the direction along its axis.
-fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Box<dyn Fn(f64) -> f64 + 'a> {
+fn reach<'a>(wheel: &Wheel, roller: &'a Roller) -> Reach<'a> {
     match &roller.form {
         RollerForm::Turned(turned) | RollerForm::Tyre(turned) => {
             Box::new(|w| turned.profile().support_m(w))
@@ -261,23 +309,18 @@ impl<'a> Target<'a> {
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), phi);
             let down = turn * outward;
             let w = roller.axis_in_hub.dot(&down);
-            if share.abs() <= 1.0 {
-                return Support {
-                    w,
-                    reach_m: reaches[index](w),
-                    is_served: true,
-                };
-            }
-            let all = wheel.rollers.iter().zip(&reaches);
-            let all = all
-                .map(|(r, reach)| r.center_in_hub_m.dot(&down) + reach(r.axis_in_hub.dot(&down)));
-            let beyond_rad = phi.abs() * (1.0 - 1.0 / share.abs());
-            let clear_m = wheel.radius_m * (CLEAR_PER_RAD * beyond_rad).min(CLEAR);
-            let most_m = all.fold(f64::NEG_INFINITY, f64::max) - clear_m;
+            let is_served = share.abs() <= 1.0;
+            let reach_m = if is_served {
+                reaches[index](w)
+            } else {
+                let beyond_rad = phi.abs() * (1.0 - 1.0 / share.abs());
+                let clear_m = wheel.radius_m * (CLEAR_PER_RAD * beyond_rad).min(CLEAR);
+                height_m(wheel, &reaches, &down) - clear_m - roller.center_in_hub_m.dot(&down)
+            };
             Support {
                 w,
-                reach_m: most_m - roller.center_in_hub_m.dot(&down),
-                is_served: false,
+                reach_m,
+                is_served,
             }
         });
         let supports = supports.collect();
@@ -321,58 +364,33 @@ impl<'a> Target<'a> {
         if let RollerForm::AsModelled(modelled) = &self.roller.form {
             return RollerShape::Solids(modelled.shapes.clone());
         }
-        let one = |shape| {
-            let body_from_shape = Isometry3::identity();
-            RollerShape::Solids(vec![Collision {
-                friction: None,
-                body_from_shape,
-                shape,
-            }])
-        };
-        let ellipsoid = || {
-            let [p, q] =
-                self.two_figures(|[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt());
-            RollerShape::Ellipsoid {
-                radius_m: p,
-                half_length_m: q,
-            }
-        };
-        let capsule = || {
-            let [radius_m, half_m] = self.two_figures(|[p, q], w| p + q * w.abs());
-            let length_m = 2.0 * half_m;
-            one(CollisionShape::Capsule { radius_m, length_m })
-        };
-        let cylinder = || {
-            let of = |[p, q]: [f64; 2], w: f64| p * (1.0 - w * w).sqrt() + q * w.abs();
-            let [radius_m, half_m] = self.two_figures(of);
-            let length_m = 2.0 * half_m;
-            one(CollisionShape::Cylinder { radius_m, length_m })
-        };
-        let spheres = || self.spheres(OF_SPHERES * self.wheel.radius_m);
-        let mesh = || self.mesh();
-        type Makes<'a> = &'a dyn Fn() -> RollerShape;
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
-        let order: &[Makes] = match (format, is_turned) {
-            (Shapes::All, false) => &[&ellipsoid, &capsule, &spheres],
-            (Shapes::All, true) => &[&ellipsoid, &capsule, &cylinder, &mesh],
-            (Shapes::Plain, false) => &[&spheres],
-            (Shapes::Plain, true) => &[&cylinder, &mesh],
+        let native = match (format, is_turned) {
+            (Shapes::All, false) => &NATIVE[..2],
+            (Shapes::All, true) => &NATIVE[..],
+            (Shapes::Plain, false) => &[],
+            (Shapes::Plain, true) => &NATIVE[2..],
         };
-        let mut best: Option<(f64, RollerShape)> = None;
-        for make in order {
-            let shape = make();
-            let Some(profile) = shape.profile() else {
-                continue;
-            };
-            let error_m = self.error_m(|w| profile.support_m(w));
-            if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
-                best = Some((error_m, shape));
+        // A mesh has flat sides, and each costs a rolling roller energy: in MuJoCo 64 of them take 8 % of the speed sideways.
+        let of_many = || match (format, &self.roller.form) {
+            (Shapes::Plain, RollerForm::Turned(turned)) => self.mesh(turned),
+            _ => self.spheres(OF_SPHERES * self.wheel.radius_m),
+        };
+        let of_one = native
+            .iter()
+            .map(|of| (of.made)(self.two_figures(of.support_m)));
+        let mut best = (f64::INFINITY, None);
+        for shape in of_one.chain(std::iter::once_with(of_many)) {
+            let profile = shape.profile();
+            let error_m = profile.map_or(f64::INFINITY, |of| self.error_m(|w| of.support_m(w)));
+            if error_m < best.0 {
+                best = (error_m, Some(shape));
             }
             if error_m < ENOUGH * self.wheel.radius_m {
                 break;
             }
         }
-        best.map_or_else(ellipsoid, |(_, shape)| shape)
+        best.1.unwrap_or_else(of_many)
     }
 
     /// The two figures of a shape, in metres, by which the largest error of its support is the least: golden sections, of the first
@@ -390,17 +408,20 @@ impl<'a> Target<'a> {
     fn spheres(&self, enough_m: f64) -> RollerShape {
         const MOST: usize = 25;
         const WORTH: f64 = 0.8;
-        let barrel = self.wheel.barrel(self.roller);
+        let tallest = self.tallest_m();
         let stack = |count: usize, share: f64, grown_m: f64| {
             let sphere = |i: usize| {
-                let along = 2.0 * i as f64 / (count - 1) as f64 - 1.0;
-                let t_m = share * along * barrel.half_length_m;
-                let radius_m = barrel.sphere_radius_m(t_m) + grown_m;
-                Collision {
-                    friction: None,
-                    body_from_shape: Isometry3::translation(0.0, 0.0, t_m),
-                    shape: CollisionShape::Sphere { radius_m },
-                }
+                let along = share * (2.0 * i as f64 / (count - 1) as f64 - 1.0);
+                let (t_m, radius_m) = match &self.roller.form {
+                    RollerForm::Turned(turned) => sphere_within(turned, along * tallest),
+                    _ => {
+                        let barrel = self.wheel.barrel(self.roller);
+                        let t_m = along * barrel.half_length_m;
+                        (t_m, barrel.sphere_radius_m(t_m))
+                    }
+                };
+                let radius_m = radius_m + grown_m;
+                at(t_m, CollisionShape::Sphere { radius_m })
             };
             RollerShape::Solids((0..count).map(sphere).collect())
         };
@@ -427,10 +448,7 @@ impl<'a> Target<'a> {
     }
 
     /// A mesh through places of the surface where it reaches furthest, more of them where it meets the ground.
-    fn mesh(&self) -> RollerShape {
-        let RollerForm::Turned(turned) = &self.roller.form else {
-            return self.spheres(0.0);
-        };
+    fn mesh(&self, turned: &SolidOfRevolution) -> RollerShape {
         let served = self.served().map(|of| libm::asin(of.w.clamp(-1.0, 1.0)));
         let steep = (1..=12).map(|i| FRAC_PI_2 * f64::from(i) / 12.5);
         let mut angles: Vec<f64> = served.chain(steep.flat_map(|x| [x, -x])).collect();
@@ -451,6 +469,14 @@ impl<'a> Target<'a> {
         }
         RollerShape::Mesh(points)
     }
+}
+
+/// Place and radius, in metres, of the sphere on a solid's axis that touches it where it reaches
+/// furthest in a direction: the tangent of its support over the direction's component w.
+fn sphere_within(turned: &SolidOfRevolution, w: f64) -> (f64, f64) {
+    let (part, _) = turned.profile().furthest(w);
+    let t_m = part.t_m - part.ring_m * w / (1.0 - w * w).sqrt();
+    (t_m, turned.profile().support_m(w) - t_m * w)
 }
 
 /// Where a function with one minimum between 0 and an end has it, and its value there: golden sections.

@@ -18,3 +18,17 @@ pub struct Ground {
 pub(super) fn about_comment(about: &str) -> String {
     format!("<!--\n{}\n-->\n", comment_text(about).trim_end_matches('-'))
 }
+
+/// A template with values in place of their names in braces.
+pub(super) fn filled(template: &str, values: &[(&str, &str)]) -> String {
+    let mut out = String::with_capacity(2 * template.len());
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once('{') {
+        let (name, after) = after.split_once('}').unwrap_or((after, ""));
+        let value = values.iter().find(|(of, _)| *of == name);
+        out += before;
+        out += value.map_or("", |(_, value)| value);
+        rest = after;
+    }
+    out + rest
+}

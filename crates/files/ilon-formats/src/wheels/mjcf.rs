@@ -2,28 +2,82 @@
 
 use std::fmt::Write;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::fit::FittedRobot;
-use super::frame::{Ground, STEP_S, about_comment};
+use super::frame::{Ground, STEP_S, about_comment, filled};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, Robot, Wheel};
+use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
 
-/// Of contacts of rollers: the time constant, two steps, which stops what comes down within a step.
+/// Time constant of contacts of rollers: two steps, the shortest that MuJoCo takes.
 const SETTLES_S: f64 = 2.0 * STEP_S;
-/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps then opens and closes, so that its
-/// friction is not Coulomb's.
+/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps
+/// then opens and closes, so that its friction is not Coulomb's.
 const TYRE_SETTLES_S: f64 = 10.0 * STEP_S;
-/// Their impedance, at all depths: a harder contact opens again in the step after each hand-over, a softer one creeps.
-const IMPEDANCE: f64 = 0.98;
-/// How much harder friction is than the normal of a contact.
-const IMPRATIO: &str = "10";
+const TYRE_IMPEDANCE: f64 = 0.98;
+/// How deep a roller sinks, over the wheel's radius: as far as native shapes raise and lower hubs.
+/// Where contacts are much harder, wheels leave the ground at each hand-over.
+const SAG: f64 = 4e-4;
 
-/// Stiffness of the contact that carries a mass, in N/m. MuJoCo's constraint at rest: r = (1 - d) g t^2, with r how deep it is.
-pub fn contact_stiffness_n_m(carried_kg: f64) -> f64 {
-    carried_kg / ((1.0 - IMPEDANCE) * SETTLES_S * SETTLES_S)
+/// Stiffness of a roller's contact in the MJCF, in N/m.
+pub fn contact_stiffness_n_m(robot: &Robot) -> f64 {
+    const GRAVITY_M_S2: f64 = 9.81;
+    let carried_kg = robot.mass_kg() / robot.wheels.len() as f64;
+    carried_kg * GRAVITY_M_S2 / (SAG * robot.mean_wheel_radius_m())
+}
+
+/// The impedance d by which contacts have that stiffness k. MuJoCo's contact at rest has
+/// k = 1 / ((1 - d) a t^2), with its time constant t and the inverse mass a at the roller's centre.
+fn impedance(robot: &Robot, parts: &[Part]) -> f64 {
+    let stiffness_n_m = contact_stiffness_n_m(robot);
+    let yields = stiffness_n_m * mean_inverse_mass_per_kg(parts) * SETTLES_S * SETTLES_S;
+    (1.0 - 1.0 / yields).clamp(0.5, 0.99)
+}
+
+/// Inverse mass at a roller's centre, the mean over directions and rollers: of the robot as one
+/// body, on whose wheels nothing acts.
+fn mean_inverse_mass_per_kg(parts: &[Part]) -> f64 {
+    let in_body = |part: &Part| part.mass.moved(&part.body_from_part);
+    let bodies: Vec<MassProperties> = parts.iter().map(in_body).collect();
+    let inverse = MassProperties::merged(&bodies).and_then(|whole| {
+        let turning = whole.inertia_kg_m2.try_inverse()?;
+        Some((whole, turning))
+    });
+    let Some((whole, turning)) = inverse else {
+        return 0.0;
+    };
+    let on_axle = |part: &Part| {
+        let carrier = part.parent?;
+        matches!(part.joint.as_ref()?.role, Role::Roller).then_some(carrier)
+    };
+    let spun = |wheel: usize| {
+        let wheel_from_body = parts[wheel].body_from_part.inverse();
+        let turns = parts.iter().enumerate();
+        let turns = turns.filter(|(at, part)| *at == wheel || on_axle(part) == Some(wheel));
+        let about_axle = |(at, _): (usize, &Part)| {
+            bodies[at]
+                .moved(&wheel_from_body)
+                .inertia_about(&Vector3::zeros())
+                .m33
+        };
+        let armature = parts[wheel]
+            .joint
+            .as_ref()
+            .map_or(0.0, |joint| joint.armature);
+        armature + turns.map(about_axle).sum::<f64>()
+    };
+    let of_roller = |part: &Part| {
+        let wheel = on_axle(part)?;
+        let lever =
+            (part.body_from_part.translation.vector - whole.center_of_mass_m).cross_matrix();
+        let ring_m = part.parent_from_part(parts).translation.vector.xy().norm();
+        let turned = (lever.transpose() * turning * lever).trace();
+        Some((3.0 / whole.mass_kg + turned + ring_m * ring_m / spun(wheel)) / 3.0)
+    };
+    let each: Vec<f64> = parts.iter().filter_map(of_roller).collect();
+    each.iter().sum::<f64>() / each.len() as f64
 }
 
 /// The model. `meshes` names a file for each mesh of a roller.
@@ -35,72 +89,46 @@ pub(super) fn write(
     about: &str,
 ) -> String {
     let robot = &fitted.robot;
-    let mut hulls = String::new();
-    let mut bodies = String::new();
+    let (settles_s, impedance) = match robot.has_tyres() {
+        true => (TYRE_SETTLES_S, TYRE_IMPEDANCE),
+        false => (SETTLES_S, impedance(robot, parts)),
+    };
+    let mesh = |(index, file): (usize, &String)| {
+        let file = attribute(file);
+        format!("    <mesh name=\"roller_{index}\" file=\"{file}\"/>\n")
+    };
+    let mut meshes: String = meshes.iter().enumerate().map(mesh).collect();
+    let (mut hulls, mut bodies) = (String::new(), String::new());
     body(&mut bodies, &mut hulls, parts, 0, fitted.ride_height_m);
-    let mut out = about_comment(about);
-    let _ = writeln!(
-        out,
-        "<mujoco model=\"{}\">\n  <compiler angle=\"radian\" balanceinertia=\"true\"/>\n  \
-         <option timestep=\"{}\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"{IMPRATIO}\" gravity=\"0 0 {}\"/>\n  \
-         <size memory=\"64M\"/>\n  <default>\n    <default class=\"roller\">\n      \
-         <geom contype=\"1\" conaffinity=\"0\" condim=\"3\" priority=\"1\" friction=\"{} 0.005 0.0001\" solref=\"{} 1\" solimp=\"{IMPEDANCE} {IMPEDANCE} 0.001 0.5 2\" rgba=\"0.15 0.15 0.15 1\"/>\n    \
-         </default>\n    <default class=\"body\">\n      <geom contype=\"1\" conaffinity=\"0\" friction=\"{} 0.005 0.0001\" rgba=\"0.35 0.4 0.45 1\"/>\n    \
-         </default>\n  </default>",
-        attribute(&robot.name),
-        num(STEP_S),
-        num(-ground.gravity_m_s2),
-        num(ground.friction),
-        num(match robot.wheels.iter().any(Wheel::has_tyre) {
-            true => TYRE_SETTLES_S,
-            false => SETTLES_S,
-        }),
-        num(ground.friction),
-    );
-    let _ = writeln!(out, "  <asset>");
-    for (index, file) in meshes.iter().enumerate() {
-        let _ = writeln!(
-            out,
-            "    <mesh name=\"roller_{index}\" file=\"{}\"/>",
-            attribute(file)
-        );
-    }
-    let _ = writeln!(
-        out,
-        "{hulls}  </asset>\n  <worldbody>\n{bodies}  </worldbody>"
-    );
-    couplings(&mut out, robot);
-    let _ = writeln!(out, "  <actuator>");
-    for joint in parts.iter().filter_map(|part| part.joint.as_ref()) {
-        actuator(&mut out, joint);
-    }
-    let _ = writeln!(
-        out,
-        "  </actuator>\n  <sensor>\n    <framepos name=\"base_position\" objtype=\"site\" objname=\"base\"/>\n    \
-         <framequat name=\"base_orientation\" objtype=\"site\" objname=\"base\"/>\n    <velocimeter name=\"base_velocity\" site=\"base\"/>\n    \
-         <gyro name=\"base_gyro\" site=\"base\"/>\n    <accelerometer name=\"base_accelerometer\" site=\"base\"/>"
-    );
-    for wheel in &robot.wheels {
+    meshes += &hulls;
+    let joints = parts.iter().filter_map(|part| part.joint.as_ref());
+    let sensors = robot.wheels.iter().map(|wheel| {
         let name = attribute(&wheel.name);
-        let _ = writeln!(
-            out,
-            "    <jointpos name=\"{name}_angle\" joint=\"{name}\"/>\n    <jointvel name=\"{name}_rate\" joint=\"{name}\"/>"
-        );
-    }
-    out + "  </sensor>\n</mujoco>\n"
+        format!(
+            "    <jointpos name=\"{name}_angle\" joint=\"{name}\"/>\n    <jointvel name=\"{name}_rate\" joint=\"{name}\"/>\n"
+        )
+    });
+    let values = [
+        ("name", &attribute(&robot.name)[..]),
+        ("step", &num(STEP_S)),
+        ("gravity", &num(ground.gravity_m_s2)),
+        ("friction", &num(ground.friction)),
+        ("settles", &num(settles_s)),
+        ("impedance", &format!("{impedance:.4}")),
+        ("meshes", &meshes),
+        ("bodies", &bodies),
+        ("couplings", &couplings(robot)),
+        ("actuators", &joints.map(actuator).collect::<String>()),
+        ("sensors", &sensors.collect::<String>()),
+    ];
+    about_comment(about) + &filled(include_str!("model.xml"), &values)
 }
 
 /// A level floor to start on, around the model in a file of this name.
 pub(super) fn scene(file: &str, ground: &Ground) -> String {
-    format!(
-        "<mujoco model=\"scene\">\n  <include file=\"{}\"/>\n  <visual><headlight ambient=\"0.3 0.3 0.3\"/></visual>\n  <asset>\n    \
-         <texture name=\"grid\" type=\"2d\" builtin=\"checker\" rgb1=\"0.8 0.8 0.8\" rgb2=\"0.7 0.7 0.7\" width=\"256\" height=\"256\"/>\n    \
-         <material name=\"grid\" texture=\"grid\" texrepeat=\"2 2\" texuniform=\"true\"/>\n  </asset>\n  <worldbody>\n    \
-         <light pos=\"0 0 3\" dir=\"0 0 -1\" directional=\"true\"/>\n    \
-         <geom name=\"floor\" type=\"plane\" size=\"0 0 1\" material=\"grid\" friction=\"{} 0.005 0.0001\"/>\n  </worldbody>\n</mujoco>\n",
-        attribute(file),
-        num(ground.friction)
-    )
+    let (file, friction) = (attribute(file), num(ground.friction));
+    let values = [("file", &file[..]), ("friction", &friction)];
+    filled(include_str!("scene.xml"), &values)
 }
 
 fn place(pose: &Isometry3<f64>) -> String {
@@ -139,20 +167,15 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
     };
     let (mass, i) = (&part.mass, &part.mass.inertia_kg_m2);
     // A body that moves must weigh something.
-    let (least_kg, least) = (1e-6, 1e-9);
+    let [kg, at] = [
+        num(mass.mass_kg.max(1e-6)),
+        nums(mass.center_of_mass_m.as_slice()),
+    ];
+    let [xx, yy, zz] = [i.m11, i.m22, i.m33].map(|moment| moment.max(1e-9));
+    let moments = nums(&[xx, yy, zz, i.m12, i.m13, i.m23]);
     let _ = writeln!(
         out,
-        "      <inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>",
-        nums(mass.center_of_mass_m.as_slice()),
-        num(mass.mass_kg.max(least_kg)),
-        nums(&[
-            i.m11.max(least),
-            i.m22.max(least),
-            i.m33.max(least),
-            i.m12,
-            i.m13,
-            i.m23
-        ])
+        "      <inertial pos=\"{at}\" mass=\"{kg}\" fullinertia=\"{moments}\"/>"
     );
     for (at, shape) in &part.shapes {
         let shape = match shape {
@@ -173,18 +196,14 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
             place(&at)
         );
     }
-    if let Some([radius_m, half_m]) = part.hub_m {
+    if let Some(size) = part.hub_m {
         let _ = writeln!(
             out,
             "      <geom type=\"cylinder\" size=\"{}\" contype=\"0\" conaffinity=\"0\" group=\"1\" mass=\"0\" rgba=\"0.75 0.75 0.78 1\"/>",
-            nums(&[radius_m, half_m])
+            nums(&size)
         );
     }
-    for (child, _) in parts
-        .iter()
-        .enumerate()
-        .filter(|(_, of)| of.parent == Some(index))
-    {
+    for child in (0..parts.len()).filter(|at| parts[*at].parent == Some(index)) {
         body(out, hulls, parts, child, height_m);
     }
     let _ = writeln!(out, "    </body>");
@@ -240,63 +259,45 @@ fn write_joint(out: &mut String, joint: &PartJoint) {
     if joint.limits.iter().all(|limit| limit.is_finite()) {
         let _ = write!(out, " limited=\"true\" range=\"{}\"", nums(&joint.limits));
     }
-    if let Role::Body(JointRole::Sprung(spring)) = joint.role {
-        let rest = spring.rest + spring.preload / spring.stiffness;
-        let _ = write!(
-            out,
-            " stiffness=\"{}\" springref=\"{}\"",
-            num(spring.stiffness),
-            num(rest)
-        );
+    if let Some([rest, stiffness]) = joint.spring().map(|of| of.map(num)) {
+        let _ = write!(out, " stiffness=\"{stiffness}\" springref=\"{rest}\"");
     }
     let _ = writeln!(out, "/>");
 }
 
-fn actuator(out: &mut String, joint: &PartJoint) {
+fn actuator(joint: &PartJoint) -> String {
     let name = attribute(joint.name);
     let both = |word: &str, most: f64| match most.is_finite() {
         true => format!(" {word}=\"{}\"", nums(&[-most, most])),
         false => String::new(),
     };
-    let _ = match &joint.role {
+    let (kind, gains) = match &joint.role {
         // Nothing drives a wheel that only rolls along.
-        Role::Wheel { effort, .. } if *effort == 0.0 => Ok(()),
-        Role::Wheel { effort, rate, gain } => writeln!(
-            out,
-            "    <velocity name=\"{name}\" joint=\"{name}\" kv=\"{}\"{}{}/>",
-            num(*gain),
-            both("ctrlrange", *rate),
-            both("forcerange", *effort)
-        ),
-        Role::Body(JointRole::Driven(servo)) => writeln!(
-            out,
-            "    <position name=\"{name}\" joint=\"{name}\" kp=\"{}\" kv=\"{}\"{}/>",
-            num(servo.stiffness),
-            num(servo.damping),
-            both("forcerange", servo.effort)
-        ),
-        Role::Body(_) | Role::Roller => Ok(()),
+        Role::Wheel { effort, rate, gain } if *effort != 0.0 => {
+            let limits = both("ctrlrange", *rate) + &both("forcerange", *effort);
+            ("velocity", format!("kv=\"{}\"{limits}", num(*gain)))
+        }
+        Role::Body(JointRole::Driven(servo)) => {
+            let [kp, kv] = [servo.stiffness, servo.damping].map(num);
+            let limit = both("forcerange", servo.effort);
+            ("position", format!("kp=\"{kp}\" kv=\"{kv}\"{limit}"))
+        }
+        _ => return String::new(),
     };
+    format!("    <{kind} name=\"{name}\" joint=\"{name}\" {gains}/>\n")
 }
 
-fn couplings(out: &mut String, robot: &Robot) {
-    if robot.couplings.is_empty() {
-        return;
+fn couplings(robot: &Robot) -> String {
+    let coupling = |by: &Coupling| {
+        let [joint, follows] = [by.joint, by.follows].map(|at| attribute(&robot.joints[at].name));
+        let factors = nums(&[by.offset, by.factor]);
+        format!(
+            "    <joint joint1=\"{joint}\" joint2=\"{follows}\" polycoef=\"{factors} 0 0 0\"/>\n"
+        )
+    };
+    let all: String = robot.couplings.iter().map(coupling).collect();
+    match all.is_empty() {
+        true => all,
+        false => format!("  <equality>\n{all}  </equality>\n"),
     }
-    let _ = writeln!(out, "  <equality>");
-    for Coupling {
-        joint,
-        follows,
-        factor,
-        offset,
-    } in &robot.couplings
-    {
-        let [joint, follows] = [*joint, *follows].map(|at| attribute(&robot.joints[at].name));
-        let _ = writeln!(
-            out,
-            "    <joint joint1=\"{joint}\" joint2=\"{follows}\" polycoef=\"{} 0 0 0\"/>",
-            nums(&[*offset, *factor])
-        );
-    }
-    let _ = writeln!(out, "  </equality>");
 }

@@ -51,7 +51,6 @@ pub fn write_fitted(
     ground: &Ground,
     about: &str,
 ) -> Vec<(String, Vec<u8>)> {
-    let robot = &fitted.robot;
     let parts = parts::parts(fitted);
     let meshes = parts::meshes(fitted);
     let names: Vec<String> = (0..meshes.len())
@@ -59,6 +58,14 @@ pub fn write_fitted(
         .collect();
     let bodies = meshes.iter().map(|points| stl::turned(points));
     let mut files: Vec<(String, Vec<u8>)> = names.iter().cloned().zip(bodies).collect();
+    let tags = |dialect| tags::Tags {
+        dialect,
+        fitted,
+        parts: &parts,
+        meshes: &names,
+        ground,
+        about,
+    };
     let mut add = |name: String, text: String| files.push((name, text.into_bytes()));
     match format {
         Format::Mjcf => {
@@ -67,14 +74,14 @@ pub fn write_fitted(
             add(name, mjcf::write(fitted, &parts, &names, ground, about));
         }
         Format::Sdf => {
-            let of = |is_world| tags::sdf(fitted, &parts, &names, ground, about, is_world);
-            add(format!("{stem}.sdf"), of(false));
-            add(format!("{stem}_world.sdf"), of(true));
+            let tags = tags(tags::Dialect::Sdf);
+            add(format!("{stem}.sdf"), tags.file(false));
+            add(format!("{stem}_world.sdf"), tags.file(true));
         }
-        Format::Urdf => add(
-            format!("{stem}.urdf"),
-            tags::urdf(robot, &parts, &names, about),
-        ),
+        Format::Urdf => {
+            let text = tags(tags::Dialect::Urdf).file(false);
+            add(format!("{stem}.urdf"), text);
+        }
     }
     files
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::fit::{FittedRobot, RollerShape};
-use crate::model::{Collision, Joint, JointKind, JointRole, MassProperties};
+use crate::model::{Collision, Joint, JointKind, JointRole, MassProperties, Roller};
 
 /// A body and the joint on which it moves; all frames are at zero of all joints.
 pub(super) struct Part<'a> {
@@ -37,6 +37,28 @@ pub(super) enum Role<'a> {
     Wheel { effort: f64, rate: f64, gain: f64 },
     Roller,
     Body(&'a JointRole),
+}
+
+impl<'a> PartJoint<'a> {
+    /// One that turns without limits.
+    fn turning(name: &'a str, bearing: Joint, role: Role<'a>) -> Self {
+        Self {
+            name,
+            kind: JointKind::Turns,
+            limits: [f64::NEG_INFINITY, f64::INFINITY],
+            bearing,
+            armature: 0.0,
+            role,
+        }
+    }
+
+    /// Where its spring is at rest, with the preload, and its stiffness; `None` without one.
+    pub(super) fn spring(&self) -> Option<[f64; 2]> {
+        let Role::Body(JointRole::Sprung(of)) = self.role else {
+            return None;
+        };
+        Some([of.rest + of.preload / of.stiffness, of.stiffness])
+    }
 }
 
 /// A shape of another format.
@@ -88,78 +110,65 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
     for joint in &robot.joints {
         let joint_from_body = joint.body_from_joint.inverse();
         let in_joint = |(pose, shape)| (joint_from_body * pose, shape);
+        let shapes = joint.body.collisions.iter();
+        let bearing = Joint {
+            damping_n_m_s: joint.damping,
+            friction_n_m: joint.friction,
+        };
         parts.push(Part {
             name: unique(joint.body.name.clone()),
             parent: Some(joint.parent.map_or(0, |at| at + 1)),
             body_from_part: joint.body_from_joint,
             mass: joint.body.mass.clone(),
             joint: Some(PartJoint {
-                name: &joint.name,
                 kind: joint.kind,
                 limits: joint.limits,
-                bearing: Joint {
-                    damping_n_m_s: joint.damping,
-                    friction_n_m: joint.friction,
-                },
-                armature: 0.0,
-                role: Role::Body(&joint.role),
+                ..PartJoint::turning(&joint.name, bearing, Role::Body(&joint.role))
             }),
-            shapes: joint
-                .body
-                .collisions
-                .iter()
-                .map(solid)
-                .map(in_joint)
-                .collect(),
+            shapes: shapes.map(solid).map(in_joint).collect(),
             hub_m: None,
         });
     }
     let share_kg = robot.mass_kg() / robot.wheels.len() as f64;
     for (wheel, shapes) in robot.wheels.iter().zip(&fitted.shapes) {
         let name = unique(format!("{}_link", wheel.name));
-        let own = wheel.hub.inertia_kg_m2.m33 + wheel.drive.reflected_inertia_kg_m2();
+        let armature = wheel.drive.reflected_inertia_kg_m2();
+        let own = wheel.hub.inertia_kg_m2.m33 + armature;
         let carrier = parts.len();
-        let ring_m = wheel
-            .rollers
-            .iter()
-            .map(|r| r.ring_radius_m())
-            .fold(0.0, f64::max);
-        let thick_m = wheel.rollers.iter().map(|r| r.radius_m).fold(0.0, f64::max);
-        let free = |kind| PartJoint {
-            name: &wheel.name,
-            kind,
-            limits: [f64::NEG_INFINITY, f64::INFINITY],
-            bearing: Joint {
-                friction_n_m: wheel.dry_friction_n_m(),
-                ..wheel.joint
-            },
-            armature: wheel.drive.reflected_inertia_kg_m2(),
-            role: Role::Wheel {
-                effort: wheel.motor.effort_n_m,
-                rate: wheel.motor.velocity_rad_s,
-                gain: (share_kg * wheel.radius_m * wheel.radius_m + own) / SERVO_S,
-            },
+        let most = |of: fn(&Roller) -> f64| wheel.rollers.iter().map(of).fold(0.0, f64::max);
+        let (ring_m, thick_m) = (most(Roller::ring_radius_m), most(|roller| roller.radius_m));
+        let role = Role::Wheel {
+            effort: wheel.motor.effort_n_m,
+            rate: wheel.motor.velocity_rad_s,
+            gain: (share_kg * wheel.radius_m * wheel.radius_m + own) / SERVO_S,
         };
+        let friction_n_m = wheel.dry_friction_n_m();
+        let bearing = Joint {
+            friction_n_m,
+            ..wheel.joint
+        };
+        let of_wheel = |shape| solids(shape, &meshes);
         parts.push(Part {
             name,
             parent: Some(wheel.carrier.map_or(0, |at| at + 1)),
             body_from_part: wheel.body_from_hub,
             mass: wheel.hub.clone(),
-            joint: Some(free(JointKind::Turns)),
+            joint: Some(PartJoint {
+                armature,
+                ..PartJoint::turning(&wheel.name, bearing, role)
+            }),
+            // A tyre turns with its hub.
             shapes: match wheel.has_tyre() {
-                true => shapes.iter().flat_map(|of| solids(of, &meshes)).collect(),
+                true => shapes.iter().flat_map(of_wheel).collect(),
                 false => Vec::new(),
             },
             hub_m: (!wheel.has_tyre()).then(|| [(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
         });
-        if wheel.has_tyre() {
-            // It turns with its hub.
-            continue;
-        }
-        for (roller, shape) in wheel.rollers.iter().zip(shapes) {
-            let shapes = solids(shape, &meshes);
+        let rollers = wheel.rollers.iter().zip(shapes);
+        for (roller, shape) in rollers.filter(|_| !wheel.has_tyre()) {
             let across = roller.transverse_inertia_kg_m2;
             let moments = Vector3::new(across, across, roller.axial_inertia_kg_m2);
+            let joint = PartJoint::turning(&roller.name, roller.joint, Role::Roller);
             parts.push(Part {
                 name: unique(format!("{}_link", roller.name)),
                 parent: Some(carrier),
@@ -169,15 +178,8 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
                     center_of_mass_m: Vector3::zeros(),
                     inertia_kg_m2: nalgebra::Matrix3::from_diagonal(&moments),
                 },
-                joint: Some(PartJoint {
-                    name: &roller.name,
-                    kind: JointKind::Turns,
-                    limits: [f64::NEG_INFINITY, f64::INFINITY],
-                    bearing: roller.joint,
-                    armature: 0.0,
-                    role: Role::Roller,
-                }),
-                shapes,
+                joint: Some(joint),
+                shapes: of_wheel(shape),
                 hub_m: None,
             });
         }

@@ -29,18 +29,13 @@ pub(super) fn turned(points: &[[f64; 2]]) -> Vec<u8> {
         triangles.push([middle(first[0]), corner(first, i + 1), corner(first, i)]);
         triangles.push([middle(last[0]), corner(last, i), corner(last, i + 1)]);
     }
-    let mut bytes = vec![0; 80];
-    bytes.extend((triangles.len() as u32).to_le_bytes());
-    for triangle in triangles {
+    let triangles = triangles.into_iter().map(|corners| stl_io::Triangle {
         // Readers find the normal by the order of the corners.
-        let numbers = [[0.0; 3]].iter().chain(&triangle).flatten().copied();
-        bytes.extend(
-            numbers
-                .collect::<Vec<f32>>()
-                .iter()
-                .flat_map(|x| x.to_le_bytes()),
-        );
-        bytes.extend([0, 0]);
-    }
+        normal: stl_io::Normal::new([0.0; 3]),
+        vertices: corners.map(stl_io::Vertex::new),
+    });
+    let mut bytes = Vec::new();
+    // A vector takes all that is written.
+    let _ = stl_io::write_stl(&mut bytes, triangles.collect::<Vec<_>>().iter());
     bytes
 }

@@ -1,363 +1,314 @@
 //! A robot as SDF and as URDF, which share most of their elements.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
 
 use ilon_robot::roll_pitch_yaw;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::fit::FittedRobot;
-use super::frame::{Ground, about_comment};
+use super::frame::{Ground, about_comment, filled};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
+use crate::model::{Collision, CollisionShape, JointKind, JointRole, MassProperties};
 
-/// The step of SDF's world, in seconds.
-const SDF_STEP_S: f64 = 0.001;
-
-fn six(pose: &Isometry3<f64>) -> ([f64; 3], [f64; 3]) {
-    let turned = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
-    (pose.translation.vector.into(), turned)
+/// Which of the two is written: SDF nests what URDF has as attributes.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Dialect {
+    Sdf,
+    Urdf,
 }
 
-/// The model in SDF, alone or on a level floor.
-pub(super) fn sdf(
-    fitted: &FittedRobot,
-    parts: &[Part],
-    meshes: &[String],
-    ground: &Ground,
-    about: &str,
-    is_world: bool,
-) -> String {
-    let robot = &fitted.robot;
-    let mut out = format!(
-        "<?xml version=\"1.0\"?>\n{}<sdf version=\"1.11\">\n",
-        about_comment(about)
-    );
-    let surface = |friction: f64| {
-        format!(
-            "<surface><friction><ode><mu>{0}</mu><mu2>{0}</mu2></ode></friction></surface>",
-            num(friction)
-        )
-    };
-    let friction = surface(ground.friction);
-    if is_world {
-        let _ = writeln!(
-            out,
-            "<world name=\"level\">\n<physics name=\"step\" type=\"ignored\"><max_step_size>{}</max_step_size><real_time_factor>1</real_time_factor><real_time_update_rate>{}</real_time_update_rate></physics>\n\
-             <plugin filename=\"gz-sim-physics-system\" name=\"gz::sim::systems::Physics\"/>\n\
-             <plugin filename=\"gz-sim-user-commands-system\" name=\"gz::sim::systems::UserCommands\"/>\n\
-             <plugin filename=\"gz-sim-scene-broadcaster-system\" name=\"gz::sim::systems::SceneBroadcaster\"/>\n\
-             <gravity>0 0 {}</gravity><magnetic_field>5.5645e-6 22.8758e-6 -42.3884e-6</magnetic_field><atmosphere type=\"adiabatic\"/>\n\
-             <scene><ambient>0.4 0.4 0.4 1</ambient><background>0.7 0.7 0.7 1</background><shadows>true</shadows></scene>\n<light name=\"sun\" type=\"directional\"><pose>0 0 10 0 0 0</pose><direction>-0.3 0.2 -0.9</direction></light>\n\
-             <model name=\"floor\"><static>true</static><link name=\"floor\"><collision name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>{friction}</collision>\
-             <visual name=\"floor\"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></visual></link></model>",
-            num(SDF_STEP_S),
-            num(1.0 / SDF_STEP_S),
-            num(-ground.gravity_m_s2)
+/// Values of an element, by name.
+type Values<'a> = Vec<(&'a str, String)>;
+
+/// A robot with all that its file says.
+pub(super) struct Tags<'a> {
+    pub(super) dialect: Dialect,
+    pub(super) fitted: &'a FittedRobot,
+    pub(super) parts: &'a [Part<'a>],
+    /// A file for each mesh of a roller.
+    pub(super) meshes: &'a [String],
+    pub(super) ground: &'a Ground,
+    pub(super) about: &'a str,
+}
+
+impl Tags<'_> {
+    /// The model in URDF, or in SDF alone or on a level floor.
+    pub(super) fn file(&self, is_world: bool) -> String {
+        let head = format!("<?xml version=\"1.0\"?>\n{}", about_comment(self.about));
+        let robot = &self.fitted.robot;
+        let name = attribute(&robot.name);
+        let links: String = self.parts.iter().map(|part| self.link(part)).collect();
+        let joints = self.parts.iter().filter_map(|part| self.joint(part));
+        let model = links + &joints.collect::<String>();
+        if self.dialect == Dialect::Urdf {
+            let tyres = super::tyres::element(robot);
+            return format!("{head}<robot name=\"{name}\">\n{model}{tyres}</robot>\n");
+        }
+        let (plugins, height) = (self.plugins(), num(self.fitted.ride_height_m));
+        let model = format!(
+            "<model name=\"{name}\">\n<pose>0 0 {height} 0 0 0</pose>\n<self_collide>false</self_collide>\n{model}{plugins}</model>\n"
         );
+        let content = match is_world {
+            true => format!("{}{model}</world>\n", self.world()),
+            false => model,
+        };
+        format!("{head}<sdf version=\"1.11\">\n{content}</sdf>\n")
     }
-    let _ = writeln!(
-        out,
-        "<model name=\"{}\">\n<pose>0 0 {} 0 0 0</pose>\n<self_collide>false</self_collide>",
-        attribute(&robot.name),
-        num(fitted.ride_height_m)
-    );
-    let pose = |pose: &Isometry3<f64>| {
-        let (at, turned) = six(pose);
-        format!("<pose>{} {}</pose>", nums(&at), nums(&turned))
-    };
-    for part in parts {
+
+    fn world(&self) -> String {
+        let gravity = num(self.ground.gravity_m_s2);
+        let surface = surface(self.ground.friction);
+        let values = [("gravity", &gravity[..]), ("surface", &surface)];
+        filled(include_str!("world.sdf"), &values)
+    }
+
+    fn element(&self, tag: &str, values: &[(&str, String)]) -> String {
+        let mut inner = String::new();
+        for (name, value) in values {
+            let _ = match self.dialect {
+                Dialect::Sdf => write!(inner, "<{name}>{value}</{name}>"),
+                Dialect::Urdf => write!(inner, " {name}=\"{value}\""),
+            };
+        }
+        match self.dialect {
+            Dialect::Sdf => format!("<{tag}>{inner}</{tag}>"),
+            Dialect::Urdf => format!("<{tag}{inner}/>"),
+        }
+    }
+
+    /// An element of one value, which has a name in URDF alone.
+    fn value(&self, tag: &str, name: &str, value: &str) -> String {
+        match self.dialect {
+            Dialect::Sdf => format!("<{tag}>{value}</{tag}>"),
+            Dialect::Urdf => format!("<{tag} {name}=\"{value}\"/>"),
+        }
+    }
+
+    fn place(&self, pose: &Isometry3<f64>) -> String {
+        let turned = nums(&roll_pitch_yaw(&pose.rotation.to_rotation_matrix()));
+        let at = nums(pose.translation.vector.as_slice());
+        match self.dialect {
+            Dialect::Sdf => format!("<pose>{at} {turned}</pose>"),
+            Dialect::Urdf => format!("<origin xyz=\"{at}\" rpy=\"{turned}\"/>"),
+        }
+    }
+
+    fn link(&self, part: &Part) -> String {
+        let (pose, least_kg) = match self.dialect {
+            Dialect::Sdf => (self.place(&part.body_from_part), 1e-6),
+            Dialect::Urdf => (String::new(), 0.0),
+        };
         let mass = &part.mass;
-        let _ = writeln!(
-            out,
-            "<link name=\"{}\">{}\n<inertial><pose>{} 0 0 0</pose><mass>{}</mass><inertia>{}</inertia></inertial>",
-            attribute(&part.name),
-            pose(&part.body_from_part),
-            nums(mass.center_of_mass_m.as_slice()),
-            num(mass.mass_kg.max(1e-6)),
-            moments(mass)
-                .map(|(name, value)| format!("<{name}>{value}</{name}>"))
-                .concat()
+        let [x, y, z] = mass.center_of_mass_m.into();
+        let middle = self.place(&Isometry3::translation(x, y, z));
+        let weight = self.value("mass", "value", &num(mass.mass_kg.max(least_kg)));
+        let moments = self.element("inertia", &moments(mass));
+        let mut out = format!(
+            "<link name=\"{}\">{pose}\n<inertial>{middle}{weight}{moments}</inertial>\n",
+            attribute(&part.name)
         );
-        for (number, (at, shape)) in part.shapes.iter().enumerate() {
-            let (at, geometry) = sdf_geometry(at, shape, meshes);
+        let mut number = 0;
+        for (at, shape) in &part.shapes {
             let own = match shape {
                 Shape::Solid(solid) => solid.friction,
                 _ => None,
             };
-            let friction = own.map_or_else(|| friction.clone(), surface);
-            let _ = writeln!(
-                out,
-                "<collision name=\"collision_{number}\">{0}<geometry>{geometry}</geometry>{friction}</collision><visual name=\"visual_{number}\">{0}<geometry>{geometry}</geometry></visual>",
-                pose(&at)
-            );
-        }
-        let _ = writeln!(out, "</link>");
-    }
-    let mut plugins = String::new();
-    for part in parts {
-        let (Some(joint), Some(parent)) = (&part.joint, part.parent) else {
-            continue;
-        };
-        let turns = joint.kind == JointKind::Turns;
-        let kind = if turns { "revolute" } else { "prismatic" };
-        let (effort, rate) = limits(joint);
-        let [rest, stiffness] = match joint.role {
-            Role::Body(JointRole::Sprung(spring)) => [
-                spring.rest + spring.preload / spring.stiffness,
-                spring.stiffness,
-            ],
-            _ => [0.0; 2],
-        };
-        let dynamics = format!(
-            "<dynamics><damping>{}</damping><friction>{}</friction><spring_reference>{}</spring_reference><spring_stiffness>{}</spring_stiffness></dynamics>",
-            num(joint.bearing.damping_n_m_s),
-            num(joint.bearing.friction_n_m),
-            num(rest),
-            num(stiffness)
-        );
-        // SDF's own words for no limit.
-        let [lower, upper] = joint.limits.map(|x| x.clamp(-1e16, 1e16));
-        let said = |tag: &str, x: Option<f64>| {
-            x.map_or(String::new(), |x| format!("<{tag}>{}</{tag}>", num(x)))
-        };
-        let _ = writeln!(
-            out,
-            "<joint name=\"{}\" type=\"{kind}\"><parent>{}</parent><child>{}</child><axis><xyz>0 0 1</xyz><limit><lower>{lower:e}</lower><upper>{upper:e}</upper>{}{}</limit>{dynamics}{}</axis></joint>",
-            attribute(joint.name),
-            attribute(&parts[parent].name),
-            attribute(&part.name),
-            said("effort", effort),
-            said("velocity", rate),
-            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
-                "<mimic joint=\"{name}\"><multiplier>{}</multiplier><offset>{}</offset><reference>0</reference></mimic>",
-                num(by.factor),
-                num(by.offset)
-            ))
-        );
-        if let Role::Body(JointRole::Driven(servo)) = joint.role {
-            let most = servo.effort.min(1e16);
-            let _ = writeln!(
-                plugins,
-                "<plugin filename=\"gz-sim-joint-position-controller-system\" name=\"gz::sim::systems::JointPositionController\"><joint_name>{}</joint_name>\
-                 <p_gain>{}</p_gain><i_gain>0</i_gain><d_gain>{}</d_gain><cmd_max>{most:e}</cmd_max><cmd_min>-{most:e}</cmd_min></plugin>",
-                attribute(joint.name),
-                num(servo.stiffness),
-                num(servo.damping)
-            );
-        }
-    }
-    for wheel in robot.wheels.iter().filter(|of| of.motor.effort_n_m > 0.0) {
-        let _ = writeln!(
-            out,
-            "<plugin filename=\"gz-sim-joint-controller-system\" name=\"gz::sim::systems::JointController\"><joint_name>{}</joint_name></plugin>",
-            attribute(&wheel.name)
-        );
-    }
-    out += &plugins;
-    out += "</model>\n";
-    out + if is_world {
-        "</world>\n</sdf>\n"
-    } else {
-        "</sdf>\n"
-    }
-}
-
-fn sdf_geometry(at: &Isometry3<f64>, shape: &Shape, meshes: &[String]) -> (Isometry3<f64>, String) {
-    let text = match shape {
-        Shape::Ellipsoid([a, c]) => format!(
-            "<ellipsoid><radii>{}</radii></ellipsoid>",
-            nums(&[*a, *a, *c])
-        ),
-        Shape::Mesh(mesh) => format!("<mesh><uri>{}</uri></mesh>", attribute(&meshes[*mesh])),
-        Shape::Solid(solid) => match &solid.shape {
-            CollisionShape::Cylinder { radius_m, length_m } => format!(
-                "<cylinder><radius>{}</radius><length>{}</length></cylinder>",
-                num(*radius_m),
-                num(*length_m)
-            ),
-            CollisionShape::Capsule { radius_m, length_m } => format!(
-                "<capsule><radius>{}</radius><length>{}</length></capsule>",
-                num(*radius_m),
-                num(*length_m)
-            ),
-            CollisionShape::Sphere { radius_m } => {
-                format!("<sphere><radius>{}</radius></sphere>", num(*radius_m))
-            }
-            CollisionShape::Box { .. } | CollisionShape::ConvexHull { .. } => {
-                let (at, size) = boxed(at, &solid.shape);
-                return (at, format!("<box><size>{}</size></box>", nums(&size)));
-            }
-        },
-    };
-    (*at, text)
-}
-
-/// The box around a solid, in the axes of its frame, and its sides in metres.
-fn boxed(at: &Isometry3<f64>, solid: &CollisionShape) -> (Isometry3<f64>, [f64; 3]) {
-    let collision = crate::model::Collision {
-        friction: None,
-        body_from_shape: Isometry3::identity(),
-        shape: solid.clone(),
-    };
-    let reach = |axis: usize, sign: f64| collision.reach_m(&(nalgebra::Vector3::ith(axis, sign)));
-    let middle = [0, 1, 2].map(|axis| 0.5 * (reach(axis, 1.0) - reach(axis, -1.0)));
-    let size = [0, 1, 2].map(|axis| reach(axis, 1.0) + reach(axis, -1.0));
-    let [x, y, z] = middle;
-    (at * Isometry3::translation(x, y, z), size)
-}
-
-/// The joint that another follows, by its name, and how.
-fn follows<'a>(robot: &'a Robot, joint: &PartJoint) -> Option<(String, &'a Coupling)> {
-    let is_it = |at: usize| robot.joints[at].name == joint.name;
-    let by = robot.couplings.iter().find(|by| is_it(by.joint))?;
-    Some((attribute(&robot.joints[by.follows].name), by))
-}
-
-/// Largest effort and rate of a joint's drive, of one that has them.
-fn limits(joint: &PartJoint) -> (Option<f64>, Option<f64>) {
-    let finite = |x: f64| x.is_finite().then_some(x);
-    match &joint.role {
-        Role::Wheel { effort, rate, .. } => (finite(*effort), finite(*rate)),
-        Role::Body(JointRole::Driven(servo)) => (finite(servo.effort), finite(servo.rate_limit)),
-        Role::Roller | Role::Body(_) => (None, None),
-    }
-}
-
-/// The moments and products of inertia, in kg m^2, under the names that both formats have.
-fn moments(mass: &MassProperties) -> [(&'static str, String); 6] {
-    let i = &mass.inertia_kg_m2;
-    [
-        ("ixx", i.m11),
-        ("ixy", i.m12),
-        ("ixz", i.m13),
-        ("iyy", i.m22),
-        ("iyz", i.m23),
-        ("izz", i.m33),
-    ]
-    .map(|(name, value)| (name, num(value)))
-}
-
-/// The model in URDF.
-pub(super) fn urdf(robot: &Robot, parts: &[Part], meshes: &[String], about: &str) -> String {
-    let mut out = format!(
-        "<?xml version=\"1.0\"?>\n{}<robot name=\"{}\">\n",
-        about_comment(about),
-        attribute(&robot.name)
-    );
-    let origin = |pose: &Isometry3<f64>| {
-        let (at, turned) = six(pose);
-        format!("<origin xyz=\"{}\" rpy=\"{}\"/>", nums(&at), nums(&turned))
-    };
-    for part in parts {
-        let mass = &part.mass;
-        let _ = writeln!(
-            out,
-            "  <link name=\"{}\">\n    <inertial><origin xyz=\"{}\"/><mass value=\"{}\"/><inertia{}/></inertial>",
-            attribute(&part.name),
-            nums(mass.center_of_mass_m.as_slice()),
-            num(mass.mass_kg),
-            moments(mass)
-                .map(|(name, value)| format!(" {name}=\"{value}\""))
-                .concat()
-        );
-        for (at, shape) in &part.shapes {
-            for (at, geometry) in urdf_geometries(at, shape, meshes) {
-                let at = origin(&at);
-                for tag in ["visual", "collision"] {
-                    let _ = writeln!(
+            let friction = surface(own.unwrap_or(self.ground.friction));
+            for (at, geometry) in self.geometries(at, shape) {
+                let seen = format!("{}<geometry>{geometry}</geometry>", self.place(&at));
+                let _ = match self.dialect {
+                    Dialect::Sdf => writeln!(
                         out,
-                        "    <{tag}>{at}<geometry>{geometry}</geometry></{tag}>"
-                    );
-                }
+                        "<collision name=\"collision_{number}\">{seen}{friction}</collision><visual name=\"visual_{number}\">{seen}</visual>"
+                    ),
+                    Dialect::Urdf => writeln!(
+                        out,
+                        "<visual>{seen}</visual>\n<collision>{seen}</collision>"
+                    ),
+                };
+                number += 1;
             }
         }
-        let _ = writeln!(out, "  </link>");
+        out + "</link>\n"
     }
-    for part in parts {
-        let (Some(joint), Some(parent)) = (&part.joint, part.parent) else {
-            continue;
+
+    /// The elements of a shape, with their places. URDF has no capsules.
+    fn geometries(&self, at: &Isometry3<f64>, shape: &Shape) -> Vec<(Isometry3<f64>, String)> {
+        let solid = match shape {
+            Shape::Ellipsoid([a, c]) => {
+                let radii = nums(&[*a, *a, *c]);
+                return vec![(*at, self.element("ellipsoid", &[("radii", radii)]))];
+            }
+            Shape::Mesh(mesh) => {
+                let name = match self.dialect {
+                    Dialect::Sdf => "uri",
+                    Dialect::Urdf => "filename",
+                };
+                let file = attribute(&self.meshes[*mesh]);
+                return vec![(*at, self.element("mesh", &[(name, file)]))];
+            }
+            Shape::Solid(solid) => &solid.shape,
         };
+        let sphere = |radius_m: f64| self.element("sphere", &[("radius", num(radius_m))]);
+        let long = |tag, radius_m: f64, length_m: f64| {
+            let values = [("radius", num(radius_m)), ("length", num(length_m))];
+            self.element(tag, &values)
+        };
+        match solid {
+            CollisionShape::Cylinder { radius_m, length_m } => {
+                vec![(*at, long("cylinder", *radius_m, *length_m))]
+            }
+            CollisionShape::Capsule { radius_m, length_m } if self.dialect == Dialect::Sdf => {
+                vec![(*at, long("capsule", *radius_m, *length_m))]
+            }
+            CollisionShape::Capsule { radius_m, length_m } => {
+                let end = |z| (at * Isometry3::translation(0.0, 0.0, z), sphere(*radius_m));
+                let middle = (*at, long("cylinder", *radius_m, *length_m));
+                vec![middle, end(0.5 * length_m), end(-0.5 * length_m)]
+            }
+            CollisionShape::Sphere { radius_m } => vec![(*at, sphere(*radius_m))],
+            CollisionShape::Box { .. } | CollisionShape::ConvexHull { .. } => {
+                let (at, size) = boxed(at, solid);
+                vec![(at, self.element("box", &[("size", nums(&size))]))]
+            }
+        }
+    }
+
+    fn joint(&self, part: &Part) -> Option<String> {
+        let (joint, parent) = (part.joint.as_ref()?, &self.parts[part.parent?]);
+        let is_sdf = self.dialect == Dialect::Sdf;
         let is_limited = joint.limits.iter().all(|x| x.is_finite());
-        let kind = match (joint.kind, is_limited) {
+        let kind = match (joint.kind, is_sdf || is_limited) {
             (JointKind::Slides, _) => "prismatic",
             (JointKind::Turns, true) => "revolute",
             (JointKind::Turns, false) => "continuous",
         };
-        let mut limit = String::new();
+        let mut limit = Values::new();
         if kind != "continuous" {
-            let [lower, upper] = joint.limits.map(|x| x.clamp(-1e3, 1e3));
-            let _ = write!(limit, " lower=\"{}\" upper=\"{}\"", num(lower), num(upper));
+            // SDF's own words for no limit; URDF has none.
+            let most = if is_sdf { 1e16 } else { 1e3 };
+            let [lower, upper] = joint.limits.map(|x| num(x.clamp(-most, most)));
+            limit.extend([("lower", lower), ("upper", upper)]);
         }
-        // A roller has no drive: tools that put a motor into each joint give it no torque.
-        let (effort, rate) = match joint.role {
-            Role::Roller => (0.0, 1000.0),
-            _ => {
-                let (effort, rate) = limits(joint);
-                (effort.unwrap_or(1e6), rate.unwrap_or(1e6))
+        let drive = limits(joint).map(|x| x.is_finite().then_some(x));
+        let drive = match (is_sdf, &joint.role) {
+            (true, _) => drive,
+            // A roller has no drive: tools that put a motor into each joint give it no torque.
+            (false, Role::Roller) => [Some(0.0), Some(1000.0)],
+            (false, _) => drive.map(|x| x.or(Some(1e6))),
+        };
+        let drive = ["effort", "velocity"].into_iter().zip(drive);
+        limit.extend(drive.filter_map(|(name, x)| Some((name, num(x?)))));
+        let mut dynamics = vec![
+            ("damping", num(joint.bearing.damping_n_m_s)),
+            ("friction", num(joint.bearing.friction_n_m)),
+        ];
+        if is_sdf {
+            let [rest, stiffness] = joint.spring().unwrap_or_default().map(num);
+            dynamics.extend([("spring_reference", rest), ("spring_stiffness", stiffness)]);
+        }
+        let limit = self.element("limit", &limit);
+        let dynamics = self.element("dynamics", &dynamics);
+        let moves = format!("{limit}{dynamics}{}", self.mimic(joint));
+        let moves = match self.dialect {
+            Dialect::Sdf => format!("<axis><xyz>0 0 1</xyz>{moves}</axis>"),
+            Dialect::Urdf => {
+                let place = self.place(&part.parent_from_part(self.parts));
+                format!("{place}<axis xyz=\"0 0 1\"/>{moves}")
             }
         };
-        let _ = writeln!(
-            out,
-            "  <joint name=\"{}\" type=\"{kind}\">\n    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n    {}\n    <axis xyz=\"0 0 1\"/>\n    \
-             <limit effort=\"{}\" velocity=\"{}\"{limit}/>\n    <dynamics damping=\"{}\" friction=\"{}\"/>\n{}  </joint>",
-            attribute(joint.name),
-            attribute(&parts[parent].name),
-            attribute(&part.name),
-            origin(&part.parent_from_part(parts)),
-            num(effort),
-            num(rate),
-            num(joint.bearing.damping_n_m_s),
-            num(joint.bearing.friction_n_m),
-            follows(robot, joint).map_or(String::new(), |(name, by)| format!(
-                "    <mimic joint=\"{name}\" multiplier=\"{}\" offset=\"{}\"/>\n",
-                num(by.factor),
-                num(by.offset)
-            ))
-        );
+        let parent = self.value("parent", "link", &attribute(&parent.name));
+        let child = self.value("child", "link", &attribute(&part.name));
+        let name = attribute(joint.name);
+        Some(format!(
+            "<joint name=\"{name}\" type=\"{kind}\">{parent}{child}{moves}</joint>\n"
+        ))
     }
-    out += &super::tyres::element(robot);
-    out + "</robot>\n"
+
+    /// The joint that another follows, and how.
+    fn mimic(&self, joint: &PartJoint) -> String {
+        let robot = &self.fitted.robot;
+        let is_it = |at: usize| robot.joints[at].name == joint.name;
+        let Some(by) = robot.couplings.iter().find(|by| is_it(by.joint)) else {
+            return String::new();
+        };
+        let name = attribute(&robot.joints[by.follows].name);
+        let (factor, offset) = (num(by.factor), num(by.offset));
+        match self.dialect {
+            Dialect::Sdf => format!(
+                "<mimic joint=\"{name}\"><multiplier>{factor}</multiplier><offset>{offset}</offset><reference>0</reference></mimic>"
+            ),
+            Dialect::Urdf => {
+                format!("<mimic joint=\"{name}\" multiplier=\"{factor}\" offset=\"{offset}\"/>")
+            }
+        }
+    }
+
+    /// Gazebo's controllers of wheels and servos.
+    fn plugins(&self) -> String {
+        let mut out = String::new();
+        for joint in self.parts.iter().filter_map(|part| part.joint.as_ref()) {
+            let (plugin, class, gains) = match &joint.role {
+                Role::Wheel { effort, .. } if *effort > 0.0 => {
+                    ("joint-controller", "JointController", String::new())
+                }
+                Role::Body(JointRole::Driven(servo)) => {
+                    let [p, d] = [servo.stiffness, servo.damping].map(num);
+                    let most = num(servo.effort.min(1e16));
+                    let gains = format!(
+                        "<p_gain>{p}</p_gain><i_gain>0</i_gain><d_gain>{d}</d_gain><cmd_max>{most}</cmd_max><cmd_min>-{most}</cmd_min>"
+                    );
+                    (
+                        "joint-position-controller",
+                        "JointPositionController",
+                        gains,
+                    )
+                }
+                _ => continue,
+            };
+            let name = attribute(joint.name);
+            let _ = writeln!(
+                out,
+                "<plugin filename=\"gz-sim-{plugin}-system\" name=\"gz::sim::systems::{class}\"><joint_name>{name}</joint_name>{gains}</plugin>"
+            );
+        }
+        out
+    }
 }
 
-fn urdf_geometries(
-    at: &Isometry3<f64>,
-    shape: &Shape,
-    meshes: &[String],
-) -> Vec<(Isometry3<f64>, String)> {
-    let cylinder = |radius_m: f64, length_m: f64| {
-        format!(
-            "<cylinder radius=\"{}\" length=\"{}\"/>",
-            num(radius_m),
-            num(length_m)
-        )
+fn surface(friction: f64) -> String {
+    let mu = num(friction);
+    format!("<surface><friction><ode><mu>{mu}</mu><mu2>{mu}</mu2></ode></friction></surface>")
+}
+
+/// The box around a solid, in the axes of its frame, and its sides in metres.
+fn boxed(at: &Isometry3<f64>, solid: &CollisionShape) -> (Isometry3<f64>, [f64; 3]) {
+    let collision = Collision {
+        friction: None,
+        body_from_shape: Isometry3::identity(),
+        shape: solid.clone(),
     };
-    let sphere = |radius_m: f64| format!("<sphere radius=\"{}\"/>", num(radius_m));
-    let solid = match shape {
-        Shape::Mesh(mesh) => {
-            return vec![(
-                *at,
-                format!("<mesh filename=\"{}\"/>", attribute(&meshes[*mesh])),
-            )];
-        }
-        // Never asked of URDF, which has none.
-        Shape::Ellipsoid([a, _]) => return vec![(*at, sphere(*a))],
-        Shape::Solid(solid) => &solid.shape,
-    };
-    match solid {
-        CollisionShape::Cylinder { radius_m, length_m } => {
-            vec![(*at, cylinder(*radius_m, *length_m))]
-        }
-        CollisionShape::Sphere { radius_m } => vec![(*at, sphere(*radius_m))],
-        CollisionShape::Capsule { radius_m, length_m } => {
-            let end = |z: f64| (at * Isometry3::translation(0.0, 0.0, z), sphere(*radius_m));
-            let (up, down) = (end(0.5 * length_m), end(-0.5 * length_m));
-            vec![(*at, cylinder(*radius_m, *length_m)), up, down]
-        }
-        CollisionShape::Box { .. } | CollisionShape::ConvexHull { .. } => {
-            let (at, size) = boxed(at, solid);
-            vec![(at, format!("<box size=\"{}\"/>", nums(&size)))]
-        }
+    let reach = |axis: usize, sign: f64| collision.reach_m(&(Vector3::ith(axis, sign)));
+    let [x, y, z] = [0, 1, 2].map(|axis| 0.5 * (reach(axis, 1.0) - reach(axis, -1.0)));
+    let size = [0, 1, 2].map(|axis| reach(axis, 1.0) + reach(axis, -1.0));
+    (at * Isometry3::translation(x, y, z), size)
+}
+
+/// Largest effort and rate of a joint's drive; infinite without one.
+fn limits(joint: &PartJoint) -> [f64; 2] {
+    match &joint.role {
+        Role::Wheel { effort, rate, .. } => [*effort, *rate],
+        Role::Body(JointRole::Driven(servo)) => [servo.effort, servo.rate_limit],
+        Role::Roller | Role::Body(_) => [f64::INFINITY; 2],
     }
+}
+
+/// The moments and products of inertia, in kg m^2, under the names that both formats have.
+fn moments(mass: &MassProperties) -> Values<'static> {
+    let i = &mass.inertia_kg_m2;
+    let names = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+    let moments = [i.m11, i.m12, i.m13, i.m22, i.m23, i.m33].map(num);
+    names.into_iter().zip(moments).collect()
 }
