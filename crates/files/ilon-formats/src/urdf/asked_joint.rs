@@ -88,7 +88,7 @@ fn role_of(of: &TreeJoint, options: &JointOptions) -> Result<Option<Role>, Strin
         damping: damping.unwrap_or(of.losses.damping_n_m_s),
         friction: friction.unwrap_or(of.losses.friction_n_m),
         gains: [None; 2],
-        why: format!("{says}: as it was asked for"),
+        why: format!("{says}: as set"),
     }))
 }
 
