@@ -1,10 +1,9 @@
-//! The speeds that the shipped robots' wheels allow, and how gamma, the number of rollers and the
-//! places of the wheels affect them, for three, four and six wheels. Writes `target/design.html`.
+//! How gamma, the number of rollers and the places of the wheels affect the condition of M and the
+//! top speeds, for three, four and six wheels. Prints a table for each choice.
 
-use ilon::control::{Kinematics, SpeedLimits};
+use ilon::control::{self, Kinematics, SpeedLimits};
 use ilon::formats::LoadRobot;
 use ilon::formats::{Arrangement, PlacedWheel, Spec, generate};
-use ilon::pages::design::{self, Curve, Merits, Reach, Study};
 use ilon::robot::Robot;
 
 /// Largest wheel rate; chosen.
@@ -12,25 +11,24 @@ const WHEEL_RATE_RAD_S: f64 = 10.0;
 
 type Fault = Box<dyn std::error::Error>;
 
-/// Robot A's chassis, wheels and rollers with other wheel places and another number of rollers.
-fn merits(wheels: Arrangement, rollers: usize) -> Result<Merits, Fault> {
+/// The smallest singular value of M of a robot A with other wheel places and another number of
+/// rollers; prints its condition and top speeds.
+fn tell(choice: &str, x: f64, wheels: Arrangement, rollers: usize) -> Result<f64, Fault> {
     let mut spec = Spec::load("assets/robots/mecanum4.toml")?;
     spec.wheels = wheels;
     spec.rollers.per_row = rollers;
     let robot = Robot::from_urdf_str(&generate(&spec)?, "varied")?;
-    Ok(Merits::of(&robot, WHEEL_RATE_RAD_S))
-}
-
-fn curve(
-    name: &str,
-    numbers: impl IntoIterator<Item = f64>,
-    robot: impl Fn(f64) -> Result<Merits, Fault>,
-) -> Result<Curve, Fault> {
-    let points = numbers.into_iter().map(|x| Ok((x, robot(x)?)));
-    Ok(Curve {
-        name: name.to_owned(),
-        points: points.collect::<Result<_, Fault>>()?,
-    })
+    let of = control::Arrangement::of(&robot)?;
+    let speeds = match Kinematics::new(&robot) {
+        Ok(kinematics) => {
+            let limits = SpeedLimits::uniform(&kinematics, WHEEL_RATE_RAD_S);
+            let (slowest, fastest) = limits.top_speed_range_m_s();
+            format!("{slowest:.3} to {fastest:.3} m/s")
+        }
+        Err(why) => why.to_string(),
+    };
+    println!("{choice} {x:7.2}: condition {:8.2}, {speeds}", of.condition);
+    Ok(of.singular_values[2])
 }
 
 fn ring(count: usize, gamma_deg: f64) -> Arrangement {
@@ -50,112 +48,60 @@ fn mecanum(axles_m: &[f64], half_width_m: f64, gamma_deg: f64) -> Arrangement {
     }
 }
 
-const FOUR: [f64; 2] = [0.15, -0.15];
-const SIX: [f64; 3] = [0.25, 0.0, -0.25];
-
 fn main() -> Result<(), Fault> {
-    let degrees = || (1..=30).map(|k| 2.5 * f64::from(k));
-    let gamma = Study {
-        id: "gamma",
-        title: "The angle gamma",
-        lead: "From rollers across the wheel (0 deg) towards rollers along its way (90 deg). Mecanum wheels on parallel axles \
-               need an angle: at 0 deg all roller axes are parallel, and nothing resists sideways motion. Towards 90 deg \
-               the wheels' top speeds fall with cos gamma, or the sideways one does."
-            .to_owned(),
-        x_title: "|gamma| in deg".to_owned(),
-        curves: vec![
-            curve("three on a ring", degrees(), |g| merits(ring(3, g), 9))?,
-            curve("four, mecanum", degrees(), |g| merits(mecanum(&FOUR, 0.16, g), 9))?,
-            curve("six, mecanum", degrees(), |g| merits(mecanum(&SIX, 0.16, g), 9))?,
-        ],
-    };
-    let counts = || (6..=18).map(f64::from);
-    let rollers = Study {
-        id: "rollers",
-        title: "The number of rollers",
-        lead: "It moves nothing of M. What it moves is how far the touching roller tilts before the next one takes over: \
-               few rollers at 45 deg fall short sideways, and ripple; at 0 deg they do neither."
-            .to_owned(),
-        x_title: "rollers a wheel".to_owned(),
-        curves: vec![
-            curve("three on a ring, 0 deg", counts(), |n| merits(ring(3, 0.0), n as usize))?,
-            curve("four, mecanum", counts(), |n| merits(mecanum(&FOUR, 0.16, 45.0), n as usize))?,
-            curve("six, mecanum", counts(), |n| merits(mecanum(&SIX, 0.16, 45.0), n as usize))?,
-        ],
-    };
-    let halves_m = || (1..=29).map(|k| 0.01 * f64::from(k));
-    let four = Study {
-        id: "four",
-        title: "Four wheels: long or wide",
-        lead: "Half the distance of the axles, the sum of both half distances held at 0.31 m. Handed in the usual X, only the \
-               sum counts. Handed the other way the difference does: the square robot cannot control its rotation."
-            .to_owned(),
-        x_title: "half the distance of the axles in m".to_owned(),
-        curves: vec![
-            curve("handed in X", halves_m(), |x| merits(mecanum(&[x, -x], 0.31 - x, 45.0), 9))?,
-            curve("handed the other way", halves_m(), |x| merits(wrong_handed(x), 9))?,
-        ],
-    };
-    let angles = || (0..=32).map(|k| 95.0 + 2.5 * f64::from(k));
-    let three = Study {
-        id: "three",
-        title: "Three wheels: how the ring is spread",
-        lead: "One wheel ahead, the two others at this angle to its sides, hub axes outward, gamma 0. At 120 deg every \
-               direction is alike and the robot is decoupled about its middle."
-            .to_owned(),
-        x_title: "angle of the rear wheels in deg".to_owned(),
-        curves: vec![curve("three wheels", angles(), |a| merits(spread(a), 9))?],
-    };
-    let places_m = || (0..=40).map(|k| 0.01 * f64::from(k) - 0.2);
-    let six = Study {
-        id: "six",
-        title: "Six wheels: where the middle axle sits",
-        lead: "Axles at 0.25 m and -0.25 m, the third between them. It is handed like the one that it is nearer to, so that two \
-               of three axles pull the decoupling point their way."
-            .to_owned(),
-        x_title: "x of the middle axle in m".to_owned(),
-        curves: vec![curve("six wheels", places_m(), |x| {
-            merits(mecanum(&[0.25, x, -0.25], 0.16, 45.0), 9)
-        })?],
-    };
-
-    // The page's statements as assertions: the number of rollers does not affect M, and Lemma 1
-    // refuses a square robot with its wheels on the wrong sides.
-    let values = |curve: &Curve| {
-        curve
-            .points
-            .iter()
-            .map(|(_, m)| m.singular_values[2])
-            .collect::<Vec<_>>()
-    };
-    for of_count in &rollers.curves {
-        let values = values(of_count);
-        assert!(values.iter().all(|s| (s - values[0]).abs() < 1e-6));
+    let four = |gamma_deg| mecanum(&[0.15, -0.15], 0.16, gamma_deg);
+    for gamma_deg in [15.0, 30.0, 45.0, 60.0, 75.0] {
+        tell(
+            "three on a ring, gamma in deg",
+            gamma_deg,
+            ring(3, gamma_deg),
+            9,
+        )?;
+        tell(
+            "four, mecanum, gamma in deg  ",
+            gamma_deg,
+            four(gamma_deg),
+            9,
+        )?;
     }
-    let worst = values(&four.curves[1])
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
+    // The number of rollers moves nothing of M.
+    let counts = [6, 9, 12, 18];
+    let least = counts.map(|count| tell("four, rollers a wheel", count as f64, four(45.0), count));
+    let least = least.into_iter().collect::<Result<Vec<_>, _>>()?;
+    assert!(least.iter().all(|s| (s - least[0]).abs() < 1e-6));
+    // Handed in the usual X, only the sum of both half distances counts. Handed the other way the
+    // difference does: the square robot cannot control its rotation.
+    let mut worst = f64::INFINITY;
+    for half_m in [0.05, 0.10, 0.155, 0.20, 0.25] {
+        let usual = mecanum(&[half_m, -half_m], 0.31 - half_m, 45.0);
+        tell("handed in X, half length in m      ", half_m, usual, 9)?;
+        let least = tell(
+            "handed the other way, half length in m",
+            half_m,
+            wrong_handed(half_m),
+            9,
+        )?;
+        worst = worst.min(least);
+    }
     assert!(worst < 0.02, "{worst}");
-
-    // The paper's experiment limits its robot's wheels to 8.7 rad/s; the others have their motors'
-    // limits.
-    let reach = |name: &str, limit_rad_s: Option<f64>| -> Result<Reach, Fault> {
-        let robot = Robot::load(format!("assets/robots/{name}.urdf"))?;
-        let limit_rad_s = limit_rad_s.unwrap_or(robot.wheel_rate_limit_rad_s());
-        Ok(Reach {
-            name: name.to_owned(),
-            limits: SpeedLimits::uniform(&Kinematics::new(&robot)?, limit_rad_s),
-        })
-    };
-    let reaches = [
-        reach("volksbot", Some(8.7))?,
-        reach("mecanum4", None)?,
-        reach("mecanum6", None)?,
-    ];
-    let studies = [gamma, rollers, four, three, six];
-    let path = std::path::Path::new("target/design.html");
-    design::write(path, "What a design choice moves", &reaches, &studies)?;
-    println!("written to {}", path.display());
+    // At 120 deg every direction is alike.
+    for angle_deg in [100.0, 120.0, 140.0, 160.0] {
+        tell(
+            "three wheels, rear ones at deg",
+            angle_deg,
+            spread(angle_deg),
+            9,
+        )?;
+    }
+    // The middle axle is handed like the one that it is nearer to.
+    for x_m in [-0.2, -0.1, 0.0, 0.1, 0.2] {
+        tell(
+            "six wheels, x of the middle axle in m",
+            x_m,
+            mecanum(&[0.25, x_m, -0.25], 0.16, 45.0),
+            9,
+        )?;
+    }
     Ok(())
 }
 

@@ -246,10 +246,19 @@ impl Error {
     }
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
+        let said = error.message();
+        let help = match said {
+            said if said.contains("must be quoted") => {
+                "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
+            }
+            "duplicate key" => "it is set above already: keep one of the two",
+            _ => {
+                "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
+            }
+        };
         Self::Scenario(Box::new(ScenarioFault {
-            message: format!("not well-formed TOML: {}", error.message()),
-            help: "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
-                .to_owned(),
+            message: format!("not well-formed TOML: {said}"),
+            help: help.to_owned(),
             source_code,
             span: toml_span(error),
         }))

@@ -40,9 +40,17 @@ pub fn all() -> impl Iterator<Item = &'static Quantity> {
 pub fn headlines(summary: &Summary) -> Vec<&'static Quantity> {
     const MOST: usize = 10;
     // In open loop a limit that takes nothing is no news.
-    let is_news = |key: &&&str| {
-        let tracks = summary.position_error_final_m.is_some();
-        **key != "saturated_share" || tracks || summary.saturated_share > Some(0.0)
+    let tracks = summary.position_error_final_m.is_some();
+    let value = |key: &str| by_key(key).and_then(|quantity| quantity.value(summary));
+    // Nor is a share of the contact kinematics where these are the ideal ones, as on tyres, or a
+    // ripple that the ground made.
+    let is_news = |key: &&&str| match **key {
+        "saturated_share" => tracks || summary.saturated_share > Some(0.0),
+        "hub_ripple_m" => summary.hub_ripple_m < Some(0.01),
+        key => key.strip_prefix("twist_ratio_contact").is_none_or(|axis| {
+            let [contact, ideal] = [value(key), value(&format!("twist_ratio_ideal{axis}"))];
+            contact.zip(ideal).is_none_or(|(a, b)| (a - b).abs() > 1e-4)
+        }),
     };
     let known = HEADLINES
         .iter()

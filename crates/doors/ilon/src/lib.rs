@@ -27,7 +27,7 @@
 //! | [`planar`] | a robot as a planar base for planners and learners, fitted to simulated drives |
 //! | [`ros2_control`] | parameters for the controllers of ros2_controllers |
 //! | [`planners`] | a robot for PathPlanner, Choreo and Road Runner |
-//! | [`pages`] | pages that show more than a trace: measurements, robots, designs |
+//! | [`pages`] | pages that show more than a trace: measurements, robots |
 //! | [`cli`] | the `ilon` command |
 //!
 //! # A custom controller

@@ -119,14 +119,6 @@ impl Course {
         robot(self).is_some_and(|own| robot(other) == Some(own))
     }
 
-    /// The arguments that received a value.
-    fn given_arguments(&self) -> impl Iterator<Item = &str> {
-        self.applied.iter().filter_map(|remedy| match remedy {
-            Remedy::Argument { name, .. } => Some(name.as_str()),
-            _ => None,
-        })
-    }
-
     fn reaches(&self, works: impl Fn(&Robot) -> bool) -> bool {
         self.loaded
             .as_ref()
@@ -220,7 +212,9 @@ fn whatever_the_arguments(
         let mut courses = courses.into_iter();
         let mut one = courses.next()?;
         let same = courses.all(|other| one.is_same_robot(&other));
-        if !same || compares_with_texts(path, options, &one) {
+        // An argument that is compared with texts has specific values.
+        let mut looked_at = looked_at(path, options, &one).into_iter();
+        if !same || looked_at.any(|(_, values)| !values.iter().all(|of| is_truth_value(of))) {
             return None;
         }
         for fault in &mut one.faults {
@@ -251,17 +245,12 @@ fn looked_at(path: &Path, options: &LoadOptions, course: &Course) -> Vec<(String
     let prepared =
         read_text(path, &file, &reading).and_then(|text| prepare(&text, &file, &reading));
     let mut choices = prepared.map_or_else(|_| Vec::new(), |prepared| prepared.choices);
-    let given: Vec<&str> = course.given_arguments().collect();
-    choices.retain(|(name, _)| given.contains(&name.as_str()));
+    choices.retain(|(of, _)| {
+        let is_given =
+            |remedy: &Remedy| matches!(remedy, Remedy::Argument { name, .. } if name == of);
+        course.applied.iter().any(is_given)
+    });
     choices
-}
-
-/// Whether a file compares one of the given arguments with texts, so that it has specific values.
-fn compares_with_texts(path: &Path, options: &LoadOptions, course: &Course) -> bool {
-    let choices = looked_at(path, options, course);
-    choices
-        .iter()
-        .any(|(_, values)| !values.iter().all(|value| is_truth_value(value)))
 }
 
 /// Whether all given arguments, except names, are truth values used in conditions.

@@ -120,8 +120,9 @@ pub(crate) fn prepare(
         return Err(RobotError::new(file, Fault::NotADescription { keys }));
     }
     let prepared = declared(UrdfText::as_it_is(file, text));
-    if let Some(converted) = root_tag(&prepared.text)
-        .and_then(|tag| convert::converted(&tag, file, &prepared.text, options))
+    let tag = root_tag_range(&prepared.text).map(|(start, end)| &prepared.text[start..end]);
+    if let Some(converted) =
+        tag.and_then(|tag| convert::converted(tag, file, &prepared.text, options))
     {
         return converted;
     }
@@ -167,17 +168,8 @@ fn settings(prepared: &UrdfText, options: &LoadOptions) -> Vec<(String, String)>
     lines.filter(|(_, value)| is_short(value)).collect()
 }
 
-/// Returns the tag of a text's root element: its first that is neither declaration nor comment.
-fn root_tag(text: &str) -> Option<String> {
-    let (start, end) = root_tag_range(text)?;
-    Some(text[start..end].to_owned())
-}
-
-/// Returns the end of the root element's tag, where its attributes may start.
-fn root_tag_end(text: &str) -> Option<usize> {
-    root_tag_range(text).map(|(_, end)| end)
-}
-
+/// Returns where the tag of a text's root element stands: its first that is neither declaration nor
+/// comment. Its attributes may start at the end.
 fn root_tag_range(text: &str) -> Option<(usize, usize)> {
     let mut rest = text;
     loop {
@@ -205,7 +197,7 @@ fn declared(mut prepared: UrdfText) -> UrdfText {
         let prefix = reason
             .strip_prefix("an unknown namespace prefix '")
             .and_then(|rest| rest.strip_suffix('\''));
-        let root = root_tag_end(&prepared.text);
+        let root = root_tag_range(&prepared.text).map(|(_, end)| end);
         let (Some(prefix), Some(root)) = (prefix, root) else {
             break;
         };

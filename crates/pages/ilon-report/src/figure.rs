@@ -21,6 +21,8 @@ pub struct Figure {
     pub over_time: bool,
     /// Curves and layout, from [`plot`].
     pub plot: String,
+    /// The largest magnitude of its values, in the unit of its axis; infinite if unknown.
+    pub largest: f64,
 }
 
 impl Figure {
@@ -39,6 +41,7 @@ impl Figure {
             span: Span::Half,
             over_time: false,
             plot,
+            largest: f64::INFINITY,
         }
     }
 
@@ -50,9 +53,11 @@ impl Figure {
         curves: Vec<Curve>,
         values: Axis,
     ) -> Self {
+        let largest = curves.iter().map(Curve::largest).fold(0.0, f64::max);
         let plot = plot(curves, Layout::of(axis("t in s"), values));
         Self {
             over_time: true,
+            largest,
             ..Self::new(id, title, caption, plot)
         }
     }

@@ -92,7 +92,8 @@ pub fn write_recorded(
         Recorded::Memory(trace) => page_in_memory(trace, summary, context),
         Recorded::File(file) => {
             let shown = RunInput::of_many(file, ROWS_A_GROUP)?;
-            let scene = viewer::picture_of(file, context.robot, context.relief_m.as_deref())?;
+            let scene =
+                viewer::picture_of(file, context.robot, context.relief_m.as_deref(), Vec::new())?;
             page_of(&shown, summary, context, scene.as_ref())
         }
     };
@@ -120,7 +121,12 @@ pub fn answer(recorded: &Recorded, summary: &Summary) -> Result<Vec<String>, Tra
 
 fn page_in_memory(trace: &Trace, summary: &Summary, context: &Context) -> (String, Vec<String>) {
     let Ok(shown) = RunInput::of(trace);
-    let Ok(scene) = viewer::picture_of(trace, context.robot, context.relief_m.as_deref());
+    let Ok(scene) = viewer::picture_of(
+        trace,
+        context.robot,
+        context.relief_m.as_deref(),
+        Vec::new(),
+    );
     page_of(&shown, summary, context, scene.as_ref())
 }
 

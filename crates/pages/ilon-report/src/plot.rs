@@ -96,6 +96,15 @@ pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
 }
 
 impl Curve {
+    /// The largest magnitude of its values: of bars their lengths.
+    pub fn largest(&self) -> f64 {
+        let value = |(x, y): &(f64, f64)| match self.kind {
+            CurveKind::Bars => x.abs(),
+            _ => y.abs(),
+        };
+        self.points.iter().map(value).fold(0.0, f64::max)
+    }
+
     /// Makes the curve constant from each point to the next.
     pub fn steps(self) -> Self {
         Self {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use ilon_formats::{LoadRobot, link_tree};
 use ilon_robot::Robot;
-use ilon_scene::{Description, Scene, Thinning, embed, frames_of_run};
+use ilon_scene::{Description, OtherWay, Scene, Thinning, embed, frames_of_run};
 use ilon_trace::{Header, Rows};
 use serde_json::json;
 
@@ -44,11 +44,12 @@ pub fn scene_of(
     robot: &Robot,
     relief_m: Option<&[Vec<f64>]>,
 ) -> Option<String> {
-    let Ok(picture) = picture_of(trace, Some(robot), relief_m);
+    let Ok(picture) = picture_of(trace, Some(robot), relief_m, Vec::new());
     picture.map(|picture| picture.json)
 }
 
-/// Returns the scene of a run; `None` if its robot is unknown.
+/// Returns the scene of a run; `None` if its robot is unknown. The ways of `others`, if any, are for
+/// the ghost in place of the run's own twins.
 ///
 /// # Errors
 /// If the rows cannot be read.
@@ -56,6 +57,7 @@ pub(crate) fn picture_of<R: Rows>(
     rows: &R,
     robot: Option<&Robot>,
     relief_m: Option<&[Vec<f64>]>,
+    others: Vec<OtherWay>,
 ) -> Result<Option<Picture>, R::Error> {
     let header = rows.header();
     let read;
@@ -79,7 +81,10 @@ pub(crate) fn picture_of<R: Rows>(
         return Ok(None);
     }
     let links = link_tree(&header.urdf);
-    let description = Description::of_run(header, robot, links.as_ref(), relief_m);
+    let mut description = Description::of_run(header, robot, links.as_ref(), relief_m);
+    if !others.is_empty() {
+        description.ways = others;
+    }
     let frames = frames_of_run(rows, robot, THINNING)?;
     let remarks = description.robot.remarks.clone();
     let ways = description.ways.iter().map(|way| way.name.clone());
@@ -155,44 +160,64 @@ pub fn of_robot(scene: &Scene, turn_s: f64) -> Result<String, serde_json::Error>
     }))
 }
 
-/// Returns several runs side by side as HTML, each with its own scene, under one slider.
-pub(crate) fn of_runs(runs: &[(&str, String)], ends_s: [f64; 2]) -> String {
-    let pictures: String = runs
-        .iter()
-        .enumerate()
-        .map(|(index, (name, scene))| {
-            let name = escape(name);
-            let label =
-                format!("{name}: the robot, its rollers and its contacts in three dimensions");
-            format!(
-                "<div class=\"panel\"><h4>{name}</h4>\n{}</div>\n",
-                picture(index, &label, scene)
-            )
-        })
-        .collect();
-    figure(
-        &Viewer {
-            title: "The runs together",
+/// Returns a run and the ways of others as HTML, each for a ghost: the first run that can be drawn
+/// has the scene. Empty if there is none.
+///
+/// # Errors
+/// If the rows cannot be read.
+pub(crate) fn of_runs<R: Rows>(runs: &[(&str, &R)], ends_s: [f64; 2]) -> Result<String, R::Error> {
+    for (index, (name, rows)) in runs.iter().enumerate() {
+        let others = runs.iter().enumerate().filter(|(other, _)| *other != index);
+        let others = others.map(|(_, (name, rows))| way_of(name, *rows));
+        let others: Vec<OtherWay> = others.collect::<Result<_, _>>()?;
+        let Some(picture) = picture_of(*rows, None, None, others)? else {
+            continue;
+        };
+        let wheels = rows.header().wheels.iter();
+        let wheels: Vec<&str> = wheels.map(|wheel| wheel.name.as_str()).collect();
+        return Ok(stage(&Viewer {
+            title: &format!("{name}, and the others as ghosts"),
+            label: "The robot, its rollers and its contacts in three dimensions, and a ghost where another run was",
+            scene: Some(&picture.json),
+            wheels: &wheels,
+            views: RUN_VIEWS,
+            is_run: true,
+            ways: &picture.ways,
             clock: clock(ends_s[0], ends_s[1], &[]),
-            help: "The slider moves all pictures and the cursor of every figure over time; a click in such a figure goes there. Space \
+            help: "The slider moves the picture and the cursor of every figure over time; a click in such a figure goes there. Space \
                    plays, arrows step.",
             ..Viewer::default()
-        },
-        &format!("<div class=\"panels scenes\">{pictures}</div>\n"),
-        &views(RUN_VIEWS),
-        RUN_LEGEND,
-    )
+        }));
+    }
+    Ok(String::new())
+}
+
+/// The way of a run over the floor, for a ghost.
+fn way_of<R: Rows>(name: &str, rows: &R) -> Result<OtherWay, R::Error> {
+    let names = ["t_s", "truth_x_m", "truth_y_m", "truth_heading_rad"];
+    let [t_s, x_m, y_m, heading_rad] = names.map(|name| rows.values(name));
+    let columns = [t_s?, x_m?, y_m?, heading_rad?];
+    let stride = rows.row_count().div_ceil(THINNING.most).max(1);
+    let pose = |row: usize| {
+        Some([
+            columns[0][row]?,
+            columns[1][row]?,
+            columns[2][row]?,
+            columns[3][row]?,
+        ])
+    };
+    let poses = (0..columns[0].len()).step_by(stride).filter_map(pose);
+    Ok(OtherWay {
+        name: name.to_owned(),
+        poses: poses.map(|pose| pose.map(|x| x as f32)).collect(),
+    })
 }
 
 /// A canvas with its scene.
-fn picture(index: usize, label: &str, scene: &str) -> String {
-    let id = match index {
-        0 => "scene-data".to_owned(),
-        index => format!("scene-data-{index}"),
-    };
+fn picture(label: &str, scene: &str) -> String {
     format!(
-        "<div class=\"scene-stage\"><canvas aria-label=\"{label}\" data-scene=\"{id}\"></canvas></div>\n\
-         <script type=\"application/json\" id=\"{id}\">{scene}</script>\n"
+        "<div class=\"scene-stage\"><canvas aria-label=\"{label}\" data-scene=\"scene-data\"></canvas></div>\n\
+         <script type=\"application/json\" id=\"scene-data\">{scene}</script>\n"
     )
 }
 
@@ -213,7 +238,7 @@ const RUN_VIEWS: &[(&str, &str)] = &[
 ];
 
 /// The colour legend of a run's scene.
-const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: where the ideal kinematics, or the run without a cause, would be</li>\
+const RUN_LEGEND: &str = "<ul class=\"legend scene-legend\"><li style=\"--c:var(--scene-ghost)\">ghost: by the ideal kinematics, or the run chosen as ghost</li>\
      <li style=\"--c:var(--scene-path)\">path</li><li style=\"--c:var(--scene-reference)\">reference</li>\
      <li style=\"--c:var(--scene-grip)\">contact that grips, with its force</li>\
      <li style=\"--c:var(--scene-sliding)\">contact at its friction limit</li>\
@@ -246,7 +271,7 @@ struct Viewer<'a> {
 fn stage(of: &Viewer) -> String {
     let shown = of.scene.map_or_else(
         || "<p class=\"lead\">The robot is not drawn: the trace does not carry what describes it.</p>\n".to_owned(),
-        |scene| picture(0, of.label, scene),
+        |scene| picture(of.label, scene),
     );
     let wheels: String = of
         .wheels
@@ -255,7 +280,7 @@ fn stage(of: &Viewer) -> String {
         .map(|(index, name)| format!("<option value=\"{index}\">{}</option>", escape(name)))
         .collect();
     let ghost = match of.is_run {
-        true => ghosts(of.ways),
+        true => ghosts(of.ways, of.track.is_empty()),
         false => String::new(),
     };
     let scene_controls = of.scene.map_or_else(String::new, |_| {
@@ -279,19 +304,24 @@ fn stage(of: &Viewer) -> String {
 }
 
 /// The choice of the ghost's path.
-fn ghosts(ways: &[String]) -> String {
+fn ghosts(ways: &[String], others_first: bool) -> String {
     let way = |(index, name): (usize, &String)| {
         format!("<option value=\"{index}\">{}</option>", escape(name))
     };
     let ways: String = ways.iter().enumerate().map(way).collect();
+    let ideal = "<option value=\"ideal\">ideal kinematics</option>";
+    let [first, second] = match others_first {
+        true => [&ways, ideal],
+        false => [ideal, &ways],
+    };
     format!(
-        "<label>Ghost <select class=\"ghost\"><option value=\"ideal\">ideal kinematics</option>{ways}<option value=\"none\">none</option></select></label>"
+        "<label>Ghost <select class=\"ghost\">{first}{second}<option value=\"none\">none</option></select></label>"
     )
 }
 
 /// The figure around pictures, with their slider.
 fn figure(of: &Viewer, pictures: &str, scene_controls: &str, legend: &str) -> String {
-    let jumps = if of.is_run {
+    let jumps = if !of.track.is_empty() {
         "<button type=\"button\" class=\"back\" title=\"Previous event (P)\">‹ event</button>\
          <button type=\"button\" class=\"next\" title=\"Next event (N)\">event ›</button>"
     } else {

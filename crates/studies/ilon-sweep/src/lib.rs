@@ -59,6 +59,6 @@ pub use options::{Options, Progress, Stop};
 pub use row::{Row, Status, Task, figure_index, figure_names};
 pub use shard::Shard;
 pub use store::Store;
-pub use study::{Column, Question, Study, is_study};
+pub use study::{Column, Question, Study};
 pub use table::{Cells, columns, write_runs};
 pub use threshold::{Crossing, SearchOutcome};

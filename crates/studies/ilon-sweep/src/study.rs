@@ -436,12 +436,3 @@ impl Study {
         names
     }
 }
-
-/// Whether a file is a study, by its keys; its errors are reported when it is read.
-pub fn is_study(path: &Path, files: &FileAccess) -> bool {
-    let text = read_text(path, files).unwrap_or_default();
-    let names = |table: &toml::de::DeTable<'_>| {
-        table.contains_key("scenario") && !table.contains_key("robot")
-    };
-    toml::de::DeTable::parse(&text).is_ok_and(|document| names(document.get_ref()))
-}

@@ -25,8 +25,6 @@ pub struct Arrangement {
     /// The rank of M: 3 by condition c.2 of Lemma 1, or less. A singular value below 1e-4 of the
     /// largest counts as zero.
     pub rank: usize,
-    /// The rank of M alone, without the rows that tyres hold.
-    pub rank_of_m: usize,
     /// The rows that tyres add; none on rollers.
     pub held: Vec<HeldRow>,
     /// The dimension of the twists that the wheels can drive, once steered ones have turned to
@@ -62,7 +60,6 @@ impl Arrangement {
             rows => rank_of(&scaled(&MatrixXx3::from_rows(rows), wheels, mean_m).0),
         };
         Ok(Self {
-            rank_of_m: rank_of(&MatrixXx3::from(about_mean.rows(0, count))),
             held: named_rows(robot),
             reachable: rank.saturating_sub(lost),
             singular_values: singular_values(&all).map(|(s, _)| s),

@@ -76,8 +76,12 @@ pub(crate) fn of_twist(
         }
         None => "rates of a log are commanded as they are, and the wheels turn as fast as their motors let them".to_owned(),
     };
+    let units = match asked_rad_s > 5.0 * limit_rad_s {
+        true => " (twists are in m/s and rad/s, not in mm/s or deg/s)",
+        false => "",
+    };
     Some(format!(
-        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s: {comes}; command less or raise \
+        "{what} of {asked_rad_s:.1} rad/s, but the limit is {limit_rad_s:.1} rad/s{units}: {comes}; command less or raise \
          `guidance.wheel_rate_limit_rad_s`"
     ))
 }

@@ -7,17 +7,15 @@
 //! If hubs rise and fall by t, two wheels of a diagonal may be up while the other two are down, d =
 //! 2 t: all touch while k t < 2 N.
 
-use ilon_robot::{Robot, RollerForm, Scale, Wheel};
+use ilon_robot::{Robot, RollerForm, Scale, StandingPose, Wheel};
+use nalgebra::Vector3;
 
 /// Height differences by rounding, in metres. Chosen.
 const EXACT_M: f64 = 1e-9;
 
 /// A height difference of redundant wheels, in metres, its cause, and the largest contact stiffness
 /// in N/m with which all wheels stay down.
-struct Uneven {
-    words: String,
-    bears_n_m: f64,
-}
+type Uneven = (String, f64);
 
 /// Remarks on a robot with redundant wheels on contacts of a given stiffness in N/m, by default
 /// that for a robot of its size.
@@ -40,18 +38,21 @@ pub fn remark(
     let load_n = scale.load_kg * scale.gravity_m_s2;
     let stiffness_n_m =
         contact_stiffness_n_m.unwrap_or_else(|| ilon_world::contact_stiffness_n_m(&scale));
-    let uneven = [of_hubs(robot, load_n), of_standing(robot, load_n)];
-    let softest = |a: &Uneven, b: &Uneven| a.bears_n_m.total_cmp(&b.bears_n_m);
-    let uneven = uneven.into_iter().flatten().min_by(softest)?;
-    (stiffness_n_m > uneven.bears_n_m).then(|| {
+    let pose = robot.standing_pose();
+    let uneven = [
+        of_hubs(robot, load_n),
+        (pose.as_ref()).and_then(|pose| of_standing(robot, pose, load_n)),
+        pose.and_then(|pose| of_leans(robot, &pose.up_in_body(), load_n)),
+    ];
+    let uneven = uneven.into_iter().flatten();
+    let (words, bears_n_m) = uneven.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (stiffness_n_m > bears_n_m).then(|| {
         format!(
-            "the wheels: {}, while a rigid contact gives way by {:.2} um under a wheel's load: so rigid a robot stands on two or three of its {} wheels, and \
-             who touches, and with it slip and heading, is decided by less than real rollers give way by. On treads softer than {:.0e} N/m all \
+            "the wheels: {words}, while a rigid contact gives way by {:.2} um under a wheel's load: so rigid a robot stands on two or three of its {} wheels, and \
+             who touches, and with it slip and heading, is decided by less than real rollers give way by. On treads softer than {bears_n_m:.0e} N/m all \
              wheels stay down: give the stiffness of yours as `rollers.tread.stiffness_n_m`",
-            uneven.words,
             1e6 * load_n / stiffness_n_m,
-            robot.wheels.len(),
-            uneven.bears_n_m
+            robot.wheels.len()
         )
     })
 }
@@ -63,28 +64,51 @@ fn of_hubs(robot: &Robot, load_n: f64) -> Option<Uneven> {
     let travel_m = travels_m
         .reduce(f64::max)
         .filter(|travel_m| *travel_m > EXACT_M)?;
-    Some(Uneven {
-        words: format!(
+    Some((
+        format!(
             "their hubs rise and fall by {:.3} mm as rollers pass",
             1e3 * travel_m
         ),
-        bears_n_m: 2.0 * load_n / travel_m,
-    })
+        2.0 * load_n / travel_m,
+    ))
 }
 
 /// A wheel that is higher than the plane of the others.
-fn of_standing(robot: &Robot, load_n: f64) -> Option<Uneven> {
-    let pose = robot.standing_pose()?;
+fn of_standing(robot: &Robot, pose: &StandingPose, load_n: f64) -> Option<Uneven> {
     let gaps = robot.wheels.iter().map(|wheel| (pose.gap_m(wheel), wheel));
     let (gap_m, highest) = gaps
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(gap_m, _)| *gap_m > EXACT_M)?;
-    Some(Uneven {
-        words: format!(
+    Some((
+        format!(
             "`{}` ends {:.4} mm higher than the others",
             highest.name,
             1e3 * gap_m
         ),
-        bears_n_m: 4.0 * load_n / gap_m,
-    })
+        4.0 * load_n / gap_m,
+    ))
+}
+
+/// A wheel whose axis leans: it touches now with one end of a roller, now with the other.
+fn of_leans(robot: &Robot, up: &Vector3<f64>, load_n: f64) -> Option<Uneven> {
+    let sine = |wheel: &Wheel| (wheel.body_from_hub.rotation * Vector3::z()).dot(up).abs();
+    let travel_m = |wheel: &Wheel| {
+        let ends_m = wheel.rollers.iter().map(|roller| {
+            roller.center_in_hub_m.z.abs() + 0.5 * roller.length_m * roller.axis_in_hub.z.abs()
+        });
+        2.0 * sine(wheel) * ends_m.fold(0.0, f64::max)
+    };
+    let travels_m = robot.wheels.iter().map(|wheel| (travel_m(wheel), wheel));
+    let (travel_m, wheel) = travels_m
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(travel_m, wheel)| *travel_m > EXACT_M && !wheel.has_tyre())?;
+    Some((
+        format!(
+            "the axis of `{}` leans by {:.3} deg, so that its hub rises and falls by up to {:.3} mm as rollers pass",
+            wheel.name,
+            libm::asin(sine(wheel)).to_degrees(),
+            1e3 * travel_m
+        ),
+        2.0 * load_n / travel_m,
+    ))
 }

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use ilon_control::Kinematics;
 use ilon_formats::{LoadOptions, LoadRobot};
-use ilon_robot::{Barrel, Robot, RollerForm, Wheel};
+use ilon_robot::{Barrel, Robot, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::wheel_index;
@@ -48,6 +48,18 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
             *wheel = as_in(&robot.wheels[index], &before[other]);
         }
         single(wheel, of_wheel);
+    }
+    if let Some(wheel) = wheels
+        .iter()
+        .find(|wheel| wheel.has_tyre() && wheel.gamma_rad != 0.0)
+    {
+        return Err(Error::invalid(
+            format!(
+                "`controller.robot` gives an angle gamma to `{}`, which rolls on a tyre",
+                wheel.name
+            ),
+            "leave gamma_deg out, or name a robot with rollers as `controller.robot.file`",
+        ));
     }
     seen_from_origin(&mut wheels, section);
     if wheels == robot.wheels {
@@ -281,7 +293,7 @@ fn differ(one: f64, other: f64) -> bool {
 
 /// Gives a wheel another radius and another angle gamma: a similar wheel of that size, with the
 /// rollers' axes rotated about the lines from the hub axis through their middles. Its rollers are
-/// barrels, whatever the real ones are.
+/// barrels, whatever the real ones are; a tyre stays one.
 fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
     if !differ(radius_m, wheel.radius_m) && !differ(gamma_rad, wheel.gamma_rad) {
         return;
@@ -289,6 +301,14 @@ fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
     let count = wheel.rollers.len();
     let (scale, turned_rad) = (radius_m / wheel.radius_m, gamma_rad - wheel.gamma_rad);
     for roller in &mut wheel.rollers {
+        if let RollerForm::Tyre(tyre) = &roller.form {
+            // Its width and its shoulders fit into any radius.
+            let (width_m, shoulder_m) = (roller.length_m, tyre.edge_radius_m());
+            if let Ok(tyre) = Roller::tyre(&wheel.name, radius_m, width_m, shoulder_m) {
+                *roller = tyre;
+            }
+            continue;
+        }
         let thick_m = wheel.radius_m - roller.ring_radius_m();
         let even_m = |radius_m, thick_m, gamma_rad| {
             Barrel::handing_over(radius_m, thick_m, gamma_rad, count).half_length_m

@@ -31,8 +31,6 @@ impl TyreInspection {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TyresInspection {
-    /// Rank of M alone, without the rows that tyres add.
-    pub rank_of_m: usize,
     /// The rows that tyres add: no motion of the hub along its axle.
     pub rows: Vec<HeldInspection>,
     /// Dimension of the twists that the robot can drive, once steered wheels have turned to them.
@@ -68,7 +66,6 @@ impl TyresInspection {
             axles_apart_m: held.axles_apart_m,
         });
         (!arrangement.held.is_empty()).then(|| Self {
-            rank_of_m: arrangement.rank_of_m,
             rows: rows.collect(),
             reachable_twists: arrangement.reachable,
             excluded: excluded(arrangement),

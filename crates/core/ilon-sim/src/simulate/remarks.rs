@@ -13,9 +13,12 @@ const WORST_RESIDUAL_M_S: f64 = 1e-3;
 /// that the step did not resolve something. So does a loss below zero by this share. Chosen.
 const WORST_UNEXPLAINED: f64 = 0.01;
 
+/// Energies below this, in J, are rounding of what a robot at rest turns over. Chosen.
+const LEAST_LOSS_J: f64 = 1e-4;
+
 /// Wheels whose rates are off by this share of the fastest target do not merely lag: their loops
 /// oscillate, if these are unstable. Chosen.
-const SWINGING: f64 = 0.05;
+const SWINGING: f64 = 0.1;
 
 /// A wheel in the air for more than this share of the run does not carry the robot. Chosen.
 const MOST_AIRBORNE: f64 = 0.5;
@@ -23,11 +26,19 @@ const MOST_AIRBORNE: f64 = 0.5;
 /// Remarks how far the joints between bodies are from zero at the start: the deflection of the
 /// robot's springs.
 pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
+    // What rounds to zero is no deflection.
+    let moved = |(_, position): &(&BodyJoint, &f64)| position.abs() >= 1e-4;
     let place = |(joint, position): (&BodyJoint, &f64)| match joint.kind {
         JointKind::Turns => format!("`{}` at {position:.4} rad", joint.name),
         JointKind::Slides => format!("`{}` at {:.2} mm", joint.name, 1e3 * position),
     };
-    let places: Vec<String> = robot.joints.iter().zip(positions).map(place).collect();
+    let places: Vec<String> = robot
+        .joints
+        .iter()
+        .zip(positions)
+        .filter(moved)
+        .map(place)
+        .collect();
     (!places.is_empty()).then(|| {
         format!(
             "at the start springs, stops and ground are in equilibrium, with joints {}",
@@ -142,7 +153,7 @@ pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     ) && off_rad_s > SWINGING * most_rad_s
     {
         remarks.push(format!(
-            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms), up to {most_rad_s:.2} rad/s; what slid, and how far \
+            "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms) of up to {most_rad_s:.2} rad/s; what slid, and how far \
              the robot was off, comes from gains that are unstable at this step, and not from the floor"
         ));
     }
@@ -211,7 +222,8 @@ fn of_energy(energy: &Energy) -> Vec<String> {
     ];
     let losses = losses.map(|(what, lost_j)| (what, lost_j.unwrap_or(0.0)));
     let sizes = losses.iter().map(|(_, lost_j)| lost_j.abs());
-    let rounding_j = WORST_UNEXPLAINED * sizes.fold(drove_j + outside_j.abs(), f64::max);
+    let most_j = sizes.fold(drove_j + outside_j.abs(), f64::max);
+    let rounding_j = (WORST_UNEXPLAINED * most_j).max(LEAST_LOSS_J);
     for (what, lost_j) in losses {
         if lost_j < -rounding_j {
             remarks.push(format!(
@@ -326,6 +338,17 @@ mod tests {
             "{bearing}"
         );
         assert_eq!(remarks(0.81, 0.13, -0.55).len(), 2);
+    }
+
+    /// At rest springs and contacts turn over less than is printed: a tenth of a millijoule.
+    #[test]
+    fn a_robot_at_rest_neither_gains_energy_nor_has_joints_that_moved() {
+        let mut energy = Energy::default();
+        (energy.slip_j, energy.impact_j) = (Some(2e-6), Some(-3e-5));
+        (energy.motor_j, energy.motor_positive_j) = (Some(1e-7), Some(1e-7));
+        assert!(of_energy(&energy).is_empty());
+        energy.impact_j = Some(-3e-4);
+        assert_eq!(of_energy(&energy).len(), 1);
     }
 
     #[test]

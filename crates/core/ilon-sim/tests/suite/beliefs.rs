@@ -513,3 +513,48 @@ fn three_omni_wheels_turn_the_real_robot_and_not_the_believed_one() {
     let again = driven(robot, &twist(found[0], found[1], found[2]), &exchanged);
     assert_near(of_targets(&again), asked, 1e-9, "exchanged twice");
 }
+
+/// Tyres of 60 mm at (0, +-0.17) m, those of a skid-steered robot, and steered ones: a wheel
+/// believed to be a tenth larger turns 1/1.1 of what is asked; a believed half track of 0.2 m turns
+/// the robot faster by 0.2 / 0.17. Tyres give way by some thousandths of the rates of a turn.
+#[test]
+fn robots_on_tyres_are_driven_by_what_is_believed_of_them() {
+    for (robot, radius_m, asked) in [
+        ("differential.urdf", 0.06, AHEAD),
+        ("differential.urdf", 0.06, [0.2, 0.0, 0.5]),
+        ("skid4.urdf", 0.08, AHEAD),
+        ("swerve4.urdf", 0.05, LEFT),
+    ] {
+        let [vx, vy, omega] = asked;
+        let belief = format!("controller.robot.wheel_radius_m = {}", 1.1 * radius_m);
+        let run = driven(robot, &twist(vx, vy, omega), &belief);
+        let expected = asked.map(|x| x / 1.1);
+        assert_near(
+            numbers(run.summary.twist_mean.expect("means")),
+            expected,
+            2e-3,
+            robot,
+        );
+        assert_adds_up(&run, robot);
+    }
+    let lever = driven(
+        "differential.urdf",
+        &twist(0.2, 0.0, 0.5),
+        "controller.robot.lever_m = 0.2",
+    );
+    let expected = [0.2, 0.0, 0.5 * 0.2 / 0.17];
+    assert_near(
+        numbers(lever.summary.twist_mean.expect("means")),
+        expected,
+        2e-3,
+        "lever",
+    );
+    let gamma = scenario(
+        "differential.urdf",
+        &twist(0.2, 0.0, 0.0),
+        "controller.robot.gamma_deg = 45",
+    );
+    let refused = gamma.and_then(|scenario| run(&scenario)).map(|_| ());
+    let refused = refused.expect_err("tyres have no gamma").to_string();
+    assert!(refused.contains("rolls on a tyre"), "{refused}");
+}

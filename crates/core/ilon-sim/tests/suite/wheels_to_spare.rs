@@ -134,3 +134,27 @@ fn a_wheel_that_ends_higher_than_contacts_give_is_remarked() {
     let text = said(&rounded("0 0 0", "0 1 0", 0.0326), "").unwrap();
     assert!(text.contains("higher than the others"), "{text}");
 }
+
+/// Axes that lean by more than rounding (0.2 deg) lift hubs: the ground meets a wheel at the ends of
+/// its rollers in turn, which lie a half length times sin(45 deg) to both sides. Four such wheels
+/// stay down on treads below 2 N / t.
+#[test]
+fn axes_that_lean_further_than_contacts_give_are_remarked() {
+    const LEAN_RAD: f64 = 0.0035;
+    let robot = rounded(&format!("{LEAN_RAD} 0 0"), "0 1 0", 0.0325);
+    let length_m = robot.wheels[0].rollers[0].length_m;
+    let travel_mm = 1e3 * LEAN_RAD * length_m * 0.5_f64.sqrt();
+    let text = said(&robot, "").unwrap();
+    let expected =
+        format!("leans by 0.201 deg, so that its hub rises and falls by up to {travel_mm:.3} mm");
+    assert!(text.contains(&expected), "{expected}: {text}");
+    let load_n = 9.81 * robot.mass_kg() / 4.0;
+    let softer = 0.9 * 2.0 * load_n / (1e-3 * travel_mm);
+    assert_eq!(
+        said(
+            &robot,
+            &format!("world.solver.contact_stiffness_n_m = {softer}")
+        ),
+        None
+    );
+}

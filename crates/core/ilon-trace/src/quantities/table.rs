@@ -319,7 +319,7 @@ pub static GROUPS: &[Group] = &[
         heading: "design, without a run",
         open_loop_only: false,
         quantities: &[
-            main!(design.rank, "rank of M", NUMBER, 0),
+            main!(design.rank, "rank of M, with the rows of tyres", NUMBER, 0),
             main!(design.condition, "condition of M", NUMBER, 2),
             main!(design.speed_least_m_s, "top speed, slowest direction", METRE_A_SECOND, 3),
             main!(design.speed_most_m_s, "top speed, fastest direction", METRE_A_SECOND, 3),

@@ -115,9 +115,16 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
 
 fn of_robot(configurations: Vec<Configuration>) -> RobotBench {
     let speed = |c: &Configuration| c.sim_s_per_cpu_s.unwrap_or(0.0);
+    // A curve that dips at one step is no more accurate there: all shorter steps count too.
+    let worst_pct = |of: &Configuration| {
+        let shorter = configurations
+            .iter()
+            .filter(|c| c.roller_bodies == of.roller_bodies && c.physics_dt_s <= of.physics_dt_s);
+        shorter.map(|c| c.worst_error_pct).fold(0.0, f64::max)
+    };
     let within = configurations
         .iter()
-        .filter(|c| c.worst_error_pct <= HEADLINE_ERROR_PCT)
+        .filter(|c| worst_pct(c) <= HEADLINE_ERROR_PCT)
         .filter(|c| c.roller_bodies != ContactMode::Rapier.word())
         .max_by(|a, b| speed(a).total_cmp(&speed(b)));
     let most_accurate = || {
@@ -127,7 +134,7 @@ fn of_robot(configurations: Vec<Configuration>) -> RobotBench {
     };
     let headline = within.or_else(most_accurate);
     RobotBench {
-        worst_error_pct: headline.map_or(f64::NAN, |c| c.worst_error_pct),
+        worst_error_pct: headline.map_or(f64::NAN, worst_pct),
         steps_per_cpu_s: headline.and_then(|c| c.steps_per_cpu_s),
         sim_s_per_cpu_s: headline.and_then(|c| c.sim_s_per_cpu_s),
         headline: headline.map(Configuration::describe).unwrap_or_default(),
@@ -171,6 +178,14 @@ mod tests {
         assert_eq!(bench.headline, "near rollers, 100 steps a second");
         let none_within = configuration(50.0, 0.2, 400.0);
         let bench = of_robot(vec![fast_but_wrong, none_within]);
+        // 3 % at ten steps a second does not count at fifty.
         assert_eq!(bench.worst_error_pct, 0.2);
+        let dips = configuration(20.0, 0.03, 800.0);
+        let [steep, right] = [
+            configuration(60.0, 0.19, 400.0),
+            configuration(240.0, 0.03, 200.0),
+        ];
+        let bench = of_robot(vec![right, steep, dips]);
+        assert_eq!(bench.headline, "near rollers, 240 steps a second");
     }
 }

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ilon_files::FileAccess;
-use ilon_sweep::{Options, Store, Study, is_study};
+use ilon_sweep::{Options, Store, Study};
 use ilon_trace::{Recorded, Recording, Summary, file};
 use rayon::prelude::*;
 
@@ -23,6 +23,7 @@ use self::update::Update;
 use super::answer::verdicts;
 use super::converge::Converge;
 use super::escape::one_line;
+use super::kind::{Kind, kind, wants};
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
 use super::output::{OutputFolder, remove};
@@ -226,7 +227,10 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
     if given.is_empty() {
         return;
     }
-    for study in found.iter().filter(|one| is_study(&one.path, files)) {
+    for study in found
+        .iter()
+        .filter(|one| kind(&one.path, files) == Some(Kind::Study))
+    {
         console::note(&format!(
             "note: `{}` is a study, of which {} does nothing",
             study.label,
@@ -342,9 +346,10 @@ fn run_and_judge(
     arguments: &Arguments,
     files: &FileAccess,
 ) -> Result<Judged, Failure> {
-    if is_study(path, files) {
+    if kind(path, files) == Some(Kind::Study) {
         return run_and_judge_study(path, arguments, files);
     }
+    wants(path, &[Kind::Scenario, Kind::Study], files)?;
     let mut scenario = Scenario::load_within(path, &arguments.settings.settings, files)?;
     scenario.run.converge |= arguments.converge.converge;
     scenario.expect.check_windows(&scenario.run)?;

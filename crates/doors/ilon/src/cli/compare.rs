@@ -7,6 +7,7 @@ use ilon_trace::file::write_text;
 
 use super::escape::path_in_line;
 use super::json::pretty;
+use super::kind::{Kind, wants};
 use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -117,6 +118,7 @@ fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
         within(path, files)?;
         return ComparedRun::load(path).map_err(refused);
     }
+    wants(path, &[Kind::Scenario], files)?;
     let scenario = Scenario::load_within(path, &[], files)?;
     let simulation = Simulation::new(&scenario)?;
     let bar = Bar::new(&scenario.name);

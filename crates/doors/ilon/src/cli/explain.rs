@@ -6,13 +6,15 @@ mod of_scenario;
 mod seen;
 
 use super::failure::Failure;
+use super::kind::{Kind, kind, wants};
 use super::outcome::Outcome;
 pub(super) use arguments::Arguments;
 
 /// Explains a scenario's run, or a robot's drift.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
-    if super::robot::is_scenario(&arguments.file, &files) {
+    wants(&arguments.file, &[Kind::Scenario, Kind::Robot], &files)?;
+    if kind(&arguments.file, &files) == Some(Kind::Scenario) {
         if !arguments.seen.is_empty() {
             return Err(Failure::usage(
                 "--seen is about a robot, and this is a scenario",

@@ -6,8 +6,9 @@ use ilon_fmi::package::platform;
 
 use super::escape::{one_line, path_in_line};
 use super::export_arguments::{Arguments, named_after};
+use super::kind::{Kind, wants};
 use super::outcome::Outcome;
-use super::robot::{load, not_scenario};
+use super::robot::load;
 use super::{console, export_wheels, reserve};
 use crate::cli::failure::Failure;
 use crate::inspect::conditions;
@@ -26,9 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut options = arguments.reading.options();
     options.files = arguments.sandbox.files()?;
-    not_scenario(path, &options.files, |robot| {
-        format!("export its robot, `ilon export --planar {robot}`, and give keys with --set")
-    })?;
+    wants(path, &[Kind::Robot], &options.files)?;
     let out = arguments
         .out
         .clone()

@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 
 use super::escape::{one_line, path_in_line};
 use super::export_arguments::{Arguments, named_after};
+use super::kind::{Kind, wants};
 use super::outcome::Outcome;
-use super::robot::{load, not_scenario};
+use super::robot::load;
 use super::{console, json, reserve};
 use crate::cli::failure::Failure;
 use crate::exported::{DRIVE_NEWTON_PY, DRIVE_PY, Export};
@@ -100,11 +101,7 @@ fn subject(arguments: &Arguments) -> Result<Subject<'_>, Failure> {
             let path = robot?;
             let mut options = arguments.reading.options();
             options.files = files.clone();
-            not_scenario(path, &options.files, |robot| {
-                format!(
-                    "export its robot, `ilon export {robot} --mjcf`, or the scenario with --scenario"
-                )
-            })?;
+            wants(path, &[Kind::Robot], &options.files)?;
             let plain = load(path, &options, "ilon export", &arguments.sandbox)?.robot;
             let met = conditions(settings, &plain, &files)?;
             (path, plain, None, met)

@@ -10,6 +10,7 @@ use ilon_trace::file::write_text;
 use super::console;
 use super::escape::{one_line, path_in_line};
 use super::flags::{Flags, shell};
+use super::kind::{Kind, kind};
 use crate::cli::failure::Failure;
 use crate::control::Kinematics;
 use crate::inspect::Inspection;
@@ -50,7 +51,10 @@ pub(super) fn run(
         };
         text += &format!("{}: {}\n", one_line(&exhibit.file), one_line(&became));
     }
-    console::lines(&format!("{text}\nside by side in {}\n", path_in_line(html)))
+    console::lines(&format!(
+        "{text}\ngallery written to {}\n",
+        path_in_line(html)
+    ))
 }
 
 /// Loads and inspects one file.
@@ -116,7 +120,7 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Fai
                 if !is_hidden && depth < MOST_DEEP {
                     waiting.push((path, depth + 1));
                 }
-            } else if !is_hidden && is_robot(&path, options) {
+            } else if !is_hidden && kind(&path, &options.files) == Some(Kind::Robot) {
                 found.insert(path);
             }
         }
@@ -124,7 +128,7 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Fai
     if found.is_empty() {
         return Err(Failure::usage(
             format!(
-                "`{}` holds no robots: no .urdf, .xacro, .sdf or MJCF",
+                "`{}` holds no robots: no .urdf, .xacro, .sdf, MJCF or description in TOML",
                 folder.display()
             ),
             "name a folder of robots",
@@ -140,21 +144,10 @@ fn files_below(folder: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Fai
             "name a folder with fewer",
         ));
     }
-    Ok(found.into_iter().collect())
-}
-
-/// Whether a file is a robot by its name, or by its first elements if its name says only that it is
-/// XML.
-fn is_robot(path: &Path, options: &LoadOptions) -> bool {
-    /// Largest XML file read, in bytes; chosen.
-    const MOST_BYTES: u64 = 16 << 20;
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    match extension.to_str().unwrap_or_default() {
-        "urdf" | "xacro" | "sdf" | "mjcf" => true,
-        "xml" => options
-            .files
-            .read_text(path, MOST_BYTES)
-            .is_ok_and(|text| text.contains("<mujoco") || text.contains("<sdf")),
-        _ => false,
-    }
+    // A description is not shown beside the URDF that was generated from it.
+    let is_shown = |path: &&PathBuf| {
+        let is_toml = path.extension().is_some_and(|end| end == "toml");
+        !is_toml || !found.contains(&path.with_extension("urdf"))
+    };
+    Ok(found.iter().filter(is_shown).cloned().collect())
 }

@@ -26,6 +26,13 @@ pub(super) struct Arguments {
 
 /// Writes the URDF if it can be read and simulated.
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if arguments.spec.extension().is_some_and(|end| end != "toml") {
+        let file = arguments.spec.display();
+        return Err(Failure::usage(
+            format!("`{file}` is not a description in TOML, of which a URDF is made"),
+            "docs/format-robot.md and docs/format-robot-on-tyres.md have its keys, assets/robots examples",
+        ));
+    }
     let urdf = match SpecOnTyres::load(&arguments.spec)? {
         Some(spec) => ilon_formats::generate_on_tyres(&spec)?,
         None => ilon_formats::generate(&Spec::load(&arguments.spec)?)?,

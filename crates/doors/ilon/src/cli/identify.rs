@@ -9,6 +9,7 @@ use ilon_trace::file::write_text;
 
 use super::escape::{one_line, path_in_line};
 use super::json::pretty;
+use super::kind::{Kind, wants};
 use super::options::{Detail, Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -53,6 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return plan(arguments);
     };
     let files = arguments.sandbox.files()?;
+    wants(path, &[Kind::Calibration], &files)?;
     if let Some(tape) = Tape::load_within(path, &files)? {
         return by_tape(arguments, &tape);
     }

@@ -8,9 +8,10 @@ use ilon_formats::{LoadOptions, Loaded, WheelOutline};
 use ilon_trace::file::write_text;
 
 use super::escape::{folded, one_line, path_in_line};
+use super::kind::{Kind, wants};
 use super::options::Sandbox;
 use super::outcome::Outcome;
-use super::robot::{Reading, load, not_scenario};
+use super::robot::{Reading, load};
 use super::table::Table;
 use super::{console, flags, gallery, limits, open, planners, reserve, ros2};
 use crate::cli::failure::Failure;
@@ -80,9 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let _control = claimed(&arguments.ros2_control, "--ros2-control")?;
     let _html = claimed(&arguments.html, "--html")?;
     let _planners = arguments.planners.claim(path)?;
-    not_scenario(path, &options.files, |robot| {
-        format!("inspect its robot, `ilon inspect {robot}`, or run it")
-    })?;
+    wants(path, &[Kind::Robot], &options.files)?;
     if path.is_dir() {
         return folder(arguments, &options);
     }
@@ -407,8 +406,9 @@ fn wheels(robot: &Inspection) -> Table {
             ("y", &|wheel| place(wheel, 1)),
             ("z", &|wheel| place(wheel, 2)),
             ("radius", &|wheel| format!("{:.1}", 1e3 * wheel.radius_m)),
-            ("gamma", &|wheel| {
-                format!("{:.1}", wheel.gamma_rad.to_degrees())
+            ("gamma", &|wheel| match wheel.tyre {
+                Some(_) => "tyre".to_owned(),
+                None => format!("{:.1}", wheel.gamma_rad.to_degrees()),
             }),
             ("torque", &|wheel| or_dash(wheel.effort_n_m, 2)),
             ("rate", &|wheel| or_dash(wheel.velocity_rad_s, 2)),
@@ -479,7 +479,10 @@ fn held_rows(tyres: &TyresInspection) -> Table {
 
 fn matrix(robot: &Inspection) -> Table {
     let mut table = Table::new();
-    table.heading("M, Indiveri 2009, equation (8)");
+    table.heading(match robot.tyres {
+        Some(_) => "M: the wheels' speeds of a motion ahead, to the left and of a turn",
+        None => "M, Indiveri 2009, equation (8)",
+    });
     for (wheel, row) in robot.wheels.iter().zip(&robot.m) {
         table.row_of(&wheel.name, &row.map(Some), 4, "");
     }
@@ -489,18 +492,11 @@ fn matrix(robot: &Inspection) -> Table {
 fn kinematics(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading("kinematics");
-    match &robot.tyres {
-        Some(tyres) => {
-            table.row("rank of M", Some(tyres.rank_of_m as f64), 0, "of 3");
-            table.row(
-                "rank with the rows of tyres",
-                Some(robot.rank as f64),
-                0,
-                "of 3",
-            );
-        }
-        None => table.row("rank of M", Some(robot.rank as f64), 0, "of 3"),
-    }
+    let rank = match robot.tyres {
+        Some(_) => "rank of all rows",
+        None => "rank of M",
+    };
+    table.row(rank, Some(robot.rank as f64), 0, "of 3");
     table.row_of("singular values", &robot.singular_values.map(Some), 4, "");
     table.row("condition", robot.condition, 2, "");
     match &robot.tyres {

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use ilon_live::{LiveError, Mailbox, Observer, Pace, Server, Session};
 
+use super::kind::{Kind, kind, wants};
 use super::options::{Sandbox, Settings};
 use super::outcome::Outcome;
-use super::robot::{is_robot, robot_alone};
+use super::robot::robot_alone;
 use super::{console, interrupt};
 use crate::Scenario;
 use crate::cli::failure::Failure;
@@ -109,7 +110,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let files = arguments.sandbox.files()?;
     let (path, settings) = (&arguments.scenario, &arguments.settings.settings);
-    let scenario = match is_robot(path, &files) {
+    wants(path, &[Kind::Scenario, Kind::Robot], &files)?;
+    let scenario = match kind(path, &files) == Some(Kind::Robot) {
         true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
         false => Scenario::load_within(path, settings, &files)?,
     };

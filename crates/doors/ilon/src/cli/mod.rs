@@ -12,6 +12,8 @@ mod check;
 mod commands;
 #[cfg(feature = "command")]
 mod compare;
+#[cfg(feature = "command")]
+mod completions;
 mod console;
 mod context;
 #[cfg(feature = "command")]
@@ -42,12 +44,11 @@ mod inspect;
 #[cfg(feature = "command")]
 mod interrupt;
 mod json;
+mod kind;
 #[cfg(feature = "command")]
 mod limits;
 #[cfg(all(feature = "command", feature = "live"))]
 mod live;
-#[cfg(feature = "command")]
-mod manual;
 #[cfg(feature = "command")]
 mod open;
 #[cfg(feature = "command")]

@@ -10,7 +10,7 @@ use super::console;
 use super::escape::one_line;
 use crate::simulate::Progress;
 
-/// Time between plain lines; chosen.
+/// Time before the first plain line, and between them; chosen.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
 /// Ticks of a bar.
@@ -91,7 +91,7 @@ impl Bar {
                 bar.set_position((share * TICKS as f64) as u64);
                 bar.set_message(one_line(&format!("{}{}", words(), left())).into_owned());
             }
-            _ if state.said.is_some_and(|at| at.elapsed() < BETWEEN_LINES) => {}
+            _ if state.said.unwrap_or(self.begun).elapsed() < BETWEEN_LINES => {}
             _ => {
                 state.said = Some(Instant::now());
                 console::note(&format!("{}: {}{}", self.name, one_line(&words()), left()));

@@ -15,9 +15,6 @@ use crate::Scenario;
 use crate::scenario::Setting;
 use crate::sim::remedy;
 
-/// Largest scenario or robot description that is read, in bytes; chosen.
-const MOST_BYTES: u64 = 16 << 20;
-
 /// Options of reading a robot's file.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct Reading {
@@ -182,40 +179,6 @@ pub(super) fn load(
     })?)
 }
 
-/// Refuses a scenario in place of a robot; `help` says what to do with the robot that it names.
-pub(super) fn not_scenario(
-    path: &Path,
-    files: &FileAccess,
-    help: impl FnOnce(&str) -> String,
-) -> Result<(), Failure> {
-    match robot_of_scenario(path, files) {
-        Some(robot) => Err(Failure::usage(
-            format!("`{}` is a scenario, not a robot", path.display()),
-            help(&shell(&robot)),
-        )),
-        None => Ok(()),
-    }
-}
-
-/// Whether a file is a robot: by its name, or for TOML by its content.
-pub(super) fn is_robot(path: &Path, files: &FileAccess) -> bool {
-    let ending = path
-        .extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_lowercase();
-    match ending.as_str() {
-        "urdf" | "xacro" | "sdf" | "xml" | "mjcf" => true,
-        "toml" => {
-            let text = files.read_text(path, MOST_BYTES).ok();
-            let table: Option<toml::Table> = text.and_then(|text| text.parse().ok());
-            let has = |key: &str| table.as_ref().is_some_and(|table| table.contains_key(key));
-            !has("robot") && has("wheels") && has("chassis")
-        }
-        _ => false,
-    }
-}
-
 /// A scenario made from a robot's file alone, with further lines of TOML and settings.
 pub(super) fn robot_alone(
     path: &Path,
@@ -233,26 +196,6 @@ pub(super) fn robot_line(path: &Path) -> Result<String, Failure> {
     let file = std::path::absolute(path).map_err(|source| Failure::write(path, &source))?;
     let file = toml::Value::from(file.display().to_string());
     Ok(format!("robot.file = {file}\n"))
-}
-
-/// Whether a file is a scenario.
-pub(super) fn is_scenario(path: &Path, files: &FileAccess) -> bool {
-    robot_of_scenario(path, files).is_some()
-}
-
-/// The robot named in a file, if the file is a scenario.
-fn robot_of_scenario(path: &Path, files: &FileAccess) -> Option<String> {
-    path.extension().filter(|ending| *ending == "toml")?;
-    let text = files.read_text(path, MOST_BYTES).ok()?;
-    let table: toml::Table = text.parse().ok()?;
-    let robot = table.get("robot")?.get("file")?.as_str()?;
-    let beside = path.parent()?.join(robot);
-    // Shortens a path that enters the scenario's folder and leaves it again.
-    let here = std::env::current_dir().ok();
-    let whole = beside.canonicalize().ok();
-    let short = whole.as_ref().zip(here.as_ref());
-    let short = short.and_then(|(whole, here)| whole.strip_prefix(here).ok());
-    Some(short.unwrap_or(&beside).display().to_string())
 }
 
 fn package(text: &str) -> Result<Package, String> {

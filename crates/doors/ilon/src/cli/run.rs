@@ -5,19 +5,16 @@ mod standard;
 
 use std::collections::BTreeSet;
 
-use ilon_sweep::is_study;
-
 use super::failure::Failure;
-use super::flags;
+use super::kind::{Kind, kind, wants};
 use super::outcome::Outcome;
-use super::robot::is_robot;
 pub(super) use one::Arguments;
 use one::{Told, load, one, out_folder, print_json};
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let files = arguments.sandbox.files()?;
     if let [path] = arguments.scenarios.as_slice()
-        && is_robot(path, &files)
+        && kind(path, &files) == Some(Kind::Robot)
     {
         return standard::run(path, arguments, &files);
     }
@@ -25,21 +22,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenarios = Vec::new();
     let mut taken = BTreeSet::new();
     for path in &arguments.scenarios {
-        if is_study(path, &files) {
-            return Err(Failure::usage(
-                format!("`{}` is a study of many runs", path.display()),
-                format!(
-                    "`ilon sweep {}` runs it",
-                    flags::shell(&path.display().to_string())
-                ),
-            ));
-        }
-        if is_robot(path, &files) {
-            return Err(Failure::usage(
-                format!("`{}` is a robot, not a scenario", path.display()),
-                "name it alone: it is then driven in five standard motions",
-            ));
-        }
+        wants(path, &[Kind::Scenario], &files)?;
         let scenario = load(path, arguments, &files)?;
         if !taken.insert(scenario.name.clone()) {
             return Err(Failure::usage(

@@ -6,6 +6,7 @@ use ilon_sweep::{Findings, Options, Progress, Shard, Store, Study};
 
 use super::escape::{one_line, path_in_line};
 use super::json::pretty;
+use super::kind::{Kind, wants};
 use super::options::{Open, Out, Printing, Sandbox};
 use super::outcome::Outcome;
 use super::progress::Bar;
@@ -42,7 +43,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(path) = &arguments.study else {
         return merge(arguments);
     };
-    let study = Study::load_within(path, &arguments.sandbox.files()?)?;
+    let files = arguments.sandbox.files()?;
+    wants(path, &[Kind::Study], &files)?;
+    let study = Study::load_within(path, &files)?;
     let out = arguments.out.or_of(study.name());
     results::refuse_study_inputs(&out, &study, "--out")?;
     let store = Store::open(&out, &study, arguments.shard)?;

@@ -144,6 +144,119 @@ fn a_file_where_the_command_belongs() {
     assert!(stderr.contains("such as `ilon run robot.urdf`"), "{stderr}");
 }
 
+/// Each kind of file given to a command for another kind: the message says what it is, and the help
+/// names a command that reads it.
+#[test]
+fn a_file_of_another_kind_is_sent_to_its_command() {
+    let bench = Bench::new();
+    bench.write(
+        "study.toml",
+        "scenario = \"scenario.toml\"\n[axes]\nrun.duration_s = [1, 2]\n",
+    );
+    bench.write(
+        "logs.toml",
+        "robot = \"robot.urdf\"\n[[runs]]\nfile = \"log.csv\"\n",
+    );
+    for (command, file, is, reads) in [
+        (
+            "sweep",
+            "scenario.toml",
+            "is a scenario, not a study of many runs",
+            "ilon run scenario.toml",
+        ),
+        (
+            "identify",
+            "scenario.toml",
+            "is a scenario, not a study of logs",
+            "ilon run scenario.toml",
+        ),
+        (
+            "inspect",
+            "scenario.toml",
+            "is a scenario, not a robot",
+            "name its robot, robot.urdf",
+        ),
+        (
+            "run",
+            "study.toml",
+            "is a study of many runs, not a scenario",
+            "ilon sweep study.toml",
+        ),
+        (
+            "explain",
+            "study.toml",
+            "is a study of many runs, not",
+            "ilon sweep study.toml",
+        ),
+        (
+            "live",
+            "logs.toml",
+            "is a study of logs, not",
+            "ilon identify logs.toml",
+        ),
+        (
+            "check",
+            "robot.urdf",
+            "is a robot, not a scenario",
+            "ilon inspect robot.urdf",
+        ),
+        (
+            "generate",
+            "robot.urdf",
+            "is not a description in TOML",
+            "docs/format-robot.md",
+        ),
+        (
+            "run",
+            "robbot.urdf",
+            "cannot read `robbot.urdf`: there is no such file",
+            "taken from",
+        ),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_ilon"))
+            .current_dir(bench.folder.path())
+            .args([command, file])
+            .output()
+            .expect("the command runs");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{command} {file}: {said}");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            said.contains(is) && said.contains(reads),
+            "{command} {file}: {said}"
+        );
+    }
+}
+
+#[test]
+fn a_missing_duration_has_the_head_of_the_file_as_its_place() {
+    let bench = Bench::new();
+    bench.spoil("scenario.toml", "[run]\nduration_s = 1\n", "");
+    let refused = bench.refused(&[]);
+    assert_eq!(refused.what, "the key `run.duration_s` is missing");
+    assert_eq!(refused.place.as_deref(), Some("scenario.toml:1:1"));
+}
+
+#[test]
+fn a_key_set_twice_and_a_number_with_its_unit() {
+    for (good, bad, repair) in [
+        (
+            "duration_s = 1",
+            "duration_s = 1\nduration_s = 2",
+            "it is set above already",
+        ),
+        (
+            "duration_s = 1",
+            "duration_s = 5s",
+            "a number with a point and without its unit",
+        ),
+    ] {
+        let bench = Bench::new();
+        bench.spoil("scenario.toml", good, bad);
+        assert!(bench.refused(&[]).mend.contains(repair), "{bad}");
+    }
+}
+
 #[test]
 fn a_missing_robot() {
     let bench = Bench::new();
@@ -181,7 +294,7 @@ fn malformed_toml() {
         told(
             "not well-formed TOML: string values must be quoted, expected literal string",
             "scenario.toml:5:12",
-            "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys",
+            "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`",
         )
     );
 }

@@ -227,11 +227,7 @@ fn what_was_found_is_printed_written_and_shown_with_commands_that_run_it_again()
     let words: Vec<&str> = command.split(' ').collect();
     let again = folder.ilon(&[&["run"], words.as_slice(), &["--out", "again"]].concat());
     ended_with(0, &again);
-    assert!(
-        stderr(&json).contains("study: 0 of 2 runs"),
-        "{}",
-        stderr(&json)
-    );
+    assert!(!stderr(&json).contains('{'), "{}", stderr(&json));
 }
 
 /// The lead of a page, as plain text.
@@ -255,8 +251,7 @@ fn a_grid_says_its_range_and_main_effects_on_the_terminal_and_on_the_page() {
     ended_with(0, &output);
     // 200 and 400 steps of 1 ms, 100 and 200 of 2 ms: each axis causes 22500 of 47500.
     let sentence = "Physics steps: from 100 (duration 0.2 s, physics dt 0.002 s, run 1) to 400 (duration 0.4 s, physics dt 0.001 s, run 2). \
-                    Duration explains 47 % of the variation (mean 150 at 0.2 s, 300 at 0.4 s), physics dt explains 47 % of the variation (mean 150 at \
-                    0.002 s, 300 at 0.001 s); their interaction explains 5.3 %.";
+                    Duration explains 47 % of the variation, physics dt explains 47 % of the variation; their interaction explains 5.3 %.";
     let printed = stdout(&output);
     assert!(printed.contains(sentence), "{printed}");
     let lead = lead(&folder.read("out/report.html"));
@@ -390,7 +385,7 @@ fn bad_studies_end_with_code_2_their_place_and_nothing_written() {
         (vec!["sweep", "study.toml", "--shard", "3/2"], "write I/N"),
         (
             vec!["sweep", "good.toml"],
-            "unknown keys `robot`, `twist`, `run`",
+            "is a scenario, not a study of many runs",
         ),
     ] {
         let refused = ended_with(2, &folder.ilon(&arguments));
@@ -462,7 +457,7 @@ fn running_a_study_as_a_scenario_says_how_it_is_run() {
     let ended = folder.ilon(&["run", "study.toml"]);
     ended_with(2, &ended);
     assert!(
-        stderr(&ended).contains("`ilon sweep study.toml` runs it"),
+        stderr(&ended).contains("read it with `ilon sweep study.toml`"),
         "{}",
         stderr(&ended)
     );

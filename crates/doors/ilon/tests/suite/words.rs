@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Idioms of earlier versions, each with a plain equivalent.
-const WORDS: [(&str, &str); 24] = [
+const WORDS: [(&str, &str); 33] = [
     ("one's own", "your own"),
     ("whoever", "anybody who"),
     ("what comes of", "the result of"),
@@ -29,6 +29,15 @@ const WORDS: [(&str, &str); 24] = [
     ("as it is understood", "as read"),
     ("hold each against", "test"),
     ("lets it go on", "continues"),
+    ("in its place)", "replaced by"),
+    ("drive nothing else", "can only roll and turn"),
+    ("which may be nothing", "within its uncertainty"),
+    ("leave it open", "do not determine"),
+    ("way to their angles", "steering error"),
+    ("what takes it", "read it with"),
+    ("more no further", "more by less"),
+    ("put its end", "moved its end"),
+    ("as it was asked", "as set"),
 ];
 
 /// The commands that have a help of their own.
@@ -38,13 +47,15 @@ const COMMANDS: [&str; 14] = [
 ];
 
 /// Runs with different answers: open and closed loop, slip, a box, a push, weak motors, a joint.
-const SCENARIOS: [&str; 6] = [
+const SCENARIOS: [&str; 8] = [
     "mecanum4_lateral",
     "mecanum4_wet_floor",
     "mecanum4_push_box",
     "mecanum4_push",
     "mecanum4_weak_motors_by_priority",
     "mecanum4_arm_swing",
+    "swerve4_skew",
+    "differential_turn_and_back",
 ];
 
 fn ilon(folder: &Path, arguments: &[&str]) -> String {

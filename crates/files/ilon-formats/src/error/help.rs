@@ -120,6 +120,9 @@ impl Fault {
             Self::OldXacro { .. } => {
                 "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
             }
+            Self::Format { reason } if reason.contains("<mujocoinclude>") => {
+                "give the file that includes it"
+            }
             Self::Format { .. } => "change the file, or convert it to URDF",
             Self::TooLarge { .. } => "give a smaller file",
             Self::Urdf { .. } => {

@@ -18,11 +18,6 @@ pub(super) struct Role {
     pub(super) why: String,
 }
 
-/// Returns the unit of a stiffness in a key.
-fn unit_of(slides: bool) -> &'static str {
-    if slides { "n_m" } else { "n_m_rad" }
-}
-
 /// Returns the requested role of a joint; `None` if it should be locked.
 pub(super) fn asked(
     loading: &Loading,
@@ -49,7 +44,7 @@ fn role_of(of: &TreeJoint, options: &JointOptions) -> Result<Option<Role>, Strin
         friction,
         ..
     } = numbers;
-    let unit = unit_of(of.slides);
+    let unit = if of.slides { "n_m" } else { "n_m_rad" };
     refuse_servo_keys(options.role, &numbers, of.slides)?;
     let role = match (options.role, stiffness) {
         (Some(RoleOption::Driven), _) => return driven(of, &numbers).map(Some),
@@ -93,7 +88,7 @@ fn role_of(of: &TreeJoint, options: &JointOptions) -> Result<Option<Role>, Strin
         damping: damping.unwrap_or(of.losses.damping_n_m_s),
         friction: friction.unwrap_or(of.losses.friction_n_m),
         gains: [None; 2],
-        why: format!("{says}: as it was asked for"),
+        why: format!("{says}: as set"),
     }))
 }
 

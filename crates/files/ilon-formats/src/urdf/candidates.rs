@@ -13,7 +13,7 @@ use super::hub::hub_frame;
 use super::mesh::Meshes;
 use super::names;
 use super::recognise::{Candidate, LEAST_ROLLERS};
-use super::tree::{Motion, PlacedShape, Tree, TreeJoint};
+use super::tree::{Motion, PlacedShape, Tree};
 use crate::error::CandidateJoint;
 
 /// A wheel is on the floor of the others if its lowest point is no higher above it than this share
@@ -185,7 +185,7 @@ fn look(tree: &Tree, j: usize, meshes: &Meshes) -> Result<WheelLike, String> {
         Motion::Turning if tree.is_level(j) => Ok(on_own_axis(tree, j, meshes)),
         Motion::Turning => Err(format!(
             "turns about an axis that leans {:.0} deg out of the ground plane",
-            lean_deg(joint)
+            libm::asin(joint.axis.z.abs().min(1.0)).to_degrees()
         )),
         Motion::Other => Err("slides or floats".to_owned()),
         Motion::Fixed | Motion::Swinging => {
@@ -253,10 +253,6 @@ fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
         origin: joint.origin,
         disc,
     }
-}
-
-fn lean_deg(joint: &TreeJoint) -> f64 {
-    libm::asin(joint.axis.z.abs().min(1.0)).to_degrees()
 }
 
 /// Returns the joint that steers a wheel: the next turning one above it, or one that turns within

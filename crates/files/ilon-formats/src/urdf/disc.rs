@@ -281,17 +281,13 @@ pub(super) fn level_axis(
                 why_not =
                     NoDisc::NotRound("it is round about an axis that is not level".to_owned());
             } else if best.as_ref().is_none_or(|b| radius_m > b.0) {
-                best = Some((radius_m, middle, to_the_left(axis)));
+                // To the left, or forward if it points along x: wheels drive forward.
+                let leftward = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
+                best = Some((radius_m, middle, if leftward < 0.0 { -axis } else { axis }));
             }
         }
     }
     best.map(|(_, middle, axis)| (middle, axis)).ok_or(why_not)
-}
-
-/// Orients an axis so that wheels drive forward: to the left, or forward if it points along x.
-fn to_the_left(axis: Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
-    let leftward = if axis.y.abs() > 1e-6 { axis.y } else { axis.x };
-    if leftward < 0.0 { -axis } else { axis }
 }
 
 /// The axes about which a shape is round, with radius and middle.

@@ -461,26 +461,32 @@ fn remark_given(loading: &mut Loading, given: &BareWheel, rollers: &[Roller], ra
     let joint = &loading.tree.joints[given.like.joint];
     let subject = format!("wheel `{}`", joint.name);
     let (count, first) = (rollers.len(), &rollers[0]);
-    let words = match given.gives {
-        Gives::Tyre(_, driven) => format!(
-            "rolls on a tyre {:.1} mm wide{}; the wheel's radius is {:.1} mm",
-            1e3 * first.length_m,
-            if driven {
-                ""
-            } else {
-                ", and nothing drives it"
-            },
-            1e3 * radius_m
+    let remark = match given.gives {
+        Gives::Tyre(_, driven) => Remark::aside(
+            subject.clone(),
+            format!(
+                "rolls on a tyre {:.1} mm wide{}; the wheel's radius is {:.1} mm",
+                1e3 * first.length_m,
+                if driven {
+                    ""
+                } else {
+                    ", and nothing drives it"
+                },
+                1e3 * radius_m
+            ),
         ),
-        Gives::Rollers(gamma_rad) => format!(
-            "given {count} rollers of radius {:.1} mm and {:.1} g at gamma = {:.1} deg; the wheel's radius is {:.1} mm",
-            1e3 * first.radius_m,
-            1e3 * first.mass_kg,
-            gamma_rad.to_degrees(),
-            1e3 * radius_m
+        Gives::Rollers(gamma_rad) => Remark::new(
+            subject.clone(),
+            format!(
+                "given {count} rollers of radius {:.1} mm and {:.1} g at gamma = {:.1} deg; the wheel's radius is {:.1} mm",
+                1e3 * first.radius_m,
+                1e3 * first.mass_kg,
+                gamma_rad.to_degrees(),
+                1e3 * radius_m
+            ),
         ),
     };
-    loading.remarks.push(Remark::new(subject.clone(), words));
+    loading.remarks.push(remark);
     let in_the_file = match (joint.motion, joint.mimics) {
         (Motion::Turning, false) => return,
         (Motion::Turning, true) => "follows another joint in the file, which is not read",

@@ -84,7 +84,7 @@ impl Linkage {
                 most(servo.effort, n),
                 most(servo.rate_limit, &format!("{rad}/s")),
             );
-            remarks.push(Remark::new(format!("joint `{}`", joint.name), words));
+            remarks.push(Remark::aside(format!("joint `{}`", joint.name), words));
         }
         remarks
     }
@@ -360,7 +360,9 @@ pub(super) fn assemble(
         });
         if !role.why.is_empty() {
             let subject = format!("joint `{}`", of.name);
-            loading.remarks.push(Remark::new(subject, role.why.clone()));
+            loading
+                .remarks
+                .push(Remark::aside(subject, role.why.clone()));
         }
     }
     for wheel in wheels {

@@ -38,22 +38,15 @@ pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
         (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
     });
     let mut found: Vec<Candidate> = of_hubs.collect();
-    // One upright joint above only level ones turns the robot on its wheels, like the last joint of
-    // a planar base.
+    // One upright joint (within 8 degrees) above only level ones turns the robot on its wheels, like
+    // the last joint of a planar base.
     if let [only] = &found[..]
-        && is_upright(tree, only.hub)
+        && tree.joints[only.hub].axis.z.abs() > 0.99
         && only.rollers.iter().all(|&roller| tree.is_level(roller))
     {
         found.clear();
     }
     found
-}
-
-/// Whether a joint's axis is vertical.
-fn is_upright(tree: &Tree, joint: usize) -> bool {
-    /// The cosine of 8 degrees.
-    const UPRIGHT: f64 = 0.99;
-    tree.joints[joint].axis.z.abs() > UPRIGHT
 }
 
 /// Returns the joints whose axes pass the hub's axis at the common distance, within a twentieth.

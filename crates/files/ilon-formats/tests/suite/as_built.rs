@@ -334,6 +334,12 @@ fn directions_of_friction_are_read_in_either_order() {
             [-45.0, 45.0, 45.0, -45.0]
         );
     }
+    // Along and across parallel hubs, plain wheels have it that slide sideways: tyres are offered,
+    // and no omni wheels, which could not drive.
+    let ahead =
+        |_: f64| r#"<mu1>1</mu1><mu2>0</mu2><fdir1 expressed_in="base">1 0 0</fdir1>"#.to_owned();
+    let help = robot(&[&text(&ahead)]).unwrap_err().help();
+    assert!(help.contains("let them roll on tyres"), "{help}");
     // In the wheel's own frame: proposed if it is oblique; otherwise a plain wheel may have it too.
     let turning = |side: f64| format!("<mu1>1</mu1><mu2>0</mu2><fdir1>1 {side} 0</fdir1>");
     let error = robot(&[&text(&turning)]).unwrap_err();

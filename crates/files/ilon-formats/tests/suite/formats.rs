@@ -452,6 +452,26 @@ fn a_part_of_an_mjcf_may_stand_in_another_file() {
     );
 }
 
+/// A part alone points to the whole, and a joint that is locked by its damping is read as locked.
+#[test]
+fn parts_of_an_mjcf_are_named_and_joints_may_be_locked_by_damping() {
+    let plain = mjcf(&small());
+    let part = plain
+        .replacen("<mujoco", "<mujocoinclude", 1)
+        .replace("</mujoco>", "</mujocoinclude>");
+    let refused = Robot::from_urdf_str(&part, "part.xml").unwrap_err();
+    assert!(
+        refused.help().contains("the file that includes it"),
+        "{refused}"
+    );
+    let (before, wheel) = plain.split_once("name=\"wheel_1\" type").unwrap();
+    let (own, rest) = wheel.split_once("damping=\"").unwrap();
+    let (_, rest) = rest.split_once('"').unwrap();
+    let locked = format!("{before}name=\"wheel_1\" type{own}damping=\"1e11\"{rest}");
+    let damping_n_m_s = load(&locked, "small.xml").wheels[0].joint.damping_n_m_s;
+    assert!(damping_n_m_s >= 1e8, "{damping_n_m_s}");
+}
+
 /// Models with each part in its own file have more than fifty files.
 #[test]
 fn an_mjcf_may_stand_in_many_files() {

@@ -169,14 +169,14 @@ fn robot(gains: &Gains) -> Vec<String> {
         let gain = gain.as_ref()?;
         let (percent, interval) = short_of(gain, less, more);
         let open = match (is_vague(gain), may_be(gain, 1.0)) {
-            (true, _) => ", but these logs leave it open".to_owned(),
-            (false, true) => ", which may be nothing".to_owned(),
+            (true, _) => ", which these logs do not determine".to_owned(),
+            (false, true) => ", which is within its uncertainty".to_owned(),
             (false, false) => beside(gain),
         };
         Some(format!("{does} {percent} than {than}{interval}{open}."))
     };
     let asked = "its wheel speeds give";
-    [
+    let sentences = [
         sentence(
             &gains.sideways_over_ahead,
             ["Sideways it goes", "less far", "farther", "ahead"],
@@ -190,10 +190,11 @@ fn robot(gains: &Gains) -> Vec<String> {
         sentence(&gains.turn, ["It turns", "less", "more", asked], &|gain| {
             explained(gain, turn)
         }),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    ];
+    let mut sentences: Vec<String> = sentences.into_iter().flatten().collect();
+    // What was found stands before what is open.
+    sentences.sort_by_key(|sentence| sentence.contains(", which "));
+    sentences
 }
 
 /// Reports the directions with the smallest and largest gains, if more than the four along its axes
@@ -484,7 +485,7 @@ mod tests {
             robot(&gains),
             [
                 "Sideways it goes 4.3 % less far than ahead (3.9 to 4.7 %); rigid rollers explain 2.5 of them.",
-                "Ahead it goes 0.20 % less far than its wheel speeds give (-0.30 to 0.70 %), which may be nothing.",
+                "Ahead it goes 0.20 % less far than its wheel speeds give (-0.30 to 0.70 %), which is within its uncertainty.",
                 "It turns 25.0 % more than its wheel speeds give (-30.0 to 80.0 %), but these logs leave it open.",
             ]
         );

@@ -37,6 +37,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         }
         Question::Table { .. } => {}
     }
+    plain.extend(trade_offs(&findings.ranges, study));
     plain.extend(findings.ranges.iter().map(|one| range(one, study)));
     for one in &findings.distributions {
         if let Some(median) = one.quantiles.get(2) {
@@ -125,6 +126,75 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
     })
 }
 
+/// Reports, of each axis of numbers, the value that is best for all costs, or between which values
+/// they pull, and a compromise: the value nearest to the least of each, as shares of their ranges.
+fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
+    /// A cost whose means over an axis differ by less than this share is not traded. Chosen.
+    const LEAST_GAIN: f64 = 0.1;
+    let costs = || {
+        let words = ["error", "slip", "drift", "torque", "energy"];
+        ranges
+            .iter()
+            .filter(move |one| words.iter().any(|word| one.quantity.contains(word)))
+    };
+    let mut keys: Vec<(&str, &str)> = Vec::new();
+    for one in costs() {
+        let axes = one
+            .axes
+            .iter()
+            .map(|axis| (one.scenario.as_str(), axis.key.as_str()));
+        keys.extend(axes.filter(|key| !keys.contains(key)).collect::<Vec<_>>());
+    }
+    let of_axis = |(scenario, key): (&str, &str)| {
+        let mut traded = Vec::new();
+        for one in costs().filter(|one| one.scenario == scenario) {
+            let axis = one.axes.iter().find(|axis| axis.key == key)?;
+            let means: Vec<f64> = axis
+                .levels
+                .iter()
+                .map(|level| level.mean)
+                .collect::<Option<_>>()?;
+            let numbers = axis
+                .levels
+                .iter()
+                .all(|level| number_of(&level.value).is_some());
+            let least = means.iter().copied().fold(f64::INFINITY, f64::min);
+            let room = means.iter().copied().fold(0.0, f64::max) - least;
+            if numbers && means.len() > 2 && room > LEAST_GAIN * least {
+                traded.push((one, axis, means, least, room));
+            }
+        }
+        let (_, axis, means, ..) = traded.first()?;
+        let off = |index: &usize| -> f64 {
+            let offs = traded
+                .iter()
+                .map(|(_, _, means, least, room)| (means[*index] - least) / room);
+            offs.map(|off| off * off).sum()
+        };
+        let best = (0..means.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let (name, unit) = key_words(key, study);
+        let at = |index: usize| level((key, unit), &axis.levels[index].value, study);
+        let parts = traded.iter().map(|(one, _, means, least, _)| {
+            let lies = means.iter().position(|mean| mean == least).unwrap_or(best);
+            let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
+            let title = title(&one.quantity, &one.scenario, study);
+            match lies == best {
+                true => format!("{title} {here}"),
+                false => format!("{title} {here} (least {there}, at {})", at(lies)),
+            }
+        });
+        let parts: Vec<String> = parts.collect();
+        let is_best = !parts.iter().any(|part| part.contains("(least "));
+        let lead = if is_best { "Best" } else { "Trade-off over" };
+        Some(format!(
+            "{lead} {name}: at {} {}.",
+            at(best),
+            parts.join("; ")
+        ))
+    };
+    keys.into_iter().filter_map(of_axis).collect()
+}
+
 /// The least share of the variation that a sentence names, of an axis or of an interaction.
 const LEAST_SHARE: f64 = 0.01;
 
@@ -160,20 +230,16 @@ fn range(one: &RangeOf, study: &Study) -> String {
             .is_none_or(|share| share >= LEAST_SHARE || Some(share) == most)
     });
     let effects = axes.iter().filter_map(|axis| {
-        let [(least_at, least), (largest_at, largest)] = axis.ends()?;
-        let (name, unit) = key_words(&axis.key, study);
-        let share = axis.share.map_or(String::new(), |share| {
-            format!(" explains {} of the variation", percent(share))
-        });
+        let share = percent(axis.share?);
         Some(format!(
-            "{name}{share} (mean {} at {}, {} at {})",
-            value(least),
-            level((&axis.key, unit), least_at, study),
-            value(largest),
-            level((&axis.key, unit), largest_at, study)
+            "{} explains {share} of the variation",
+            key_words(&axis.key, study).0
         ))
     });
     let effects: Vec<String> = effects.collect();
+    if effects.is_empty() {
+        return text;
+    }
     text += &format!(" {}", capital(&effects.join(", ")));
     let shares: Option<Vec<f64>> = one.axes.iter().map(|axis| axis.share).collect();
     if let Some(shares) = shares {
@@ -409,6 +475,44 @@ mod tests {
         assert!(!is_at_end(1.0, 1.0));
         // Rounding.
         assert!(!is_at_end(1.0 + 1e-12, 1.4));
+    }
+
+    /// The error falls from 4 to 1 mm over the axis, the energy rises from 1 to 5 J: at 2 they are
+    /// (2 - 1)/3 and (2 - 1)/4 above the least, at the ends 1; what falls with both is best at 3.
+    #[test]
+    fn costs_that_pull_apart_are_a_trade_off_and_others_have_a_best_value() {
+        let range = |quantity: &str, means: [f64; 3]| -> RangeOf {
+            let levels: Vec<_> = [1.0, 2.0, 3.0]
+                .iter()
+                .zip(means)
+                .map(|(value, mean)| serde_json::json!({ "value": value, "mean": mean }))
+                .collect();
+            let end = serde_json::json!({ "value": 1.0, "run": 0, "values": {} });
+            serde_json::from_value(serde_json::json!({
+                "quantity": quantity, "scenario": "a.toml", "runs": 3, "mean": 2.0,
+                "least": end, "largest": end, "axes": [{ "key": "a.gain", "levels": levels }],
+            }))
+            .unwrap()
+        };
+        let shipped = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../../assets/studies/friction_path_loss.toml"
+        );
+        let study = Study::load(shipped).unwrap();
+        let error = range("position_error_rms_m", [4e-3, 2e-3, 1e-3]);
+        let energy = range("slip_energy_j", [1.0, 2.0, 5.0]);
+        assert_eq!(
+            trade_offs(&[error.clone(), energy], &study),
+            [
+                "Trade-off over gain: at 2 position error, rms 2 mm (least 1 mm, at 3); slip: lost to sliding 2 J (least 1 J, at 1)."
+            ]
+        );
+        // What varies by less than a tenth pulls nowhere.
+        let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
+        assert_eq!(
+            trade_offs(&[error, steady], &study),
+            ["Best gain: at 3 position error, rms 1 mm."]
+        );
     }
 
     #[test]

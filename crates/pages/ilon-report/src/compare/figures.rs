@@ -266,13 +266,16 @@ pub(super) fn slip_of_wheels(comparison: &Comparison) -> Figure {
     let height_px = 110 + wheels.len() as u32 * (24 + 11 * traces.len().min(12) as u32);
     let x = axis("rms sliding speed in mm/s").least_span(1.0);
     let layout = Layout::of(x, axis("").names(wheels)).grouped();
-    Figure::new(
-        "slip-of-wheels",
-        "Slip, wheel by wheel",
-        "Rms sliding speed over the run.",
-        plot(traces, layout),
-    )
-    .height_px(height_px)
+    Figure {
+        largest: traces.iter().map(Curve::largest).fold(0.0, f64::max),
+        ..Figure::new(
+            "slip-of-wheels",
+            "Slip, wheel by wheel",
+            "Rms sliding speed over the run.",
+            plot(traces, layout),
+        )
+        .height_px(height_px)
+    }
 }
 
 /// The largest used share of the friction cone over all wheels.
@@ -307,6 +310,12 @@ pub(super) fn torque(comparison: &Comparison) -> Figure {
     )
 }
 
+/// The figures that show more than rounding: a value of at least a thousandth of the axis' unit.
+pub(super) fn above_noise(figures: impl IntoIterator<Item = Figure>) -> Vec<Figure> {
+    let is_seen = |figure: &Figure| figure.largest >= 1e-3;
+    figures.into_iter().filter(is_seen).collect()
+}
+
 /// One curve per run.
 fn each_run(
     comparison: &Comparison,
@@ -338,13 +347,12 @@ fn bars_of_runs(
     let names: Vec<String> = comparison.runs.iter().map(|run| run.name.clone()).collect();
     let count = names.len().min(12) as u32;
     let layout = Layout::of(x, axis("").names(names));
-    Figure::new(
-        id,
-        title,
-        caption,
-        plot(curves, if grouped { layout.grouped() } else { layout }),
-    )
-    .height_px(110 + 46 * count)
+    let largest = curves.iter().map(Curve::largest).fold(0.0, f64::max);
+    let plot = plot(curves, if grouped { layout.grouped() } else { layout });
+    Figure {
+        largest,
+        ..Figure::new(id, title, caption, plot).height_px(110 + 46 * count)
+    }
 }
 
 #[cfg(test)]

@@ -256,13 +256,16 @@ fn rows_that_differ(keys: &[BTreeMap<String, String>]) -> Vec<SettingRow> {
         .filter(|key| *key != "expect" && !key.starts_with("expect."))
         .filter_map(|key| {
             let values: Vec<_> = keys.iter().map(|of| of.get(key).cloned()).collect();
-            values
-                .iter()
-                .any(|value| value != &values[0])
-                .then(|| SettingRow {
-                    key: key.clone(),
-                    values,
-                })
+            let differ = |values: &[Option<String>]| values.iter().any(|value| value != &values[0]);
+            let short = |value: &Option<String>| match value.as_ref()?.parse::<f64>() {
+                Ok(number) => Some(ilon_trace::number(crate::short(number, 4))),
+                Err(_) => value.clone(),
+            };
+            let shorter: Vec<_> = values.iter().map(short).collect();
+            differ(&values).then(|| SettingRow {
+                key: key.clone(),
+                values: if differ(&shorter) { shorter } else { values },
+            })
         })
         .collect()
 }

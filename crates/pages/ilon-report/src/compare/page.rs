@@ -26,16 +26,13 @@ pub fn html(comparison: &Comparison) -> String {
         .iter()
         .map(|run| run.name.as_str())
         .collect();
-    let scenes = scenes(comparison);
-    let stage = if scenes.is_empty() {
-        String::new()
-    } else {
-        let ends = comparison.runs.iter().flat_map(|run| run.trace.records());
-        let (from_s, until_s) = ends.fold((f64::INFINITY, 0.0_f64), |(from, until), record| {
-            (from.min(record.t_s), until.max(record.t_s))
-        });
-        viewer::of_runs(&scenes, [from_s, until_s])
-    };
+    let ends = comparison.runs.iter().flat_map(|run| run.trace.records());
+    let (from_s, until_s) = ends.fold((f64::INFINITY, 0.0_f64), |(from, until), record| {
+        (from.min(record.t_s), until.max(record.t_s))
+    });
+    let runs = comparison.runs.iter();
+    let runs: Vec<_> = runs.map(|run| (run.name.as_str(), &run.trace)).collect();
+    let Ok(stage) = viewer::of_runs(&runs, [from_s, until_s]);
     let head = Head {
         kind: "comparison",
         title: match names[..] {
@@ -67,23 +64,23 @@ pub fn html(comparison: &Comparison) -> String {
             title: "Error budget",
             lead: "The difference between commanded and real motion, split by cause; and the motors' work."
                 .to_owned(),
-            body: grid(&[
+            body: grid(&figures::above_noise([
                 figures::ledger_position(comparison),
                 figures::ledger_heading(comparison),
                 figures::energy(comparison),
                 figures::odometry(comparison),
-            ]),
+            ])),
         },
         Section {
             id: "contacts",
             title: "Contacts and slip",
             lead: "What happened where the rollers touch the floor.".to_owned(),
-            body: grid(&[
+            body: grid(&figures::above_noise([
                 figures::slip_speed(comparison),
                 figures::slip_of_wheels(comparison),
                 figures::grip(comparison),
                 figures::torque(comparison),
-            ]),
+            ])),
         },
         numbers_section(comparison),
     ];
@@ -91,19 +88,7 @@ pub fn html(comparison: &Comparison) -> String {
                   double click goes back. A click on a name in a legend hides that curve. Equation numbers are those of \
                   G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and Control”, IEEE \
                   Transactions on Robotics 25(1), 2009.</p>";
-    viewer::page(&head, &sections, footer, !scenes.is_empty())
-}
-
-/// Returns the scenes of the runs by name, as JSON: only of the first runs, so that the page stays
-/// small, and of known robots.
-fn scenes(comparison: &Comparison) -> Vec<(&str, String)> {
-    /// More scenes than this cannot be watched at once.
-    const MOST: usize = 4;
-    let shown = comparison.runs.iter().take(MOST).filter_map(|run| {
-        let Ok(scene) = viewer::picture_of(&run.trace, None, None);
-        Some((run.name.as_str(), scene?.json))
-    });
-    shown.collect()
+    viewer::page(&head, &sections, footer, !stage.is_empty())
 }
 
 /// The legend of the curves, with a description of each run.
@@ -223,8 +208,8 @@ fn table(caption: &str, comparison: &Comparison, rows: &str) -> String {
         runs.map(|(index, run)| page::swatch(run_pen(index)) + &escape(&run.name)),
     );
     format!(
-        "<div class=\"card whole scroll of-runs\">{}</div>\n",
-        html_table::table(caption, &format!("<th></th>{heads}"), rows)
+        "<div class=\"card whole scroll of-runs\" tabindex=\"0\">{}</div>\n",
+        html_table::table(caption, &format!("<td></td>{heads}"), rows)
     )
 }
 
@@ -244,7 +229,7 @@ fn motion_section(comparison: &Comparison) -> Section {
         "Twist",
         caption,
         &legend,
-        &figures::twist(comparison),
+        &figures::above_noise(figures::twist(comparison)),
     ));
     Section {
         id: "motion",
@@ -345,7 +330,6 @@ mod tests {
     #[test]
     fn a_page_without_scenes_carries_no_script_for_them() {
         let comparison = comparison(["one", "two"]);
-        assert!(scenes(&comparison).is_empty());
         assert!(!html(&comparison).contains(&ilon_scene::embed::script()));
     }
 }

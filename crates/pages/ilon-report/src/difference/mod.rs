@@ -47,17 +47,8 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
         &baseline.header().scenario_toml,
         &run.header().scenario_toml,
     ]);
-    let scenes: Vec<(&str, String)> = [
-        ("run", viewer::picture_of(run, None, None)?),
-        ("baseline", viewer::picture_of(baseline, None, None)?),
-    ]
-    .into_iter()
-    .filter_map(|(name, scene)| Some((name, scene?.json)))
-    .collect();
-    let stage = match scenes.is_empty() {
-        true => String::new(),
-        false => viewer::of_runs(&scenes, [0.0, durations_s[0].max(durations_s[1])]),
-    };
+    let until_s = durations_s[0].max(durations_s[1]);
+    let stage = viewer::of_runs(&[("run", run), ("baseline", baseline)], [0.0, until_s])?;
     let head = Head {
         kind: "against a baseline",
         title: format!("{} against its baseline", run.header().scenario_name),
@@ -116,7 +107,7 @@ pub fn html<R: Rows>(run: &R, baseline: &R, found: &[Difference]) -> Result<Stri
     ];
     let footer = "<p>A signal may differ by its tolerance in <code>[expect.tolerances]</code>; one without must be equal to \
                   the bit. Curves over the whole run are thinned for the screen.</p>";
-    Ok(viewer::page(&head, &sections, footer, !scenes.is_empty()))
+    Ok(viewer::page(&head, &sections, footer, !stage.is_empty()))
 }
 
 /// Reports the result and the first difference in sentences, as HTML.

@@ -1,12 +1,12 @@
 //! Pages that show more than a trace: accuracy and speed of the simulation, single robots, robots
-//! side by side, designs, identifications.
+//! side by side, identifications.
 //!
 //! They consist of the sections and figures of a report, with data of other crates: only with the
 //! feature `studies`, except for the bench page.
 
 pub mod bench;
 #[cfg(feature = "studies")]
-pub mod design;
+mod design;
 #[cfg(feature = "studies")]
 pub mod gallery;
 #[cfg(feature = "studies")]

@@ -12,7 +12,7 @@ use ilon_robot::Robot;
 use ilon_scene::{Contact, Description, Frame, Frames, Scene, WheelFrame};
 use ilon_sim::inspect::{Inspection, TyresInspection};
 
-use super::design::{self, Reach};
+use super::design;
 use super::gallery;
 use super::limits;
 
@@ -82,10 +82,8 @@ pub fn html(loaded: &Loaded, seen: &Inspection) -> String {
             .as_ref()
             .is_none_or(|tyres| tyres.turning_radius_m.is_none_or(|m| m == 0.0))
     {
-        sections.push(design::reach_section(&[Reach {
-            name: seen.name.clone(),
-            limits: SpeedLimits::new(kinematics, &rates_rad_s),
-        }]));
+        let limits = SpeedLimits::new(kinematics, &rates_rad_s);
+        sections.push(design::reach_section(&seen.name, &limits));
     }
     sections.extend(limits::section(seen));
     sections.push(wheels_section(seen));

@@ -18,30 +18,11 @@ use ilon_trace::{Header, Ledger, Record};
 /// Names of the parts: the guidance's correction, then the terms of the ledger in their order. The
 /// ledger's `guidance` is the part removed by saturation.
 pub(crate) const PARTS: [&str; 1 + TERMS] = {
-    let [
-        _,
-        compensation,
-        belief,
-        servo,
-        geometry,
-        lift_off,
-        conflict,
-        slip,
-        incline,
-    ] = NAMES;
-    let (correction, saturation) = ("correction by guidance", "saturation");
-    [
-        correction,
-        saturation,
-        compensation,
-        belief,
-        servo,
-        geometry,
-        lift_off,
-        conflict,
-        slip,
-        incline,
-    ]
+    let mut parts = ["correction by guidance"; 1 + TERMS];
+    let (_, named) = parts.split_at_mut(1);
+    named.copy_from_slice(&NAMES);
+    parts[1] = "saturation";
+    parts
 };
 
 /// The parts at an instant.

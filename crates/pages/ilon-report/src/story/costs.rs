@@ -235,13 +235,16 @@ pub(super) fn saturation(summary: &Summary, header: &Header, events: &[Event]) -
 
 /// Reports the motion of joints between bodies, the two largest of those that followed the ground
 /// or their servos, and the cost of moving hubs for dead reckoning.
-pub(super) fn joints(summary: &Summary) -> Option<String> {
+pub(super) fn joints(header: &Header, summary: &Summary) -> Option<String> {
     // A joint that sags by less than this at the start, and stays, is not reported: m or rad.
     const LEAST: f64 = 1e-3;
     let mut moved: Vec<&JointTravel> = summary.joints.iter().collect();
     let way = |of: &JointTravel| of.most - of.least;
     // What rolls on, such as a caster's wheel, is not between two angles.
     moved.retain(|of| way(of) > LEAST && (of.slides || way(of) < std::f64::consts::TAU));
+    // Casters and steering turn by themselves.
+    let is_stopped = |of: &JointTravel| of.on_stop.is_some_and(|share| share > LEAST_OFF);
+    moved.retain(|of| of.slides || !header.is_on_tyres() || is_stopped(of));
     moved.sort_by(|a, b| way(b).total_cmp(&way(a)));
     let first = moved.first()?;
     let said = |of: &JointTravel| {
@@ -269,7 +272,7 @@ pub(super) fn joints(summary: &Summary) -> Option<String> {
         text += &format!(", {}", said(second));
     }
     if moved.len() > 2 {
-        text += &format!(", {} more no further", moved.len() - 2);
+        text += &format!(" and {} more by less", moved.len() - 2);
     }
     let costs = summary.odometry_joints_m.filter(|m| *m > LEAST_COST_M);
     let costs = costs.map_or_else(String::new, |m| {
@@ -319,7 +322,7 @@ mod tests {
     #[test]
     fn joints_that_moved_are_told_of() {
         let mut summary = Summary::default();
-        assert_eq!(joints(&summary), None);
+        assert_eq!(joints(&Header::default(), &summary), None);
         summary.joints = vec![
             joint("still", true, [0.006, 0.0061], Some(0.0)),
             joint("spring", true, [0.002, 0.012], Some(0.0)),
@@ -327,11 +330,11 @@ mod tests {
             joint("other", true, [0.0, 0.002], None),
         ];
         summary.odometry_joints_m = Some(1e-6);
-        let said = joints(&summary).expect("three moved");
+        let said = joints(&Header::default(), &summary).expect("three moved");
         assert!(said.starts_with("<b>rocker</b> turned between "), "{said}");
         assert!(said.contains("on a stop for 25"), "{said}");
         assert!(
-            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm, 1 more no further."),
+            said.contains("<b>spring</b> moved between 2.00 mm and 12.00 mm and 1 more by less."),
             "{said}"
         );
         assert!(
@@ -339,7 +342,7 @@ mod tests {
             "{said}"
         );
         summary.odometry_joints_m = Some(0.0031);
-        let said = joints(&summary).expect("three moved");
+        let said = joints(&Header::default(), &summary).expect("three moved");
         assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 

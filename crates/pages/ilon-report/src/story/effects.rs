@@ -229,7 +229,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
     let floor_m = floor_x_m.max(floor_y_m);
     (over_m > FLOORS * floor_m && over_m > TOLD_TOGETHER * whole_m).then(|| {
         format!(
-            "All of them together put its end <b>{}</b> elsewhere, and not by the sum of what each does: that differs by <b>{}</b>.",
+            "All of them together moved its end by <b>{}</b>. They act on each other: the sum of their single effects differs from that by <b>{}</b>.",
             length_known(whole_m, floor_m),
             length_known(over_m, floor_m)
         )

@@ -102,7 +102,7 @@ impl Story {
                 slope,
                 costs::landings(summary, header),
                 costs::off_the_ground(summary),
-                costs::joints(summary),
+                costs::joints(header, summary),
                 costs::slipping(summary, header, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(header, summary),
@@ -259,7 +259,7 @@ fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f6
         (true, false) => " after it came nearest",
     };
     format!(
-        "The largest position error{after} was <b>{}</b> at <b>{}</b>. {}",
+        "The largest position error{after} was <b>{}</b> at <b>{}</b>.{}",
         length(budget.error_m),
         time(budget.at_s),
         shares(budget, header, &length)
@@ -287,7 +287,7 @@ fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> S
         String::new()
     };
     format!(
-        "From {} on {}{back}.",
+        " From {} on {}{back}.",
         time(budget.from_s),
         causes.join(", ")
     )

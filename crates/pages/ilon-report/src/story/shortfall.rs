@@ -209,6 +209,9 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
                 "no motion is commanded within {}: the robot rests for `twist.rest_s` first",
                 time(summary.duration_s)
             ),
+            false if summary.position_error_final_m > Some(LEAST) && header.is_on_tyres() => {
+                "the way to its goal is sideways, where its tyres cannot roll".to_owned()
+            }
             false => "no motion is commanded".to_owned(),
         }
     } else if means.most_torque_n_m <= NO_TORQUE_N_M {
@@ -414,8 +417,9 @@ fn of_stretch(
         if !is_driven || base.abs() <= STANDING {
             let drifts = real.abs() > LEAST_DRIFT.max(DRIFT_SHARE * speed_m_s);
             if drifts && with_shares && asked.abs() <= STANDING {
+                let verb = if axis.is_turn { "reached" } else { "moved at" };
                 lines.push(format!(
-                    "{} it moved at <b>{}</b> without a command.",
+                    "{} it {verb} <b>{}</b> without a command.",
                     when(axis.direction(real)),
                     (axis.unit)(real)
                 ));
@@ -459,11 +463,11 @@ fn of_stretch(
     lines
 }
 
-/// Returns the name of what the command adds in advance: of tyres that are steered, how far their
-/// modules are off the angles of the twist.
+/// Returns the name of what the command adds in advance: of tyres that are steered, how far they
+/// are off the angles of the twist.
 pub(super) fn compensation(header: &Header) -> &'static str {
     match header.is_on_tyres() {
-        true => "the modules' way to their angles",
+        true => "the steering error",
         false => "the command's compensation",
     }
 }
@@ -749,6 +753,15 @@ mod tests {
         summary.duration_s = 5.0;
         let said = |summary: &Summary| at_rest(&header, summary, &still).unwrap_or_default();
         assert!(said(&summary).ends_with("no motion is commanded."));
+        let mut on_tyres = header.clone();
+        on_tyres
+            .wheels
+            .iter_mut()
+            .for_each(|wheel| wheel.roller_count = 1);
+        summary.position_error_final_m = Some(0.5);
+        let sideways = at_rest(&on_tyres, &summary, &still).unwrap_or_default();
+        assert!(sideways.contains("its tyres cannot roll"), "{sideways}");
+        summary.position_error_final_m = None;
         summary.duration_s = 1.0;
         assert!(said(&summary).contains("`twist.rest_s`"));
         let no_torque = at_rest(&header, &summary, &run(2.0, 500)).unwrap_or_default();

@@ -1,4 +1,5 @@
 use super::*;
+use crate::sample::made_up_run;
 
 #[test]
 fn an_event_lasts_from_its_begin_to_its_end() {
@@ -15,8 +16,34 @@ fn an_event_lasts_from_its_begin_to_its_end() {
 }
 
 #[test]
-fn runs_beside_each_other_share_a_slider_from_the_first_start_to_the_last_end() {
-    let page = of_runs(&[("a", "{}".to_owned())], [1.0, 3.5]);
-    assert!(page.contains("\"start\":1.0"), "{page}");
-    assert!(page.contains("\"end\":3.5"), "{page}");
+fn a_run_beside_others_shares_their_slider_and_offers_them_as_ghosts_first() {
+    let page = stage(&Viewer {
+        title: "one, and the others as ghosts",
+        is_run: true,
+        scene: Some("{}"),
+        ways: &["two".to_owned()],
+        clock: clock(1.0, 3.5, &[]),
+        ..Viewer::default()
+    });
+    assert!(
+        page.contains("\"start\":1.0") && page.contains("\"end\":3.5"),
+        "{page}"
+    );
+    let place = |words: &str| page.find(words).expect("an option");
+    assert!(
+        place(">two</option>") < place(">ideal kinematics</option>"),
+        "{page}"
+    );
+    // The next event belongs to a run with events.
+    assert!(!page.contains("class=\"next\""), "{page}");
+}
+
+#[test]
+fn the_way_of_a_run_begins_and_ends_where_the_run_does() {
+    let trace = made_up_run(2.0, false);
+    let Ok(way) = way_of("two", &trace);
+    let [first, last] = [0, trace.records().len() - 1].map(|row| trace.records()[row].truth.pose);
+    let f32_of = |pose: ilon_robot::Pose| [pose.x_m, pose.y_m, pose.heading_rad].map(|x| x as f32);
+    assert_eq!(way.poses[0][1..], f32_of(first));
+    assert_eq!(way.poses.last().expect("poses")[1..], f32_of(last));
 }

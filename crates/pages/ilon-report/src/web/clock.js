@@ -85,8 +85,8 @@
     box.scrollIntoView({ block: 'nearest' });
   });
 
-  const canvases = window.ilonScene ? [...box.querySelectorAll('canvas')] : [];
-  const scenes = canvases.map((canvas) => {
+  const canvas = window.ilonScene && find('canvas');
+  if (canvas) {
     const scene = window.ilonScene(canvas, JSON.parse(document.getElementById(canvas.dataset.scene).textContent), { label: canvas.getAttribute('aria-label') });
     clock.on((t) => scene.seek(t));
     // Paper cannot show a WebGL canvas once it is drawn: a picture of it stands in.
@@ -99,19 +99,17 @@
       canvas.hidden = true;
     });
     window.addEventListener('afterprint', () => { still.remove(); canvas.hidden = false; });
-    return scene;
-  });
-  box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scenes.forEach((scene) => scene.view(b.dataset.view))));
-  on('.ghost', 'change', ({ target: { value } }) => scenes.forEach((scene) => scene.set({
-    ghost: value !== 'none', way: /^[0-9]+$/.test(value) ? Number(value) : null,
-  })));
-  const wheel = find('.wheel');
-  if (wheel && scenes.length) {
-    const [scene] = scenes;
-    wheel.addEventListener('change', () => scene.select(wheel.value === '' ? null : Number(wheel.value)));
-    scene.on('select', (index) => { wheel.value = index === null ? '' : String(index); });
+    box.querySelectorAll('[data-view]').forEach((b) => b.addEventListener('click', () => scene.view(b.dataset.view)));
+    const ghost = find('.ghost');
+    const choose = () => scene.set({ ghost: ghost.value !== 'none', way: /^[0-9]+$/.test(ghost.value) ? Number(ghost.value) : null });
+    if (ghost) { ghost.addEventListener('change', choose); choose(); }
+    const wheel = find('.wheel');
+    if (wheel) {
+      wheel.addEventListener('change', () => scene.select(wheel.value === '' ? null : Number(wheel.value)));
+      scene.on('select', (index) => { wheel.value = index === null ? '' : String(index); });
+    }
+    window.ilonRunScene = scene;
   }
-  window.ilonRunScene = scenes[0];
   // A moment of the run can be named in the address: #t=3.2
   const wanted = /(?:^#|&)t=([0-9.]+)/.exec(location.hash);
   seek(wanted ? Number(wanted[1]) : data.start);

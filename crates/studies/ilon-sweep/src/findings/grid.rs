@@ -72,20 +72,6 @@ pub struct Level {
     pub largest: Option<f64>,
 }
 
-impl MainEffect {
-    /// Returns the values with the smallest and the largest mean, with these means; `None` if no
-    /// run has the quantity.
-    pub fn ends(&self) -> Option<[(&Value, f64); 2]> {
-        let known = || {
-            let levels = self.levels.iter();
-            levels.filter_map(|level| Some((&level.value, level.mean?)))
-        };
-        let least = known().reduce(|a, b| if b.1 < a.1 { b } else { a })?;
-        let largest = known().reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-        Some([least, largest])
-    }
-}
-
 /// Returns the range of a quantity over the rows of one scenario; `None` if no run has it.
 pub(super) fn range(
     study: &Study,

@@ -100,6 +100,36 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
         .map(|(_, name)| name)
 }
 
+/// The whole key below a table that an unknown key is meant for: `world.floor.friction` by
+/// `world.friction`.
+fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
+    let within: String = within.iter().map(|part| format!(".{part}")).collect();
+    let checker = Checker {
+        root,
+        path: Vec::new(),
+    };
+    let mut level = vec![(String::new(), root)];
+    // Sections hold tables, which hold keys.
+    for _ in 0..3 {
+        let inner = level.iter().flat_map(|(above, schema)| {
+            let tables = checker.alternatives(schema).into_iter();
+            let keys = tables.filter_map(|table| table.get("properties")?.as_object());
+            keys.flatten()
+                .map(|(key, inner)| (format!("{above}.{key}"), inner))
+                .collect::<Vec<_>>()
+        });
+        level = inner.collect();
+        let ending = format!(".{unknown}");
+        let mut found = level
+            .iter()
+            .filter(|(key, _)| key.ends_with(&ending) && key.starts_with(&within));
+        if let (Some((key, _)), None) = (found.next(), found.next()) {
+            return Some(key.trim_start_matches('.').to_owned());
+        }
+    }
+    None
+}
+
 struct Checker<'s> {
     root: &'s Json,
     path: Vec<String>,
@@ -389,10 +419,18 @@ impl<'s> Checker<'s> {
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),
-            None => match self.within_another(name, table, known) {
-                Some(inner) => format!("did you mean `{inner}`?"),
-                None => format!("the keys here are {}", quoted(&names)),
-            },
+            None => {
+                let inner = self.within_another(name, table, known);
+                let around = &self.path[..self.path.len().saturating_sub(1)];
+                let beneath = || elsewhere(name, around, self.root);
+                match inner
+                    .or_else(beneath)
+                    .or_else(|| elsewhere(name, &[], self.root))
+                {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => format!("the keys here are {}", quoted(&names)),
+                }
+            }
         }
     }
 

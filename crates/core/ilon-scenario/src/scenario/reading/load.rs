@@ -313,9 +313,9 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
     scenario.source = Source::of(name, text, changed.collect());
     scenario.world.floor.fill();
     scenario.object().map_err(|objection| {
-        let Some((path, span)) = objection.place(document.get_ref()) else {
-            return objection.into();
-        };
+        // A missing key may be added at the head of the file.
+        let place = objection.place(document.get_ref());
+        let (path, span) = place.unwrap_or_default();
         let (source_code, span) = origins.of(&path, span);
         Error::Scenario(Box::new(ScenarioFault {
             message: objection.message,

@@ -21,7 +21,7 @@ const STEPS_A_SWING: f64 = 4.0;
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     list.add(
         "sliding",
-        "sliding (grip that never ends in its place)",
+        "sliding (replaced by unlimited grip)",
         |scenario, _| {
             never_slides(scenario);
         },
@@ -30,7 +30,7 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if has_rollers && scenario.guidance.kinematics == Kinematics::Ideal {
         list.add(
             "geometry",
-            "the rollers' geometry (commands by the rollers that touch in its place)",
+            "the rollers' geometry (replaced by commands for the rollers that touch)",
             |scenario, _| scenario.guidance.kinematics = Kinematics::Contact,
         );
     }
@@ -179,7 +179,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
         WheelLaw::Pid => {
             return list.add(
                 "wheel_loop",
-                "the give of the wheel loops (wheels that follow at once in its place)",
+                "the lag of the wheel loops (replaced by wheels that follow at once)",
                 |scenario, _| {
                     let section = &mut scenario.wheel_loop;
                     section.timing = LoopTiming::Continuous;
@@ -195,7 +195,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     };
     list.add(
         "wheel_loop.law",
-        format!("{words} (a loop for each wheel in its place)"),
+        format!("{words} (replaced by a loop for each wheel)"),
         |scenario, _| {
             let section = &mut scenario.wheel_loop;
             (section.law, section.passive) = (WheelLaw::Pid, None);
@@ -212,7 +212,7 @@ pub(super) fn of_tyres(run: Run, list: &mut List) {
     if !casters.is_empty() && run.scenario.world.solver.contacts == Contacts::Ilon {
         list.add(
             "casters",
-            "its casters (feet without friction in their place)",
+            "its casters (replaced by feet without friction)",
             move |_, robot| {
                 for joint in &casters {
                     for shape in &mut robot.joints[*joint].body.collisions {
@@ -227,7 +227,7 @@ pub(super) fn of_tyres(run: Run, list: &mut List) {
         let rate_rad_s = TAU / (STEPS_A_SWING * run.physics_dt_s);
         list.add(
             "steering",
-            "the lag of its steering (modules that follow at once in its place)",
+            "the lag of its steering (replaced by steering that follows at once)",
             move |_, robot| {
                 for joint in &steering {
                     follow_at_once(robot, *joint, rate_rad_s);
@@ -269,7 +269,7 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
         return;
     };
     let words = format!(
-        "the control period of {:.3} ms ({:.3} ms in its place)",
+        "the control period of {} ms (replaced by {:.3} ms)",
         1e3 * period_s,
         1e3 * period_s / f64::from(parts)
     );

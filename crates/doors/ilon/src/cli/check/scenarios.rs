@@ -8,8 +8,8 @@ use ilon_files::FileAccess;
 
 use crate::cli::escape::one_line;
 use crate::cli::failure::Failure;
+use crate::cli::kind::{Kind, kind};
 use crate::cli::output::holds_results;
-use crate::cli::robot::is_robot;
 
 /// A scenario to check, or a named path without one.
 #[derive(Debug)]
@@ -58,7 +58,7 @@ pub(super) fn find(
     let mut found = search.found;
     // Robots among the scenarios are no tests; one that is named explicitly is a mistake.
     let is_named = |one: &CheckedFile| paths.contains(&one.path);
-    found.retain(|one| is_named(one) || !is_robot(&one.path, files));
+    found.retain(|one| is_named(one) || kind(&one.path, files) != Some(Kind::Robot));
     let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
     found.retain(|one| one.refused.is_some() || meets(&one.name));
     if found.is_empty() {

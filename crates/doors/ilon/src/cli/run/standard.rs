@@ -37,7 +37,9 @@ pub(super) fn run(
     };
     let standing = "twist = {}\nrun.duration_s = 1.0\n";
     let standing = robot_alone(robot, standing, &arguments.settings.settings, files)?;
-    let motions = standard_motions(&load_robot(&standing)?)?;
+    let loaded = load_robot(&standing)?;
+    let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
+    let motions = standard_motions(&loaded)?;
     let mut scenarios = Vec::new();
     for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
@@ -72,7 +74,7 @@ pub(super) fn run(
         let robot = flags::shell(&robot.display().to_string());
         console::lines(&format!(
             "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario, or see what would look like a drift: `ilon explain {robot}{}`\n",
-            table(&name, &told),
+            table(&name, &told, has_rollers),
             path_in_line(&folder),
             arguments.settings.words()
         ))?;
@@ -82,11 +84,12 @@ pub(super) fn run(
 }
 
 /// The speed that the robot reached in each motion, the friction used, and the drift of odometry.
-fn table(name: &str, told: &[(&str, Summary)]) -> Table {
+fn table(name: &str, told: &[(&str, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{name}: speed reached, in % of the command, of the ideal and of the contact kinematics; most grip used, %; \
-         odometry drift, mm per metre"
+        "{name}: speed reached, in % of the command and of the ideal kinematics; most grip used, %; odometry drift, \
+         mm per metre{}",
+        if has_rollers { "; speed in % of the kinematics of the touching rollers" } else { "" }
     ));
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
@@ -94,17 +97,21 @@ fn table(name: &str, told: &[(&str, Summary)]) -> Table {
         let parts = [ratio.vx, ratio.vy, ratio.omega];
         percent(parts.into_iter().flatten().reduce(f64::min))
     };
-    table.columns::<&Summary>(
-        &[
-            ("command", &|summary| least(&summary.twist_ratio_asked)),
-            ("ideal", &|summary| least(&summary.twist_ratio_ideal)),
-            ("contact", &|summary| least(&summary.twist_ratio_contact)),
-            ("grip", &|summary| percent(summary.friction_used_max)),
-            ("odometry", &|summary| {
-                let drift = summary.odometry_ideal.m_per_m;
-                drift.map_or("-".to_owned(), |drift| format!("{:.1}", 1e3 * drift))
-            }),
-        ],
+    type Cell<'a> = (&'a str, &'a dyn Fn(&&Summary) -> String);
+    let columns: [Cell; 5] = [
+        ("command", &|summary| least(&summary.twist_ratio_asked)),
+        ("ideal", &|summary| least(&summary.twist_ratio_ideal)),
+        ("grip", &|summary| percent(summary.friction_used_max)),
+        ("odometry", &|summary| {
+            let drift = summary.odometry_ideal.m_per_m;
+            drift.map_or("-".to_owned(), |drift| format!("{:.1}", 1e3 * drift))
+        }),
+        ("contact", &|summary| least(&summary.twist_ratio_contact)),
+    ];
+    // Tyres have no kinematics of rollers that touch.
+    let columns = &columns[..if has_rollers { 5 } else { 4 }];
+    table.columns(
+        columns,
         told.iter().map(|(motion, summary)| (*motion, summary)),
     );
     table

@@ -176,7 +176,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
                 .map(|range| range.map(|stop| stop - joint.ref_)),
             effort,
             velocity,
-            damping: joint.damping.max(0.0),
+            // Some models lock a joint by a damping beyond what is read; this one locks it as well.
+            damping: joint.damping.clamp(0.0, 1e8),
             friction: joint.frictionloss.max(0.0),
             mimic,
         };

@@ -7,6 +7,9 @@ use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
 use crate::urdf::source::{Source, child};
 use crate::urdf::tree::Tree;
 
+/// Range of the angle of mecanum rollers, in degrees.
+const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
+
 /// Whether all axes are parallel, within a few degrees.
 pub(super) fn are_parallel(wheels: &[WheelLike]) -> bool {
     wheels
@@ -56,7 +59,10 @@ pub(super) fn by_joints(tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
 /// Returns gamma of each wheel in degrees, if the file gives each a direction with grip and one
 /// without: the first is the axis of the roller on the ground.
 pub(super) fn by_friction(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> Option<Vec<f64>> {
-    by_directions(source, tree, wheels, false)
+    // Plain wheels that slide sideways have directions along and across too.
+    let is_oblique = |deg: &f64| deg.abs() >= *LEANS_DEG.start();
+    let found = by_directions(source, tree, wheels, false);
+    found.filter(|deg| !are_parallel(wheels) || deg.iter().any(is_oblique))
 }
 
 /// The same for directions that turn with their wheels, as placed in the file; only for inclined
@@ -67,8 +73,6 @@ pub(super) fn by_turning_friction(
     tree: &Tree,
     wheels: &[WheelLike],
 ) -> Option<(Vec<f64>, String)> {
-    /// Range of the angle of mecanum rollers, in degrees.
-    const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
     let gammas_deg = by_directions(source, tree, wheels, true)?;
     let do_lean = gammas_deg.iter().all(|deg| LEANS_DEG.contains(&deg.abs()));
     let why = format!(

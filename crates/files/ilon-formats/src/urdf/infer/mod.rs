@@ -143,11 +143,11 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
     } else if is_driven_as_plain(source) && wheels.len() >= 2 {
         "the file drives them as plain wheels"
     } else if wheels.len() == 2 && are_parallel(wheels) {
-        "two wheels on parallel axles drive nothing else"
+        "two wheels on parallel axles can only roll and turn"
     } else {
         return None;
     };
-    let words = format!("have no rollers, and are given tyres: {why}");
+    let words = format!("no rollers in the file, so they are given tyres: {why}");
     loading.remarks.push(Remark::new("the wheels", words));
     Some(on_tyres(tree, survey))
 }
@@ -155,8 +155,9 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
 /// Whether wheels reach below the robot's centre of mass: those of arms do not.
 fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
     let masses = tree.links.iter().filter_map(|link| link.mass.clone());
+    // Files for viewers give no mass, and nothing then speaks against wheels.
     let Some(whole) = MassProperties::merged(&masses.collect::<Vec<_>>()) else {
-        return false;
+        return true;
     };
     let bottom_m = |wheel: &WheelLike| Some(wheel.origin.z - wheel.disc?.radius_m);
     let mut bottoms_m = wheels.iter().map(bottom_m);

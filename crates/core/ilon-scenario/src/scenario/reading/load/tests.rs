@@ -88,6 +88,25 @@ fn all_unknown_keys_of_a_table_are_named() {
 }
 
 #[test]
+fn a_key_of_another_table_is_named_whole() {
+    for (text, meant) in [
+        ("[floor]\nfriction = 0.3\n", "world.floor"),
+        ("[world]\nfriction = 0.3\n", "floor.friction"),
+        ("[robot.bushings]\nfriction = 0.3\n", ""),
+    ] {
+        let (_, help, _) = told(&format!("{CIRCLE}\n{text}"), &[]);
+        match meant {
+            "" => assert!(help.starts_with("the keys here are"), "{help}"),
+            meant => assert!(help.contains(&format!("{meant}`?")), "{help}"),
+        }
+    }
+    assert_eq!(
+        told(CIRCLE, &["robot.bearings=\"ball\""]).1,
+        "did you mean `rollers.bearings`?"
+    );
+}
+
+#[test]
 fn an_unknown_key_is_refused_with_the_nearest_known_one_and_its_place() {
     let text = format!("{CIRCLE}\n[world.floor]\nfrction = 0.2\n");
     let (message, help, at) = told(&text, &[]);
