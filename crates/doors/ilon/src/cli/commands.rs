@@ -11,8 +11,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::live;
 use super::outcome::Outcome;
 use super::{
-    bench, check, compare, completions, console, demo, explain, export, export_arguments, fault,
-    flags, generate, identify, inspect, interrupt, report, run, schema, sweep,
+    bench, check, compare, console, demo, explain, export, export_arguments, fault, flags,
+    generate, identify, inspect, interrupt, manual, report, run, schema, sweep,
 };
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
@@ -69,7 +69,9 @@ enum Command {
     /// Print the JSON Schema of a file that you write: a scenario, a robot in short, a study.
     Schema(schema::Arguments),
     /// Print the script that completes ilon's commands in a shell.
-    Completions(completions::Arguments),
+    Completions(manual::CompletionsArguments),
+    /// Print a page of the manual: `ilon man run | man -l -`.
+    Man(manual::ManArguments),
 }
 
 /// Runs the command in this process's arguments.
@@ -100,7 +102,8 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
             "build it with its default features",
         )),
         Command::Schema(arguments) => schema::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
+        Command::Completions(arguments) => manual::completions(&arguments, Cli::command()),
+        Command::Man(arguments) => manual::man(&arguments, Cli::command()),
     }
 }
 

@@ -12,8 +12,6 @@ mod check;
 mod commands;
 #[cfg(feature = "command")]
 mod compare;
-#[cfg(feature = "command")]
-mod completions;
 mod console;
 mod context;
 #[cfg(feature = "command")]
@@ -49,6 +47,8 @@ mod kind;
 mod limits;
 #[cfg(all(feature = "command", feature = "live"))]
 mod live;
+#[cfg(feature = "command")]
+mod manual;
 #[cfg(feature = "command")]
 mod open;
 #[cfg(feature = "command")]

@@ -505,13 +505,20 @@ fn each_file_that_a_person_writes_has_a_schema() {
 }
 
 #[test]
-fn shells_complete_every_command() {
+fn shells_and_manuals_are_served_with_every_command() {
     let folder = Folder::new();
     let script = stdout(&folder.ilon(&["completions", "bash"]));
+    let page = stdout(&folder.ilon(&["man"]));
     for command in ["run", "inspect", "sweep", "check"] {
         assert!(
             script.contains(&format!("ilon__subcmd__{command}"))
                 || script.contains(&format!("ilon__{command}"))
         );
+        assert!(page.contains(&format!("ilon\\-{command}(1)")), "{page}");
+        let own = stdout(&folder.ilon(&["man", command]));
+        assert!(own.contains(&format!("ilon\\-{command}")), "{own}");
     }
+    let unknown = folder.ilon(&["man", "walk"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("one of demo, run"));
 }
