@@ -81,7 +81,7 @@ pub(crate) fn of_twist(
         false => "",
     };
     Some(format!(
-        "{what} of {asked_rad_s:.1} rad/s, but the limit is {limit_rad_s:.1} rad/s{units}: {comes}; command less or raise \
+        "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s{units}: {comes}; command less or raise \
          `guidance.wheel_rate_limit_rad_s`"
     ))
 }

@@ -18,7 +18,7 @@ const LEAST_LOSS_J: f64 = 1e-4;
 
 /// Wheels whose rates are off by this share of the fastest target do not merely lag: their loops
 /// oscillate, if these are unstable. Chosen.
-const SWINGING: f64 = 0.1;
+const SWINGING: f64 = 0.05;
 
 /// A wheel in the air for more than this share of the run does not carry the robot. Chosen.
 const MOST_AIRBORNE: f64 = 0.5;

@@ -199,7 +199,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 )]
 #[test_case(
     steered(),
-    Robot("and are given tyres: some of them are steered");
+    Robot("so they are given tyres: some of them are steered");
     "steered wheels"
 )]
 #[test_case(

@@ -486,7 +486,7 @@ mod tests {
             [
                 "Sideways it goes 4.3 % less far than ahead (3.9 to 4.7 %); rigid rollers explain 2.5 of them.",
                 "Ahead it goes 0.20 % less far than its wheel speeds give (-0.30 to 0.70 %), which is within its uncertainty.",
-                "It turns 25.0 % more than its wheel speeds give (-30.0 to 80.0 %), but these logs leave it open.",
+                "It turns 25.0 % more than its wheel speeds give (-30.0 to 80.0 %), which these logs do not determine.",
             ]
         );
     }
