@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn a_right_angle_that_a_file_rounds_excludes_no_way_ahead() {
         let mut robot = on_tyres(&[[0.0, 0.2], [0.0, -0.2]]);
-        let off_rad = 1.5708 - std::f64::consts::FRAC_PI_2;
+        let off_rad = 3.7e-6;
         let turn = nalgebra::UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), off_rad);
         for wheel in &mut robot.wheels {
             wheel.body_from_hub.rotation = turn * wheel.body_from_hub.rotation;
