@@ -401,6 +401,19 @@ fn usual(robot: &Robot) -> Vec<Usual> {
                 }
             },
         ),
+        Usual::new(
+            // Later torques let most wheel loops swing.
+            (0.0, 2.0),
+            |times| {
+                format!(
+                    "torques of the wheel loops {} ms late",
+                    digits(10.0 * times)
+                )
+            },
+            |times, scenario, _| {
+                *scenario.wheel_loop.latency_s.get_or_insert(0.0) += 0.01 * times;
+            },
+        ),
     ];
     let is_driven = |wheel: &&Wheel| wheel.motor.effort_n_m != 0.0;
     let driven = robot.wheels.iter().filter(is_driven).count();
