@@ -15,7 +15,10 @@ const EXACT_M: f64 = 1e-9;
 
 /// A height difference of redundant wheels, in metres, its cause, and the largest contact stiffness
 /// in N/m with which all wheels stay down.
-type Uneven = (String, f64);
+struct Uneven {
+    words: String,
+    bears_n_m: f64,
+}
 
 /// Remarks on a robot with redundant wheels on contacts of a given stiffness in N/m, by default
 /// that for a robot of its size.
@@ -45,7 +48,8 @@ pub fn remark(
         pose.and_then(|pose| of_leans(robot, &pose.up_in_body(), load_n)),
     ];
     let uneven = uneven.into_iter().flatten();
-    let (words, bears_n_m) = uneven.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let softest = |a: &Uneven, b: &Uneven| a.bears_n_m.total_cmp(&b.bears_n_m);
+    let Uneven { words, bears_n_m } = uneven.min_by(softest)?;
     (stiffness_n_m > bears_n_m).then(|| {
         format!(
             "the wheels: {words}, while a rigid contact gives way by {:.2} um under a wheel's load: so rigid a robot stands on two or three of its {} wheels, and \
@@ -64,13 +68,13 @@ fn of_hubs(robot: &Robot, load_n: f64) -> Option<Uneven> {
     let travel_m = travels_m
         .reduce(f64::max)
         .filter(|travel_m| *travel_m > EXACT_M)?;
-    Some((
-        format!(
+    Some(Uneven {
+        words: format!(
             "their hubs rise and fall by {:.3} mm as rollers pass",
             1e3 * travel_m
         ),
-        2.0 * load_n / travel_m,
-    ))
+        bears_n_m: 2.0 * load_n / travel_m,
+    })
 }
 
 /// A wheel that is higher than the plane of the others.
@@ -79,14 +83,14 @@ fn of_standing(robot: &Robot, pose: &StandingPose, load_n: f64) -> Option<Uneven
     let (gap_m, highest) = gaps
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(gap_m, _)| *gap_m > EXACT_M)?;
-    Some((
-        format!(
+    Some(Uneven {
+        words: format!(
             "`{}` ends {:.4} mm higher than the others",
             highest.name,
             1e3 * gap_m
         ),
-        4.0 * load_n / gap_m,
-    ))
+        bears_n_m: 4.0 * load_n / gap_m,
+    })
 }
 
 /// A wheel whose axis leans: it touches now with one end of a roller, now with the other.
@@ -102,13 +106,13 @@ fn of_leans(robot: &Robot, up: &Vector3<f64>, load_n: f64) -> Option<Uneven> {
     let (travel_m, wheel) = travels_m
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(travel_m, wheel)| *travel_m > EXACT_M && !wheel.has_tyre())?;
-    Some((
-        format!(
+    Some(Uneven {
+        words: format!(
             "the axis of `{}` leans by {:.3} deg, so that its hub rises and falls by up to {:.3} mm as rollers pass",
             wheel.name,
             libm::asin(sine(wheel)).to_degrees(),
             1e3 * travel_m
         ),
-        2.0 * load_n / travel_m,
-    ))
+        bears_n_m: 2.0 * load_n / travel_m,
+    })
 }

@@ -181,18 +181,31 @@ pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Rejects an OBJ file whose faces have impossible indices, which its reader would multiply.
+/// Rejects an OBJ file whose faces have impossible indices, which its reader would multiply. They
+/// count from 1, or backwards from the last one so far.
 pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
     /// A file of 64 MB contains fewer of anything.
-    const MOST_DIGITS: usize = 9;
+    const MOST: i64 = 1_000_000_000;
+    const KINDS: [&str; 3] = ["v", "vt", "vn"];
     let text = String::from_utf8_lossy(bytes);
-    let faces = text.lines().map(str::trim_start);
-    let faces = faces.filter(|line| line.starts_with(['f', 'l', 'p']));
-    let mut runs = faces.flat_map(|line| line.split(|c: char| !c.is_ascii_digit()));
-    match runs.any(|digits| digits.len() > MOST_DIGITS) {
-        true => Err("a face names a point that is not there".to_owned()),
-        false => Ok(()),
+    let mut counts = [0; 3];
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        if let Some(kind) = KINDS.iter().position(|kind| *kind == first) {
+            counts[kind] += 1;
+        }
+        let indices = words.filter(|_| ["f", "l", "p"].contains(&first));
+        let mut indices = indices.flat_map(|corner| corner.split('/').zip(counts));
+        let is_impossible = |(index, count): (&str, i64)| {
+            let index = index.parse::<i64>();
+            index.is_ok_and(|index| index == 0 || index < -count || index > MOST)
+        };
+        if indices.any(is_impossible) {
+            return Err("a face names a point that is not there".to_owned());
+        }
     }
+    Ok(())
 }
 
 fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {

@@ -479,7 +479,7 @@ mod tests {
         );
     }
 
-    /// Half a metre is how well the way is known, and 10 J more sliding is told all the same.
+    /// The way is known to half a metre; 10 J more sliding is still reported.
     #[test]
     fn what_a_cause_costs_is_told_where_the_way_is_not_known() {
         let half = Apart {

@@ -358,6 +358,8 @@ fn packages_are_found_by_option_and_beside_the_file() {
 #[test_case("cut.stl", Some(&binary_stl(&triangles(&barrel_rings_mm()))[..1000]), "it is cut short: fewer triangles than it says"; "cut short")]
 #[test_case("roller.step", Some(&b"ISO-10303-21;"[..]), "meshes of the kind `.step` are not read, but `.stl`, `.obj` and `.dae` are"; "other kind")]
 #[test_case("empty.obj", Some(&b""[..]), "it holds no vertices"; "empty")]
+#[test_case("zero.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n"[..]), "a face names a point that is not there"; "counted from zero")]
+#[test_case("behind.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//-2 2//1 3//1\n"[..]), "a face names a point that is not there"; "further back than the first")]
 fn a_mesh_that_cannot_be_read_is_told(file: &str, bytes: Option<&[u8]>, expected: &str) {
     let folder = folder("bad_meshes");
     if let Some(bytes) = bytes {
