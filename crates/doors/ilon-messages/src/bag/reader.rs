@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::{FileAccess, ReadError};
 use mcap::McapError;
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::{CdrError, Message};
@@ -281,6 +281,55 @@ fn read_file(
     Ok(true)
 }
 
+/// Takes the next record off a chunk: its opcode, and its bytes; `None` if it is cut short.
+fn next_record<'b>(left: &mut &'b [u8]) -> Option<(u8, &'b [u8])> {
+    let (opcode, rest) = left.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (data, rest) = rest.split_at_checked(length)?;
+    *left = rest;
+    Some((*opcode, data))
+}
+
+/// Returns a record, and `None` for one that no message needs. Its texts have to end within it, for
+/// the reader of records sets aside as much memory as their lengths say.
+fn parsed(opcode: u8, data: &[u8]) -> Result<Option<Record<'_>>, String> {
+    if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK) {
+        return Ok(None);
+    }
+    check_texts(opcode, data).ok_or("a text is longer than its record")?;
+    let record = mcap::parse_record(opcode, data);
+    record.map(Some).map_err(|error| error.to_string())
+}
+
+/// Returns `None` if a text of a record does not end within it.
+fn check_texts(opcode: u8, data: &[u8]) -> Option<()> {
+    let after_text = |data: &[u8]| {
+        let (length, rest) = data.split_first_chunk()?;
+        let length = u32::from_le_bytes(*length) as usize;
+        (length <= rest.len()).then_some(4 + length)
+    };
+    // What is before the texts, and their number.
+    let (before, count) = match opcode {
+        op::SCHEMA => (2, 2),
+        op::CHANNEL => (4, 2),
+        op::CHUNK => (28, 1),
+        _ => return Some(()),
+    };
+    let mut rest = data.get(before..)?;
+    for _ in 0..count {
+        rest = &rest[after_text(rest)?..];
+    }
+    if opcode == op::CHANNEL {
+        // The rest is a list of pairs of texts, and its length.
+        rest = rest.get(4..)?;
+        while !rest.is_empty() {
+            rest = &rest[after_text(rest)?..];
+        }
+    }
+    Some(())
+}
+
 /// The channels of a file read so far.
 #[derive(Default)]
 struct Channels {
@@ -296,14 +345,18 @@ impl Channels {
         data: &[u8],
         see: &mut dyn FnMut(&ReadMessage) -> bool,
     ) -> Result<bool, String> {
-        let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
-        let Record::Chunk { header, data } = record else {
-            return self.take(record, see);
+        let (header, data) = match parsed(opcode, data)? {
+            Some(Record::Chunk { header, data }) => (header, data),
+            Some(record) => return self.take(record, see),
+            None => return Ok(true),
         };
         let unpacked = unpacked(&header.compression, header.uncompressed_size, &data)?;
-        for record in mcap::read::LinearReader::sans_magic(unpacked.as_deref().unwrap_or(&data)) {
-            let record = record.map_err(|error| error.to_string())?;
-            if !self.take(record, see)? {
+        let mut left = unpacked.as_deref().unwrap_or(&data);
+        while !left.is_empty() {
+            let (opcode, data) = next_record(&mut left).ok_or("a chunk is cut short")?;
+            if let Some(record) = parsed(opcode, data)?
+                && !self.take(record, see)?
+            {
                 return Ok(false);
             }
         }
@@ -392,4 +445,36 @@ fn one_line(text: &str) -> String {
         .filter(|letter| !letter.is_control())
         .take(40)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A text as records have it, and how long it is said to be.
+    fn text(said: u32, bytes: &[u8]) -> Vec<u8> {
+        [&said.to_le_bytes()[..], bytes].concat()
+    }
+
+    /// No memory is set aside for what a length says and the record does not hold: neither in what a
+    /// record begins with, nor in a pair at its end, nor in a record that is not needed.
+    #[test]
+    fn a_text_that_is_longer_than_its_record_is_refused() {
+        let channel = |topic: u32, value: u32| {
+            let pair = [text(1, b"k"), text(value, b"v")].concat();
+            let before = [&[7, 0, 0, 0][..], &text(topic, b"/a"), &text(3, b"cdr")].concat();
+            [before, text(pair.len() as u32, &pair)].concat()
+        };
+        let read = |data: &[u8]| parsed(op::CHANNEL, data).map(|record| record.is_some());
+        assert_eq!(read(&channel(2, 1)), Ok(true));
+        for damaged in [channel(u32::MAX, 1), channel(2, u32::MAX)] {
+            let error = read(&damaged).expect_err("longer than the record");
+            assert!(error.contains("longer than its record"), "{error}");
+        }
+        assert!(parsed(op::SCHEMA, &[1, 0, 255, 255, 255, 255]).is_err());
+        assert!(parsed(op::CHUNK, &[255; 32]).is_err());
+        let header = text(u32::MAX, b"ros2");
+        let read = parsed(op::HEADER, &header).expect("nothing is read of it");
+        assert!(read.is_none());
+    }
 }
