@@ -385,20 +385,17 @@ impl Survey {
         let is_caster = |like: &WheelLike| {
             names::is_called_caster(tree, like.joint) || casters::is_ball(tree, like.joint)
         };
-        let (casters, wheels): (Vec<_>, Vec<_>) = self.turning.drain(..).partition(is_caster);
-        if wheels.len() < 2 {
-            self.turning = [casters, wheels].concat();
-            self.turning.sort_by_key(|like| like.joint);
+        let wheels = self.turning.iter().filter(|like| !is_caster(like));
+        if wheels.count() < 2 {
             return;
         }
-        self.turning = wheels;
+        let casters = self.turning.extract_if(.., |like| is_caster(like));
+        self.looked.extend(casters.map(|like| CandidateJoint {
+            joint: tree.joints[like.joint].name.clone(),
+            reason: "is a caster".to_owned(),
+            is_too_high: false,
+        }));
         self.others.retain(|like| !is_caster(like));
-        self.looked
-            .extend(casters.iter().map(|like| CandidateJoint {
-                joint: tree.joints[like.joint].name.clone(),
-                reason: "is a caster".to_owned(),
-                is_too_high: false,
-            }));
     }
 
     /// Removes fixed parts of wheels or of their mounts: rollers and brackets that are round too.

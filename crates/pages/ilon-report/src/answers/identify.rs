@@ -168,12 +168,13 @@ fn robot(gains: &Gains) -> Vec<String> {
                     beside: &dyn Fn(&Value) -> String| {
         let gain = gain.as_ref()?;
         let (percent, interval) = short_of(gain, less, more);
-        let open = match (is_vague(gain), may_be(gain, 1.0)) {
-            (true, _) => ", which these logs do not determine".to_owned(),
-            (false, true) => ", which is within its uncertainty".to_owned(),
-            (false, false) => beside(gain),
+        let (is_open, beside) = match (is_vague(gain), may_be(gain, 1.0)) {
+            (true, _) => (true, ", which these logs do not determine".to_owned()),
+            (false, true) => (true, ", which is within its uncertainty".to_owned()),
+            (false, false) => (false, beside(gain)),
         };
-        Some(format!("{does} {percent} than {than}{interval}{open}."))
+        let words = format!("{does} {percent} than {than}{interval}{beside}.");
+        Some((is_open, words))
     };
     let asked = "its wheel speeds give";
     let sentences = [
@@ -191,10 +192,10 @@ fn robot(gains: &Gains) -> Vec<String> {
             explained(gain, turn)
         }),
     ];
-    let mut sentences: Vec<String> = sentences.into_iter().flatten().collect();
     // What was found stands before what is open.
-    sentences.sort_by_key(|sentence| sentence.contains(", which "));
-    sentences
+    let mut sentences: Vec<(bool, String)> = sentences.into_iter().flatten().collect();
+    sentences.sort_by_key(|(is_open, _)| *is_open);
+    sentences.into_iter().map(|(_, words)| words).collect()
 }
 
 /// Reports the directions with the smallest and largest gains, if more than the four along its axes

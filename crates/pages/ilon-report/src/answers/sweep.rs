@@ -174,17 +174,18 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
         let best = (0..means.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let (name, unit) = key_words(key, study);
         let at = |index: usize| level((key, unit), &axis.levels[index].value, study);
+        let mut is_best = true;
         let parts = traded.iter().map(|(one, _, means, least, _)| {
             let lies = means.iter().position(|mean| mean == least).unwrap_or(best);
             let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
             let title = title(&one.quantity, &one.scenario, study);
-            match lies == best {
-                true => format!("{title} {here}"),
-                false => format!("{title} {here} (least {there}, at {})", at(lies)),
+            if lies == best {
+                return format!("{title} {here}");
             }
+            is_best = false;
+            format!("{title} {here} (least {there}, at {})", at(lies))
         });
         let parts: Vec<String> = parts.collect();
-        let is_best = !parts.iter().any(|part| part.contains("(least "));
         let lead = if is_best { "Best" } else { "Trade-off over" };
         Some(format!(
             "{lead} {name}: at {} {}.",
