@@ -59,9 +59,9 @@ fn swivel_of(tree: &Tree, joint: usize) -> Option<usize> {
 /// Whether a joint is the upright one, or the level one below it, of a wheel that trails it, and
 /// nothing drives either: both turn endlessly, without an effort.
 fn trails(tree: &Tree, joint: usize) -> bool {
-    /// A shorter trail is none, in metres; nor is one shorter than the wheel is beside the axis of
-    /// its swivel. Both chosen.
-    const LEAST_M: f64 = 3e-3;
+    /// A trail shorter than this share of the wheel's size, or of its depth below the swivel, is
+    /// none; nor is one shorter than the wheel is beside the axis of its swivel. Both chosen.
+    const LEAST: f64 = 0.05;
     let turns = |joint: &usize| {
         let of = &tree.joints[*joint];
         of.motion == Motion::Turning && of.effort == 0.0 && !of.mimics
@@ -74,7 +74,11 @@ fn trails(tree: &Tree, joint: usize) -> bool {
         let [of_swivel, of_wheel] = [swivel, wheel].map(|at| &tree.joints[at]);
         let (beside_m, axle) = (of_wheel.origin - of_swivel.origin, of_wheel.axis);
         let trail_m = beside_m.xy().perp(&axle.xy()).abs();
-        let is_behind = trail_m > beside_m.xy().dot(&axle.xy()).abs().max(LEAST_M);
+        let reach_m = tree
+            .lone_body(of_wheel.child)
+            .reach_m(&of_wheel.origin.coords);
+        let size_m = reach_m.max(beside_m.z.abs());
+        let is_behind = trail_m > beside_m.xy().dot(&axle.xy()).abs().max(LEAST * size_m);
         turns(&swivel) && turns(&wheel) && tree.is_level(wheel) && is_behind
     })
 }
