@@ -79,7 +79,10 @@ fn a_caster_is_known_by_its_trail() {
     };
     assert_eq!(steered(&urdf.replace("-0.025 0 -0.03", "0 0.025 -0.03")), 2);
     // A twelfth of the wheel's radius is a trail, whatever that is in metres.
-    assert_eq!(steered(&urdf.replace("-0.025 0 -0.03", "-0.0025 0 -0.03")), 0);
+    assert_eq!(
+        steered(&urdf.replace("-0.025 0 -0.03", "-0.0025 0 -0.03")),
+        0
+    );
     let drive = r#"<axis xyz="0 0 1"/><limit effort="5" velocity="5"/>"#;
     assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
 }
