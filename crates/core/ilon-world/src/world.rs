@@ -21,6 +21,7 @@ use ilon_robot::Pose as PlanarPose;
 use crate::contact::law::SolverEffort;
 use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::ground::Ground;
+use crate::loss::Owed;
 use crate::reference::Reference;
 use crate::robot::articulated::Articulated;
 pub use crate::robot::payload::Payload;
@@ -109,6 +110,8 @@ struct Energies {
     /// The positive part of that, motor by motor and step by step.
     motor_positive_j: f64,
     bearing_j: f64,
+    /// What impacts gave back in earlier steps and have not taken again.
+    impacts_owe: Owed,
     outside_j: f64,
     /// In the springs of rigid contacts, current.
     springs_j: f64,
@@ -121,6 +124,12 @@ impl Energies {
     fn count_motor(&mut self, work_j: f64) {
         self.motor_j += work_j;
         self.motor_positive_j += work_j.max(0.0);
+    }
+
+    /// Turns what impacts took since they had this energy, in J, into a loss that is never
+    /// negative.
+    fn settle_impacts(&mut self, before_j: f64) {
+        self.impact_j = before_j + self.impacts_owe.lost_j(self.impact_j - before_j);
     }
 }
 
@@ -193,6 +202,7 @@ impl World {
 
     /// Advances the world by one physics step; in parts if [`Settings::split_dt_s`] demands it.
     pub fn step(&mut self) {
+        let impact_j = self.energies.impact_j;
         self.look_at_user_bodies();
         with_solver(|solver| {
             self.regroup(solver);
@@ -201,6 +211,7 @@ impl World {
             self.step_islands(solver);
         });
         self.step_user_bodies();
+        self.energies.settle_impacts(impact_j);
         self.steps += 1;
     }
 
