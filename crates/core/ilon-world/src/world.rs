@@ -125,12 +125,6 @@ impl Energies {
         self.motor_j += work_j;
         self.motor_positive_j += work_j.max(0.0);
     }
-
-    /// Turns what impacts took since they had this energy, in J, into a loss that is never
-    /// negative.
-    fn settle_impacts(&mut self, before_j: f64) {
-        self.impact_j = before_j + self.impacts_owe.lost_j(self.impact_j - before_j);
-    }
 }
 
 impl World {
@@ -202,7 +196,7 @@ impl World {
 
     /// Advances the world by one physics step; in parts if [`Settings::split_dt_s`] demands it.
     pub fn step(&mut self) {
-        let impact_j = self.energies.impact_j;
+        let before_j = self.energies.impact_j;
         self.look_at_user_bodies();
         with_solver(|solver| {
             self.regroup(solver);
@@ -211,7 +205,9 @@ impl World {
             self.step_islands(solver);
         });
         self.step_user_bodies();
-        self.energies.settle_impacts(impact_j);
+        let energies = &mut self.energies;
+        let took_j = energies.impact_j - before_j;
+        energies.impact_j = before_j + energies.impacts_owe.lost_j(took_j);
         self.steps += 1;
     }
 
