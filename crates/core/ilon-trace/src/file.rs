@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(
             cut,
             format!(
-                "the trace `{shown}` is damaged or cut short: it does not hold what was written; run the scenario again"
+                "the trace `{shown}` is damaged or cut short: its checksum is wrong; run the scenario again"
             )
         );
 

@@ -101,7 +101,7 @@ fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
         }
         _ => {
             return Err(wrong(
-                format!("`{name}` is a single value, and varies nothing"),
+                format!("`{name}` is a single value, so nothing varies"),
                 format!("put it below `[set]`, or {FORMS}"),
             ));
         }
@@ -112,7 +112,7 @@ fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
 fn list(name: &str, values: Vec<Value>) -> Result<Values, Wrong> {
     if values.is_empty() {
         return Err(wrong(
-            format!("`{name}` is an empty list: there would be no run"),
+            format!("`{name}` is an empty list, so there is no run"),
             FORMS,
         ));
     }
@@ -204,13 +204,13 @@ pub(crate) fn range(
 ) -> Result<Values, Wrong> {
     if !(from.is_finite() && to.is_finite()) || from >= to {
         return Err(wrong(
-            format!("`{name}` goes from {from} to {to}, which is no range"),
+            format!("`{name}` goes from {from} to {to}, which is not a range"),
             "let `from` be less than `to`",
         ));
     }
     if scale == Scale::Log && from <= 0.0 {
         return Err(wrong(
-            format!("`{name}` begins at {from}, which has no logarithm"),
+            format!("`{name}` begins at {from}, but `scale = "log"` needs numbers above 0"),
             "let it begin above 0, or leave `scale` out",
         ));
     }
@@ -224,7 +224,7 @@ pub(crate) fn range(
         Some(0 | 1) => {
             return Err(wrong(
                 format!(
-                    "`{name}` has {} steps, and would not reach both of its ends",
+                    "`{name}` has {} steps, but a range needs two or more",
                     steps.unwrap_or(0)
                 ),
                 "give it 2 `steps` or more",
@@ -232,7 +232,7 @@ pub(crate) fn range(
         }
         Some(steps) if steps > MOST_STEPS => {
             return Err(wrong(
-                format!("`{name}` has {steps} steps, where at most {MOST_STEPS} are taken"),
+                format!("`{name}` has {steps} steps, more than the limit of {MOST_STEPS}"),
                 "take fewer",
             ));
         }
@@ -280,7 +280,7 @@ fn normal(
     // Below this, the inverse of the distribution has no digits left.
     if min >= max || mass.is_ok_and(|mass| mass < 1e-6) {
         return Err(wrong(
-            format!("`{name}` is cut off to nothing: hardly any of it lies from {min} to {max}"),
+            format!("`{name}` has almost no probability between its bounds {min} and {max}"),
             "widen `min` and `max`, or move the `mean` between them",
         ));
     }

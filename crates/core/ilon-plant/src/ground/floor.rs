@@ -226,8 +226,8 @@ fn relief(ground: &GroundRelief) -> Relief {
 fn drawn(rough: &Rough) -> Result<GroundRelief, Error> {
     if rough.height_m.is_some() == rough.iso_8608.is_some() {
         return Err(Error::invalid(
-            "world.floor.rough has both or neither of `height_m` and `iso_8608`",
-            "give one of them: how high heights are that are drawn one by one, or a class from \"A\" to \"H\"",
+            "`world.floor.rough` needs exactly one of `height_m` and `iso_8608`",
+            "give one of them: the height of independent random cells, or a class from \"A\" to \"H\"",
         ));
     }
     let cells = (rough.side_m / rough.cell_m).round();

@@ -164,7 +164,7 @@ impl Expect {
                 return Err(Objection::to(
                     format!("expect.{name}"),
                     format!(
-                        "`expect.{name}` can never hold: it is known of studies alone, not of a run"
+                        "`expect.{name}` can never hold: only studies have it, a single run does not"
                     ),
                     "bound it in `[expect]` of a study, or leave it out",
                 ));
@@ -265,14 +265,14 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
     if equal.is_none() && within.is_some() {
         return Err(Objection::to(
             format!("{key}.within"),
-            format!("`{key}` has `within`, but no `equal` that it is meant from"),
+            format!("`{key}` has `within` but no `equal`"),
             "add `equal`, the value around which it may lie",
         ));
     }
     if min.is_none() && max.is_none() && equal.is_none() {
         return Err(Objection::to(
             key,
-            format!("`{key}` bounds nothing, and would hold whatever comes"),
+            format!("`{key}` has no bound, so it always holds"),
             "give it `min`, `max`, or `equal` with `within`, or leave it out",
         ));
     }
@@ -308,7 +308,7 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
     if can_be.is_certain && least <= can_be.least && most >= can_be.most {
         return Err(Objection::to(
             key,
-            format!("`{key}` holds whatever comes: {range}"),
+            format!("`{key}` always holds: {range}"),
             "give it a bound that a run can break, or leave it out",
         ));
     }
@@ -321,9 +321,9 @@ fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> 
         return Err(Objection::to(
             format!("{key}.from_s"),
             format!(
-                "`{key}.from_s` is of no use where a signal must settle: it is looked at from `until_s` on"
+                "`{key}.from_s` has no effect on a signal that must settle: only `until_s` counts"
             ),
-            "leave it out, or write when it must have settled as `until_s`",
+            "leave it out, and write the time by which it must have settled as `until_s`",
         ));
     }
     if let Some(until_s) = expected.until_s
@@ -332,7 +332,7 @@ fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> 
         return Err(Objection::to(
             format!("{key}.until_s"),
             format!(
-                "`{key}` looks at nothing: its window begins at {} s and ends at {until_s} s",
+                "`{key}` has an empty window: it begins at {} s and ends at {until_s} s",
                 expected.from_s
             ),
             "exchange `from_s` and `until_s`",

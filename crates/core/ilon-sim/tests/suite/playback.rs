@@ -244,7 +244,7 @@ fn what_is_no_log_is_refused_with_its_place() {
         "t_s,vx_m_s,vy_m_s,omega_rad_s\n1,0,0,0\n0,0,0,0\n",
     )
     .expect("a file");
-    assert!(play("back.csv", twist).contains("do not grow"));
+    assert!(play("back.csv", twist).contains("do not increase"));
     std::fs::write(at("none.csv"), "t_s,vx_m_s,vy_m_s,omega_rad_s\n").expect("a file");
     assert!(play("none.csv", twist).contains("nothing that could drive"));
     std::fs::write(at("no.mcap"), "no mcap at all").expect("a file");
@@ -467,7 +467,7 @@ fn rows_and_keys_that_would_be_ignored_are_refused() {
     );
     let semicolons = said("t_s;vx_m_s;vy_m_s;omega_rad_s\n0;1;2;3\n", "");
     assert!(
-        semicolons.contains("its columns are divided by ';'"),
+        semicolons.contains("its columns are separated by ';'"),
         "{semicolons}"
     );
     let one_row = said(&format!("{header}0,0.1,0,0\n"), "");

@@ -672,7 +672,7 @@ fn a_friction_that_the_wheel_loops_law_has_no_use_for() {
     assert_eq!(
         bench.refused(&["--set", "wheel_loop.friction=0.3"]),
         told(
-            "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+            "`wheel_loop.friction` has no effect: this `wheel_loop.law` does not use grip",
             "--set:1:23",
             "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
         )

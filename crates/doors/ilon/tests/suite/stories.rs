@@ -187,7 +187,7 @@ fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
         .summary
         .position_error_max_m
         .expect("a reference");
-    let said = told.line("Without the pose sensor that is off by 50.0 mm");
+    let said = told.line("Without the pose sensor with an offset of 50.0 mm");
     let said_mm = number(said, "would have been ", "mm");
     // Half of the second decimal.
     assert!(
