@@ -174,7 +174,7 @@ mod tests {
         let foreign = Trace::read_parquet(&path).unwrap_err().to_string();
         assert_eq!(
             foreign,
-            format!("`{shown}` is a Parquet file, but no trace that ilon wrote")
+            format!("`{shown}` is a Parquet file, but not a trace of ilon")
         );
     }
 

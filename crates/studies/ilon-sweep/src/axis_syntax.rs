@@ -210,7 +210,7 @@ pub(crate) fn range(
     }
     if scale == Scale::Log && from <= 0.0 {
         return Err(wrong(
-            format!("`{name}` begins at {from}, but `scale = "log"` needs numbers above 0"),
+            format!("`{name}` begins at {from}, but `scale = \"log\"` needs numbers above 0"),
             "let it begin above 0, or leave `scale` out",
         ));
     }
@@ -376,25 +376,25 @@ mod tests {
         assert!(at(0.0).is_finite() && at(1.0).is_finite());
     }
 
-    #[test_case::test_case("[]", "`axes.a.b` is an empty list: there would be no run")]
+    #[test_case::test_case("[]", "`axes.a.b` is an empty list, so there is no run")]
     #[test_case::test_case("[1, 2, 1]", "`axes.a.b` holds 1 twice")]
-    #[test_case::test_case("0.3", "`axes.a.b` is a single value, and varies nothing")]
+    #[test_case::test_case("0.3", "`axes.a.b` is a single value, so nothing varies")]
     #[test_case::test_case("{}", "`axes.a.b` has no values")]
     #[test_case::test_case(
         "{ from = 2, to = 1 }",
-        "`axes.a.b` goes from 2 to 1, which is no range"
+        "`axes.a.b` goes from 2 to 1, which is not a range"
     )]
     #[test_case::test_case(
         "{ from = 0, to = inf }",
-        "`axes.a.b` goes from 0 to inf, which is no range"
+        "`axes.a.b` goes from 0 to inf, which is not a range"
     )]
     #[test_case::test_case(
         "{ from = 0, to = 1, scale = \"log\" }",
-        "`axes.a.b` begins at 0, which has no logarithm"
+        "`axes.a.b` begins at 0, but `scale = \"log\"` needs numbers above 0"
     )]
     #[test_case::test_case(
         "{ from = 0, to = 1, steps = 1 }",
-        "`axes.a.b` has 1 steps, and would not reach both of its ends"
+        "`axes.a.b` has 1 steps, but a range needs two or more"
     )]
     #[test_case::test_case(
         "{ from = 1, to = 3, steps = 9, whole = true }",
@@ -432,7 +432,7 @@ mod tests {
     )]
     #[test_case::test_case(
         "{ mean = 1, sd = 0.1, min = 5 }",
-        "`axes.a.b` is cut off to nothing: hardly any of it lies from 5 to inf"
+        "`axes.a.b` has almost no probability between its bounds 5 and inf"
     )]
     fn an_axis_that_says_nothing_is_refused(text: &str, message: &str) {
         assert_eq!(axis(text).unwrap_err().message, message);

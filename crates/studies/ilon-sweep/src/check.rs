@@ -192,8 +192,7 @@ impl Draft<'_> {
             (Method::Grid, None) => Ok(()),
             (method, None) => {
                 let word = method.word();
-                let message =
-                    format!("`method = \"{word}\"` does not know how many points to draw");
+                let message = format!("`method = \"{word}\"` needs a number of points");
                 self.wrong(&["method"], message, "add `points = 100`")
             }
             (_, Some(0)) => wrong(

@@ -231,8 +231,8 @@ mod tests {
                 Some(Saturation::Clip),
                 "clipped to that by itself, which bends",
             ),
-            (Some(Saturation::None), "nothing holds the command"),
-            (None, "rates of a log are commanded as they are"),
+            (Some(Saturation::None), "the command is not limited"),
+            (None, "rates of a log are not limited"),
         ];
         for (saturation, words) in words {
             let said = of(10.1, 10.0, saturation).unwrap_or_default();

@@ -285,7 +285,7 @@ mod tests {
             "{foreign}"
         );
         assert!(
-            foreign.starts_with("it is no file of waypoints"),
+            foreign.starts_with("it is not a file of waypoints"),
             "{foreign}"
         );
         // If it is one, not more than a person needs.

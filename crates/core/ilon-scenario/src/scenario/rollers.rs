@@ -324,7 +324,7 @@ mod tests {
         );
         let fault = applied("axle_friction = 0.1").unwrap_err().to_string();
         assert!(
-            fault.contains("how thick") && fault.contains("front_left"),
+            fault.contains("the radius of the axles") && fault.contains("front_left"),
             "{fault}"
         );
     }

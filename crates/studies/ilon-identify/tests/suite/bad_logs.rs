@@ -130,7 +130,11 @@ fn wheels_that_are_handed_otherwise_are_named_and_no_lever_is_advised() {
         let said = outcome(&stated, "mecanum4.toml", &csv(&log, &stated), "");
         holds(
             &said,
-            &["with the other handedness", "`front_left`, `front_right`", lever],
+            &[
+                "with the other handedness",
+                "`front_left`, `front_right`",
+                lever,
+            ],
         );
     }
 }

@@ -561,7 +561,10 @@ mod tests {
             "{topic}"
         );
         let gain = told("file = \"a.csv\"\ndrives = \"twist\"\nangle_gain_per_s = 3");
-        assert!(gain.contains("does not drive them by angles"), "{gain}");
+        assert!(
+            gain.contains("does not drive the wheels by their angles"),
+            "{gain}"
+        );
     }
 
     #[test]
@@ -575,7 +578,7 @@ mod tests {
         ] {
             let (message, at) = told(&format!("{rapier}{key} = {value}\n"));
             assert!(
-                message.contains("says how ilon solves contacts"),
+                message.contains("is a setting of ilon's solver"),
                 "{message}"
             );
             assert_eq!(at, value);
