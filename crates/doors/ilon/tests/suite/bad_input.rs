@@ -610,7 +610,7 @@ fn a_roller_that_is_not_there_cannot_seize() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "roller 8 of the wheel `wheel_2` is to seize, but that has 8 rollers",
+            "roller 8 of the wheel `wheel_2` is to seize, but this wheel has 8 rollers",
             "scenario.toml:12:26",
             "they count from 0 to 7",
         )
@@ -721,7 +721,7 @@ fn a_patch_that_no_wheel_meets_and_a_body_out_of_reach_are_remarked() {
     assert!(!told.contains("patch 0 of"), "{told}");
     assert!(
         told.contains("no wheel was ever on patch 1 of `world.floor.patches`, at (5, 0) m: ")
-            && told.contains(" m beside it at "),
+            && told.contains(" m from it at "),
         "{told}"
     );
     assert!(
