@@ -51,25 +51,19 @@ pub(crate) enum FaultKind {
     Value,
 }
 
-/// The first fault of a document, in the order of the keys.
-pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), KeyFault> {
-    let mut checker = Checker {
-        root: schema,
-        path: Vec::new(),
-    };
-    checker.table(
-        document.get_ref(),
-        document.span(),
-        &checker.alternatives(schema),
-    )
+/// All faults of a document, in the order of the text but for missing keys, which follow what is in
+/// their table.
+pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Vec<KeyFault> {
+    let mut checker = Checker::of(schema);
+    let alternatives = checker.alternatives(schema);
+    let last = checker.table(document.get_ref(), document.span(), &alternatives);
+    checker.faults.extend(last.err());
+    checker.faults
 }
 
 /// Whether a key, given from the outermost table in, holds a list and nothing else with keys.
 pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
-    let checker = Checker {
-        root: schema,
-        path: Vec::new(),
-    };
+    let checker = Checker::of(schema);
     let mut alternatives = checker.alternatives(schema);
     for part in path {
         let is_place = part.parse::<usize>().is_ok();
@@ -91,11 +85,12 @@ pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
 /// The most similar known name, if it is similar enough to be meant.
 pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
-    // this length, and little else.
+    // this length, and little else. In short names a single letter counts more: `rn` for `run`.
+    let is_slip = |name: &str| unknown.len() > 1 && strsim::osa_distance(unknown, name) == 1;
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(unknown, name), name))
-        .filter(|(likeness, _)| *likeness > 0.75)
+        .filter(|(likeness, name)| *likeness > 0.75 || is_slip(name))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
 }
@@ -104,10 +99,7 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
 /// `world.friction`.
 fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
     let within: String = within.iter().map(|part| format!(".{part}")).collect();
-    let checker = Checker {
-        root,
-        path: Vec::new(),
-    };
+    let checker = Checker::of(root);
     let mut level = vec![(String::new(), root)];
     // Sections hold tables, which hold keys.
     for _ in 0..3 {
@@ -133,9 +125,19 @@ fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
 struct Checker<'s> {
     root: &'s Json,
     path: Vec<String>,
+    /// What was found so far.
+    faults: Vec<KeyFault>,
 }
 
 impl<'s> Checker<'s> {
+    fn of(root: &'s Json) -> Self {
+        Self {
+            root,
+            path: Vec::new(),
+            faults: Vec::new(),
+        }
+    }
+
     /// The schemas that a value may match: references resolved, choices listed.
     fn alternatives(&self, schema: &'s Json) -> Vec<&'s Json> {
         if let Some(target) = schema.get("$ref").and_then(Json::as_str) {
@@ -227,7 +229,8 @@ impl<'s> Checker<'s> {
         for (index, item) in items.iter().enumerate() {
             self.path.push(index.to_string());
             if let Some(item_schema) = item_schema {
-                self.value(item, item_schema)?;
+                let fault = self.value(item, item_schema).err();
+                self.faults.extend(fault);
             }
             self.path.pop();
         }
@@ -306,16 +309,22 @@ impl<'s> Checker<'s> {
         // In the order of the text, so that the first reported fault is the first in the file.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
+        let mut has_unknown = false;
         for (key, value) in entries {
             self.path.push(key.get_ref().to_string());
             let schema = known
                 .iter()
                 .find(|(name, _)| *name == key.get_ref())
                 .map(|(_, schema)| *schema);
-            match (schema, any_other) {
-                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema)?,
-                (None, None) => return Err(self.unknown_key(key, table, &known)),
-            }
+            let fault = match (schema, any_other) {
+                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema).err(),
+                (None, None) if has_unknown => None,
+                (None, None) => {
+                    has_unknown = true;
+                    Some(self.unknown_key(key, table, &known))
+                }
+            };
+            self.faults.extend(fault);
             self.path.pop();
         }
         // With several kinds of tables, the required keys depend on the kind: serde reports those.
@@ -327,8 +336,13 @@ impl<'s> Checker<'s> {
             .filter_map(|schema| schema.get("required").and_then(Json::as_array))
             .flatten()
             .filter_map(Json::as_str);
+        // An unknown key that is meant for a missing one says so.
+        let is_meant = |key: &str, name: &str| {
+            let names = || known.iter().map(|(known, _)| *known);
+            key == name || !names().any(|known| known == key) && nearest(key, names()) == Some(name)
+        };
         let missing: Vec<&str> = required
-            .filter(|name| !table.keys().any(|key| key.get_ref() == name))
+            .filter(|name| !table.keys().any(|key| is_meant(key.get_ref(), name)))
             .collect();
         if missing.is_empty() {
             return Ok(());
