@@ -56,6 +56,7 @@ mod page;
 mod parameters;
 #[cfg(feature = "ros2")]
 pub mod ros2;
+mod recording;
 pub mod server;
 pub mod session;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use ilon_scene::embed::{BRAND_STYLE, MARK, THEME};
+
 use super::figure::{DashKind, Figure, Pen, Span};
 
 const STYLE: &str = include_str!("web/style.css");
-const THEME: &str = include_str!("web/theme.js");
 /// Script that draws the figures of a page on canvases: curves over time, maps, areas, bars.
 /// Figures over time share their zoom and, if the page has a clock (`window.ilonClock`), its
 /// cursor; a click seeks.
@@ -18,9 +19,6 @@ const PLOT: &str = concat!(
     include_str!("web/plot/page.js"),
     "})();\n"
 );
-
-/// The project's mark: a wheel with slanted rollers.
-const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
 
 /// Escapes text for HTML content or attribute values.
 pub fn escape(text: &str) -> String {
@@ -179,7 +177,7 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
         html,
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
-         <title>{title} · ilon</title>\n<style>\n{STYLE}{styles}</style>\n</head>\n<body>\n\
+         <title>{title} · ilon</title>\n<style>\n{STYLE}{BRAND_STYLE}{styles}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
          <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\

@@ -264,6 +264,16 @@ function ilonScene(canvas, data, given) {
     return met.length ? met.reduce((a, b) => (a.ahead < b.ahead ? a : b)).index : null;
   }
 
+  // The point of the floor under a place of the canvas; in the sky it is far away.
+  function floorAt(x, y) {
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    const [right, up] = shift();
+    const ray = camera.ray(2 * x / w - 1 - right, 1 - 2 * y / h - up, w / h);
+    const floorFromLevel = fromAngles(0, 0, 0, 0, -slope, 0);
+    const [eye, way] = [apply(floorFromLevel, ray.eye), turn(floorFromLevel, ray.way)];
+    return add(eye, times(way, eye[2] / Math.max(-way[2], 0.02)));
+  }
+
   function free() {
     if (held === 'main') { glide = null; fitted = null; }
   }
@@ -319,7 +329,7 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: ghost, way (the index of the ghost's alternative motion, or null), wanted,
+    /// Changes options: push (the tip of a push's arrow, or null), ghost, way (the index of the ghost's alternative motion, or null), wanted,
     /// follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
     /// The robot from the side ('follow'), the whole run ('whole'), from above ('top').
@@ -349,6 +359,10 @@ function ilonScene(canvas, data, given) {
       if (renderer) renderer.dispose();
       renderer = null;
     },
+    /// The point of the floor under a place of the canvas, in metres.
+    floorAt,
+    /// The robot's mass and size.
+    get robot() { return { mass_kg: data.robot.mass_kg, reach_m: reach }; },
     /// The last drawn state: time, body, wheels with contact, force and slip.
     get state() { return state; },
     get options() { return { ...options }; },

@@ -322,7 +322,7 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         let place = objection.place(document.get_ref());
         let (path, span) = place.unwrap_or_default();
         let place = origins.of(&path, span);
-        ScenarioFault::new(objection.message, objection.help, place).into()
+        Error::from(ScenarioFault::new(objection.message, objection.help, place))
     })?;
     Ok(scenario)
 }
