@@ -266,7 +266,9 @@ impl Controls {
 
     /// The force of the push that acts now, along x and y of the world, in N.
     pub fn push_n(&self) -> Option<[f64; 2]> {
-        let acting = self.push_n.filter(|(_, since)| since.elapsed() < PUSH_LASTS);
+        let acting = self
+            .push_n
+            .filter(|(_, since)| since.elapsed() < PUSH_LASTS);
         acting.map(|(push_n, _)| push_n)
     }
 

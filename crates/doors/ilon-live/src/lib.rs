@@ -54,9 +54,9 @@ pub mod observer;
 mod page;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 mod parameters;
+mod recording;
 #[cfg(feature = "ros2")]
 pub mod ros2;
-mod recording;
 pub mod server;
 pub mod session;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]

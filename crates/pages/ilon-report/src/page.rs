@@ -20,6 +20,9 @@ const PLOT: &str = concat!(
     "})();\n"
 );
 
+/// The script of tables that sort.
+const SORT: &str = include_str!("web/sort.js");
+
 /// Escapes text for HTML content or attribute values.
 pub fn escape(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
@@ -205,12 +208,13 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
     } else {
         &[]
     };
-    for script in [THEME]
-        .iter()
-        .chain(parts.before)
-        .chain(plot)
-        .chain(parts.after)
-    {
+    let sort: &[&str] = if html.contains("class=\"sortable\"") {
+        &[SORT]
+    } else {
+        &[]
+    };
+    let scripts = [THEME].into_iter().chain(parts.before.iter().copied());
+    for script in scripts.chain([plot, sort, parts.after].concat()) {
         let _ = write!(html, "\n<script>\n{}</script>", compact(script));
     }
     html.push_str("\n</body>\n</html>\n");
@@ -340,7 +344,7 @@ mod tests {
 
     #[test]
     fn scripts_are_carried_without_their_comments_and_load_nothing() {
-        for script in [THEME, PLOT] {
+        for script in [THEME, PLOT, SORT] {
             let carried = compact(script);
             assert!(carried.len() < script.len() && !carried.contains("\n//"));
             for word in [

@@ -124,9 +124,13 @@ fn no_command(error: &clap::Error) -> Option<Failure> {
         ));
     }
     let cli = Cli::command();
-    let commands = cli.get_subcommands().filter(|command| !command.is_hide_set());
+    let commands = cli
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set());
     let near = nearest(given, commands.map(clap::Command::get_name));
-    let near = near.map(|near| format!("did you mean `ilon {near}`? ")).unwrap_or_default();
+    let near = near
+        .map(|near| format!("did you mean `ilon {near}`? "))
+        .unwrap_or_default();
     Some(Failure::usage(
         format!("ilon has no command `{shown}`"),
         format!("{near}`ilon --help` lists the commands"),

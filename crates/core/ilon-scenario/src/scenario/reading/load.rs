@@ -207,7 +207,9 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     let source = || NamedSource::new(path.display().to_string(), text.to_owned());
     let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
     let schema = schemars::schema_for!(T).to_value();
-    refuse(keys::check(&document, &schema), |_, span| (source(), span.into()))?;
+    refuse(keys::check(&document, &schema), |_, span| {
+        (source(), span.into())
+    })?;
     decode(document).map_err(|error| {
         let span = error.span.unwrap_or_default();
         Error::toml_value(&error.message, source(), span.into())

@@ -574,8 +574,14 @@ fn all_faults_of_keys_are_reported_at_once() {
     let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}"));
     let expected = [
         ("unknown key `robot.fle`", at("fle")),
-        ("`reference.hold_pose.x_m` is the text \"1\", but must be a number", at("\"1\"")),
-        ("the key `reference.hold_pose.heading_deg` is missing", at("reference.hold_pose") - 1),
+        (
+            "`reference.hold_pose.x_m` is the text \"1\", but must be a number",
+            at("\"1\""),
+        ),
+        (
+            "the key `reference.hold_pose.heading_deg` is missing",
+            at("reference.hold_pose") - 1,
+        ),
         ("unknown key `run.duration`", at("duration")),
     ];
     assert_eq!(found.len(), expected.len(), "{found:?}");
