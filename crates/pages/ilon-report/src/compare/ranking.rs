@@ -31,7 +31,7 @@ const COSTS: [&str; 13] = [
     "chassis_load",
     "odometry",
     "energy",
-    "ledger",
+    "ledger.total",
 ];
 
 /// A figure with its heading.
@@ -314,10 +314,11 @@ mod tests {
     #[test]
     fn a_change_is_judged_by_what_is_better() {
         assert_eq!(is_gain("slip_energy_j", 2.0, 1.0), Some(true));
-        assert_eq!(is_gain("ledger.slip.x_m", -1.0, -2.0), Some(false));
+        assert_eq!(is_gain("ledger.total.x_m", -1.0, -2.0), Some(false));
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.01), Some(true));
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.03), Some(false));
         assert_eq!(is_gain("end_x_m", 1.0, 2.0), None);
+        assert_eq!(is_gain("ledger.guidance.path_m", 1.0, 2.0), None);
         let compared = comparison(|summary| {
             summary.position_error_max_m = summary.position_error_max_m.map(|m| 0.5 * m);
             summary.slip_energy_j = Some(1e3);

@@ -219,6 +219,15 @@ fn lines(drawn: &Figure) -> String {
     }
     match &drawn.content {
         Content::Curves(curves) => {
+            let points = || curves.iter().flat_map(|curve| &curve.points);
+            let least = points().min_by(|a, b| a.mean.total_cmp(&b.mean));
+            if let Some(point) = least.filter(|point| points().any(|p| p.mean > point.mean)) {
+                let (x, y) = (x.at(point.x), y.at(point.mean));
+                let _ = write!(
+                    content,
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"none\" stroke=\"var(--fg)\"><title>least</title></circle>"
+                );
+            }
             for (index, curve) in curves.iter().enumerate() {
                 let color = format!("var(--w{})", index % 8);
                 let place = |at: f64, value: f64| format!("{:.1},{:.1} ", x.at(at), y.at(value));

@@ -34,7 +34,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         sections.push(Section {
             id: "curves",
             title: "Effects",
-            lead: "Each quantity over what was varied. A dashed line is its bound.".to_owned(),
+            lead: "Each quantity over what was varied. A ring marks the least, a dashed line the bound.".to_owned(),
             body: side_by_side(&figures.iter().map(chart::card).collect::<String>()),
         });
     }

@@ -176,16 +176,16 @@ function ilonFigures(box) {
   // A zero has no minus sign.
   const written = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]*$)/, '');
   const twist = ([vx, vy, omega]) => `${written(vx, 2)}, ${written(vy, 2)} m/s, ${written(omega * 180 / Math.PI, 0)} deg/s`;
-  const millimetres = (m) => `${(1000 * m).toFixed(1)} mm`;
+  const length = (m) => (m < 1 ? `${(1000 * m).toFixed(1)} mm` : `${m.toFixed(2)} m`);
   const tiles = [
     ['Time', 't_s', (t_s) => `${t_s.toFixed(1)} s`],
     ['Simulated', 'real_time_factor', (factor) => `${factor.toFixed(2)} times real time`],
     ['Commanded', 'asked', twist],
     ['Real', 'real', twist],
-    ['Fastest sliding', 'slip_m_s', (m_s) => `${(1000 * m_s).toFixed(1)} mm/s`],
+    ['Fastest sliding', 'slip_m_s', (m_s) => `${length(m_s)}/s`],
     ['Grip used', 'friction_used', (share) => `${(100 * share).toFixed(0)} %`],
-    ['Odometry error', 'odometry_error_m', millimetres],
-    ['Distance to the reference', 'reference_error_m', millimetres],
+    ['Odometry error', 'odometry_error_m', length],
+    ['Distance to the reference', 'reference_error_m', length],
   ].map(([name, key, write]) => {
     const tile = document.createElement('div');
     const label = Object.assign(document.createElement('span'), { textContent: name });
@@ -214,13 +214,12 @@ function ilonPush(stage, scene, tell, isOn) {
   let to = null;
   const push = () => {
     if (!to || !scene.state) return;
-    const tip = scene.floorAt(...to);
-    const way = sub(tip, scene.state.at);
+    const way = sub(scene.floorAt(...to), scene.state.at);
     const length = Math.hypot(way[0], way[1]) || 1;
     const force = weight * Math.min(1, 0.3 * length / reach);
     words.textContent = `${force.toFixed(0)} N`;
     words.style.translate = `${to[0] + 12}px ${to[1]}px`;
-    scene.set({ push: tip });
+    scene.set({ push: to });
     tell([force * way[0] / length, force * way[1] / length]);
   };
   setInterval(push, AGAIN_MS / 2);

@@ -226,7 +226,8 @@ function ilonScene(canvas, data, given) {
       ribbon('planned', colors.reference, 0.05, 1, 0.5), ribbon('wanted', colors.reference, 0.07, 1, 0.75),
       ...(options.ghost ? [ribbon(options.way === null ? 'dreamt' : `way${options.way}`, colors.ghost, 0.06, 0.12, 0.8)] : []), ribbon('path', colors.path, 0.09, 0.15, 0.95),
     ];
-    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, options), bands, [0.1, 1]);
+    const pushed = options.push && floorAt(...options.push);
+    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, { ...options, pushed }), bands, [0.1, 1]);
 
     if (inset) {
       const [x, y, w, h] = insetBox();
@@ -329,7 +330,7 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: push (the tip of a push's arrow, or null), ghost, way (the index of the ghost's alternative motion, or null), wanted,
+    /// Changes options: push (the place on the canvas that a push's arrow points at, or null), ghost, way (the index of the ghost's alternative motion, or null), wanted,
     /// follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
     /// The robot from the side ('follow'), the whole run ('whole'), from above ('top').

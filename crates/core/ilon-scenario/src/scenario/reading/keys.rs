@@ -441,7 +441,15 @@ impl<'s> Checker<'s> {
                     .or_else(beneath)
                     .or_else(|| elsewhere(name, &[], self.root))
                 {
-                    Some(meant) => format!("did you mean `{meant}`?"),
+                    Some(meant) if around.is_empty() || names.len() > 8 => {
+                        format!("did you mean `{meant}`?")
+                    }
+                    Some(meant) => {
+                        format!(
+                            "did you mean `{meant}`? The keys here are {}",
+                            quoted(&names)
+                        )
+                    }
                     None => format!("the keys here are {}", quoted(&names)),
                 }
             }
