@@ -9,6 +9,9 @@ use ilon_trace::file::write_text;
 /// Largest number of rows: at a control period of 10 ms, 2 hours and 47 minutes.
 pub(crate) const MOST_ROWS: usize = 1_000_000;
 
+/// Largest number of drives of a scenario in a folder, as any client may record.
+const MOST_DRIVES: u32 = 99;
+
 /// The commands of a drive: for each control period its start in seconds, and the commanded twist.
 pub(crate) type Drive = Vec<(f64, Twist)>;
 
@@ -23,7 +26,10 @@ pub(crate) fn write(scenario: &Scenario, drive: &Drive, folder: &Path) -> Result
         folder.join(format!("{name}_{number}_driven.{ending}"))
     };
     let is_free = |number: &u32| !path_of(*number, "toml").exists();
-    let number = (1..).find(is_free).unwrap_or_default();
+    let number = (1..=MOST_DRIVES).find(is_free).ok_or_else(|| {
+        let message = format!("`{}` holds {MOST_DRIVES} drives", folder.display());
+        Error::invalid(message, "remove some of them")
+    })?;
     let [path, log_path] = ["toml", "csv"].map(|ending| path_of(number, ending));
     let log_name = log_path.file_name().unwrap_or_default();
     let (mut driven, log) = scenario.moved_to(folder).driven(log_name, drive);

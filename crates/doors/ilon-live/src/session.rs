@@ -1,6 +1,6 @@
 //! The robot of a live run.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Reference, Saturation, Task};
@@ -56,6 +56,8 @@ pub struct Session {
     drive: Option<Drive>,
     /// Whether a recording was requested last.
     is_recorded: bool,
+    /// The folder of recordings.
+    records_into: PathBuf,
     notes: Vec<String>,
 }
 
@@ -141,8 +143,14 @@ impl Session {
             watchdog_acts: false,
             drive: None,
             is_recorded: false,
+            records_into: PathBuf::from("."),
             notes: Vec::new(),
         })
+    }
+
+    /// Sets the folder of recordings; the current one unless set.
+    pub fn record_into(&mut self, folder: impl Into<PathBuf>) {
+        self.records_into = folder.into();
     }
 
     /// The robot.
@@ -304,7 +312,7 @@ impl Session {
     }
 
     /// Begins or ends the recording, if these controls request it. It begins at the start; its end
-    /// writes a scenario into the current folder, with the floor's friction then.
+    /// writes a scenario, with the floor's friction then.
     fn record(&mut self, controls: &Controls) -> Result<(), LiveError> {
         let is_full = |drive: &Drive| drive.len() >= MOST_ROWS;
         let wanted = controls.records && !self.drive.as_ref().is_some_and(is_full);
@@ -318,7 +326,7 @@ impl Session {
                 drive.push((self.plant.time_s(), Twist::default()));
                 let mut scenario = self.scenario.clone();
                 scenario.world.floor.friction = Some(self.friction);
-                let written = recording::write(&scenario, &drive, Path::new("."));
+                let written = recording::write(&scenario, &drive, &self.records_into);
                 self.notes.push(match written {
                     Ok(path) => format!("recorded; repeat it with: ilon run {}", path.display()),
                     Err(error) => format!("the drive is not recorded: {error}"),
