@@ -273,10 +273,15 @@ impl Error {
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
         let said = error.message();
+        let rest = error
+            .span()
+            .and_then(|span| source_code.inner().get(span.start..));
+        let is_comma = rest.is_some_and(|rest| rest.starts_with(','));
         let help = match said {
             said if said.contains("must be quoted") => {
                 "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
             }
+            _ if is_comma => "a number has a point, not a comma: `0.3`",
             "duplicate key" => "it is set above already: keep one of the two",
             _ => {
                 "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"

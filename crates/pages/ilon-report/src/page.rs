@@ -5,6 +5,7 @@ use std::fmt::Write;
 use ilon_scene::embed::{BRAND_STYLE, MARK, THEME};
 
 use super::figure::{DashKind, Figure, Pen, Span};
+use super::html_table::{self, cell, heads, wide};
 
 const STYLE: &str = include_str!("web/style.css");
 /// Script that draws the figures of a page on canvases: curves over time, maps, areas, bars.
@@ -105,21 +106,14 @@ pub struct Table {
 
 /// Returns a table as HTML; empty if it has no rows.
 pub fn table(table: &Table) -> String {
-    let cells = |tag: &str, words: &[String]| -> String {
-        let cell = |word: &String| format!("<{tag}>{}</{tag}>", escape(word));
-        words.iter().map(cell).collect()
-    };
     if table.rows.is_empty() {
         return String::new();
     }
-    let row = |row: &Vec<String>| format!("<tr>{}</tr>", cells("td", row));
+    let word = |word: &String| cell(Some(escape(word)));
+    let row = |row: &Vec<String>| format!("<tr>{}</tr>", row.iter().map(word).collect::<String>());
     let rows: String = table.rows.iter().map(row).collect();
-    format!(
-        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n",
-        escape(&table.title),
-        cells("th", &table.head)
-    )
+    let heads = heads(table.head.iter().map(|word| escape(word)));
+    wide(&html_table::table(&escape(&table.title), &heads, &rows))
 }
 
 /// A section of the page.

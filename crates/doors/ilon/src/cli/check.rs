@@ -367,7 +367,10 @@ fn run_and_judge(
     let simulation = Simulation::new(&scenario)?;
     let recording = Recording::temporary(simulation.trace().header.clone());
     let run = simulation.run_recorded(recording, |_, _| Ok::<(), Failure>(()))?;
-    let (mut differences, mut drawn, mut moved) = (None, None, Vec::new());
+    // A baseline that is written agrees with its run.
+    let is_first = arguments.save.is_some() && !changes.is_empty();
+    let mut differences = is_first.then(Vec::new);
+    let (mut drawn, mut moved) = (None, Vec::new());
     let mut changed = Vec::new();
     if let Some(baseline) = baseline {
         let before = || Summary::of_rows(&baseline, &Default::default());

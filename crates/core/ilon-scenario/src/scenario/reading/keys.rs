@@ -87,12 +87,26 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
     // this length, and little else. In short names a single letter counts more: `rn` for `run`.
     let is_slip = |name: &str| unknown.len() > 1 && strsim::osa_distance(unknown, name) == 1;
+    // `kg` is meant for `mass_kg`.
+    let is_unit = |name: &str| {
+        name.strip_suffix(unknown)
+            .is_some_and(|rest| rest.ends_with('_'))
+    };
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(unknown, name), name))
-        .filter(|(likeness, name)| *likeness > 0.75 || is_slip(name))
+        .filter(|(likeness, name)| *likeness > 0.75 || is_slip(name) || is_unit(name))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
+}
+
+/// The factor between a key in degrees and one in radians.
+fn of_angles(given: &str, meant: &str) -> &'static str {
+    match (given.contains("deg"), meant.contains("deg")) {
+        (true, false) if meant.contains("rad") => " A degree is 0.01745 rad",
+        (false, true) if given.contains("rad") => " A radian is 57.3 degrees",
+        _ => "",
+    }
 }
 
 /// The whole key below a table that an unknown key is meant for: `world.floor.friction` by
@@ -270,6 +284,7 @@ impl<'s> Checker<'s> {
         let (key, wanted) = (self.key(), wanted(alternatives));
         let is_table_for_list =
             matches!(value, DeValue::Table(_)) && accepts(alternatives, "array");
+        let is_number = wanted == "a number" || wanted == "a whole number";
         let help = match (
             wanted_words(alternatives).as_slice(),
             wanted_keys(alternatives).as_slice(),
@@ -277,11 +292,23 @@ impl<'s> Checker<'s> {
             ([], []) if is_table_for_list => {
                 format!("write it with two brackets, `[[{key}]]`: there may be several")
             }
+            ([], []) if is_number => {
+                format!(
+                    "write {wanted}, without quotes and unit: `{} = 0.5`",
+                    self.last()
+                )
+            }
             ([], []) => format!("write {wanted} here"),
-            ([], keys) => format!(
-                "write a table, `{{ ... }}`, with what you need of its keys: {}",
-                quoted(keys)
-            ),
+            ([], keys) => {
+                let text = match accepts(alternatives, "string") {
+                    true => "; or a change against a baseline, `\"+10 %\"`",
+                    false => "",
+                };
+                format!(
+                    "write a table, `{{ ... }}`, with what you need of its keys: {}{text}",
+                    quoted(keys)
+                )
+            }
             (words, _) => format!("write one of {}", quoted(words)),
         };
         let message = format!("`{key}` is {}, but must be {wanted}", found(value));
@@ -409,6 +436,11 @@ impl<'s> Checker<'s> {
         self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
     }
 
+    /// The last part of the key.
+    fn last(&self) -> &str {
+        self.path.last().map_or("", String::as_str)
+    }
+
     /// What an unknown key may be meant for.
     fn meant(&self, name: &str, table: &DeTable<'_>, known: &[(&'s str, &'s Json)]) -> String {
         let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
@@ -429,7 +461,7 @@ impl<'s> Checker<'s> {
                             self.first_of(begun, known)
                         )
                     }
-                    None => format!("did you mean `{near}`?"),
+                    None => format!("did you mean `{near}`?{}", of_angles(name, near)),
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),
@@ -646,7 +678,7 @@ fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
 
 /// The keys of the table that a value must be, if it may be nothing else.
 fn wanted_keys<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
-    if wanted(alternatives) != "a table" {
+    if !wanted(alternatives).ends_with("a table") {
         return Vec::new();
     }
     let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);

@@ -575,7 +575,7 @@ fn all_faults_of_keys_are_reported_at_once() {
     let expected = [
         ("unknown key `robot.fle`", at("fle")),
         (
-            "`reference.hold_pose.x_m` is the text \"1\", but must be a number",
+            "`reference.hold_pose.x_m` is a text, but must be a number",
             at("\"1\""),
         ),
         (
