@@ -300,13 +300,12 @@ mod tests {
 
     #[test]
     fn a_figure_is_told_against_the_first_run_where_that_measures_anything() {
-        let quantity = Quantity {
-            decimals: 2,
-            ..*quantities::by_key("end_x_m").expect("it is a figure")
-        };
-        assert_eq!(change(&quantity, 1.0, 1.5).as_deref(), Some("+50.0 %"));
-        assert_eq!(change(&quantity, 1.0, 3.0).as_deref(), Some("×3.00"));
-        assert_eq!(change(&quantity, 0.04, 3.0), None);
+        // Its last digit is a tenth of a millimetre.
+        let quantity = quantities::by_key("end_x_m").expect("it is a figure");
+        assert_eq!(quantity.decimals, 4);
+        assert_eq!(change(quantity, 1.0, 1.5).as_deref(), Some("+50.0 %"));
+        assert_eq!(change(quantity, 1.0, 3.0).as_deref(), Some("×3.00"));
+        assert_eq!(change(quantity, 0.0009, 3.0), None);
     }
 
     /// Less of an error is better, a ratio is better the closer it is to 1 from either side, and a
