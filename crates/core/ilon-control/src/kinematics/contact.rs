@@ -339,34 +339,6 @@ impl ContactKinematics {
         }
     }
 
-    /// Computes the spin about its joint axis at which each touching roller rolls without slip, in
-    /// rad/s, one per wheel, if the body moves with `twist_in_body` and the wheels with these
-    /// rates; 0 for a tyre.
-    pub fn roller_spins_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
-        for (((contact, wheel), rate_rad_s), out) in self
-            .contacts
-            .iter()
-            .zip(&self.wheels)
-            .zip(rates_rad_s)
-            .zip(out)
-        {
-            if wheel.has_tyre {
-                *out = 0.0;
-                continue;
-            }
-            let v = wheel.material_velocity_m_s(
-                contact,
-                self.reference_point_m,
-                twist_in_body,
-                *rate_rad_s,
-            );
-            // The spin adds spin (d x -s k) to v; with e = d x k, across the axis on the ground: v
-            // . e = spin s e . e.
-            let e = contact.axis_in_body.cross(&Vector3::z());
-            *out = v.dot(&e) / (contact.radius_m * e.norm_squared());
-        }
-    }
-
     /// Updates rows, levers and rate matrix for the current contacts.
     fn refresh_rows(&mut self) {
         for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {
@@ -475,23 +447,6 @@ impl WheelContacts {
             axis_in_body: self.body_from_hub.rotation * axis,
             radius_m,
         }
-    }
-
-    /// Returns the velocity of the contact point as a point of the wheel with its rollers fixed, in
-    /// the body frame, in m/s.
-    fn material_velocity_m_s(
-        &self,
-        contact: &RollerContact,
-        reference_point_m: Vector2<f64>,
-        twist_in_body: Twist,
-        rate_rad_s: f64,
-    ) -> Vector3<f64> {
-        let p = contact.point_in_body_m;
-        let r = p.xy() - reference_point_m;
-        let hub_m = self.body_from_hub.translation.vector;
-        let n = self.body_from_hub.rotation * Vector3::z();
-        let v = twist_in_body.linear_m_s() + twist_in_body.omega_rad_s * Vector2::new(-r.y, r.x);
-        Vector3::new(v.x, v.y, 0.0) + rate_rad_s * n.cross(&(p - hub_m))
     }
 }
 

@@ -40,7 +40,7 @@ impl World {
     }
 
     /// Energy taken by the contacts' normal forces since the start, in J: inelastic impacts, less
-    /// the energy returned by pushing rollers out of the ground.
+    /// what they had given before by pushing rollers out of the ground. It never falls.
     pub fn impact_energy_j(&self) -> f64 {
         self.energies.impact_j
     }
