@@ -319,6 +319,11 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 )
             });
             writer.inertial(inertial, &place, mass_kg, inertia.as_ref());
+        } else if child(link, "collision").is_some() {
+            // SDF's default; its inertia of 1 kg m^2 suits no shape.
+            writer.inertial(link, &frame_from_link, 1.0, None);
+            let text = "it has no `<inertial>`: it weighs 1 kg, as SDF says";
+            remarks.push(Remark::new(format!("link `{name}`"), text));
         }
         for tag in ["collision", "visual"] {
             for node in link.children().filter(|n| n.has_tag_name(tag)) {
