@@ -90,7 +90,7 @@ impl Export {
     /// simulation.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
-        let fitted = fit(robot, format.shapes());
+        let fitted = fit(robot, format);
         if format != Format::Mjcf && fitted.shapes.iter().flatten().any(is_hull) {
             return Err(Error::invalid(
                 "its rollers are convex hulls, which SDF and URDF have no shape for",
@@ -309,7 +309,7 @@ impl Export {
              Speed over ideal kinematics, without slip, as made and on these shapes:{speeds}\n     \
              Motors hold the rates of wheels. Floor of friction {friction}. {all} meet the world, not their robot."
         );
-        if robot.has_tyres() {
+        if robot.has_tyres() && self.format != Format::Mjcf {
             text += "\n     A tyre's cylinder is as long as makes it resist a turn on the spot as the tyre does: mu N length / 2.";
         }
         let left_out = self.left_out();
