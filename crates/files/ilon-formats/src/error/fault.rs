@@ -136,10 +136,10 @@ pub enum Fault {
         /// The limit.
         most: String,
     },
-    /// urdf-rs rejects the file.
+    /// What the other faults of URDF leave out, such as a rotation that is stated twice.
     #[error("{reason}")]
     Urdf {
-        /// Its message.
+        /// What is wrong.
         reason: String,
     },
     /// An attribute is missing.

@@ -1,7 +1,7 @@
 //! Builds a robot from URDF text.
 //!
-//! The stages: check the text against the form of URDF ([`source`], [`schema`], [`numbers`]); parse
-//! it with urdf-rs ([`normalise`]); place its links and joints in a tree in the body frame
+//! The stages: check the text against the form of URDF ([`source`], [`schema`], [`numbers`]); read
+//! its links and joints ([`normalise`]); place its links and joints in a tree in the body frame
 //! ([`tree`], [`body`]); recognise wheels and rollers ([`recognise`]) and measure them
 //! ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and
 //! [`dae`], [`roller_gaps`], [`outline`]); find wheels without rollers ([`candidates`], [`disc`])
@@ -145,12 +145,9 @@ fn tree(
     } else {
         normalise::LeftOut::default()
     };
-    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out));
-    let urdf = urdf.map_err(|e| {
-        let reason = e.to_string();
-        RobotError::new(&source.prepared.file, Fault::Urdf { reason })
-    })?;
-    Tree::build(source, urdf)
+    let robot = normalise::robot(source, &left_out);
+    let robot = robot.map_err(|reason| source.robot_error(Fault::Urdf { reason }))?;
+    Tree::build(source, robot)
 }
 
 /// Largest number of wheel joints: the checks of each visit all others.

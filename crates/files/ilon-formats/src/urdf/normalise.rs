@@ -1,21 +1,21 @@
-//! Writes the text for urdf-rs: only what is used, in the order and form that it accepts.
+//! Reads links and joints from the elements of a text, as the types of urdf-rs: only what is used.
 //!
-//! urdf-rs rejects files that ROS tools accept: scattered visuals, a second limit, inertias without
-//! products. The file was checked against the form of URDF before, so everything here is valid;
-//! errors still refer to the file.
+//! The reader of urdf-rs itself rejects files that ROS tools accept: scattered visuals, a second
+//! limit, inertias without products. It also takes most of the time of a load, for it parses and
+//! writes the text anew. The form of URDF was checked before, so that errors are rare here.
 
 use std::collections::{HashMap, HashSet};
-use std::fmt::Write;
 
+use nalgebra::UnitQuaternion;
 use roxmltree::Node;
+use urdf_rs::{
+    Axis, Collision, Dynamics, Geometry, Inertia, Inertial, Joint, JointLimit, JointType, Link,
+    LinkName, Mass, Mimic, Pose, Robot, Vec3, Visual,
+};
 
 use super::schema::GEOMETRIES;
 use super::source::{Source, child};
-use crate::generate::elements::attribute as escaped;
 use crate::model::Remark;
-
-/// The attributes of `<origin>`.
-const PLACE: [&str; 3] = ["xyz", "rpy", "quat_xyzw"];
 
 /// The parts left out of an incomplete file: joints of missing links, and everything then
 /// disconnected.
@@ -99,80 +99,134 @@ pub(super) fn without_missing(source: &Source) -> (LeftOut, Vec<Remark>) {
     (left_out, remarks)
 }
 
-/// Returns the text for urdf-rs.
-pub(super) fn normalised(source: &Source, left_out: &LeftOut) -> String {
-    let mut out = String::new();
-    let robot = source.robot();
-    let version = robot.attribute("version");
-    out.push_str("<robot");
-    attribute(
-        &mut out,
-        "name",
-        robot.attribute("name").unwrap_or_default(),
-    );
-    if let Some(version) = version {
-        attribute(&mut out, "version", version);
-    }
-    out.push('>');
-    for link in source.all("link") {
-        if !left_out
-            .links
-            .contains(link.attribute("name").unwrap_or_default())
-        {
-            write_link(&mut out, link);
-        }
-    }
-    for joint in source.all("joint") {
-        if !left_out
-            .joints
-            .contains(joint.attribute("name").unwrap_or_default())
-        {
-            write_joint(&mut out, joint, limits_may_miss(version));
-        }
-    }
-    out.push_str("</robot>");
-    out
+/// Reads the robot of a text, but for what is left out of it.
+///
+/// # Errors
+/// In words, what the checks of the form of URDF let pass.
+pub(super) fn robot(source: &Source, left_out: &LeftOut) -> Result<Robot, String> {
+    let version = version(source.robot());
+    let name = |node: &Node| node.attribute("name").unwrap_or_default().to_owned();
+    let links = source.all("link");
+    let links = links.filter(|link| !left_out.links.contains(&name(link)));
+    let joints = source.all("joint");
+    let joints = joints.filter(|joint| !left_out.joints.contains(&name(joint)));
+    Ok(Robot {
+        name: name(&source.robot()),
+        version: None,
+        links: links
+            .map(|node| link(node, version))
+            .collect::<Result<_, _>>()?,
+        joints: joints
+            .map(|node| joint(node, version))
+            .collect::<Result<_, _>>()?,
+        materials: Vec::new(),
+    })
 }
 
-fn write_link(out: &mut String, link: Node) {
-    out.push_str("<link");
-    attribute(out, "name", link.attribute("name").unwrap_or_default());
-    out.push('>');
-    if let Some(inertial) = child(link, "inertial") {
-        out.push_str("<inertial>");
-        copy(out, child(inertial, "origin"), &PLACE);
-        copy(out, child(inertial, "mass"), &["value"]);
-        out.push_str("<inertia");
-        for moment in ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"] {
-            let value = child(inertial, "inertia").and_then(|n| n.attribute(moment));
-            attribute(out, moment, value.unwrap_or("0"));
-        }
-        out.push_str("/></inertial>");
-    }
-    for tag in ["visual", "collision"] {
-        for shape in link.children().filter(|n| n.has_tag_name(tag)) {
-            write_shape(out, tag, shape);
-        }
-    }
-    out.push_str("</link>");
+/// The version of URDF, major and minor; 1.0 if it is not stated.
+fn version(robot: Node) -> (u32, u32) {
+    let stated = robot.attribute("version").and_then(|version| {
+        let (major, minor) = version.trim().split_once('.')?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    });
+    stated.unwrap_or((1, 0))
 }
 
-/// Writes a shape; an invalid visual is no fault, and left out.
-fn write_shape(out: &mut String, tag: &str, shape: Node) {
-    let kind = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
-    let origin = child(shape, "origin");
-    let Some(kind) = kind.filter(|kind| tag == "collision" || is_good(*kind, origin)) else {
-        return;
+fn link(node: Node, version: (u32, u32)) -> Result<Link, String> {
+    let mut link = Link {
+        name: node.attribute("name").unwrap_or_default().to_owned(),
+        inertial: Inertial::default(),
+        visual: Vec::new(),
+        collision: Vec::new(),
     };
-    let _ = write!(out, "<{tag}>");
-    copy(out, origin, &PLACE);
-    out.push_str("<geometry>");
-    copy(
-        out,
-        Some(kind),
-        &["size", "radius", "length", "filename", "scale"],
-    );
-    let _ = write!(out, "</geometry></{tag}>");
+    if let Some(stated) = child(node, "inertial") {
+        let mass = child(stated, "mass").ok_or("`<inertial>` lacks `<mass>`")?;
+        let moment = |name| match child(stated, "inertia") {
+            Some(inertia) => Ok(number(inertia, name)?.unwrap_or(0.0)),
+            None => Ok::<f64, String>(0.0),
+        };
+        link.inertial = Inertial {
+            origin: pose(child(stated, "origin"), version)?,
+            mass: Mass {
+                value: required(mass, "value", number(mass, "value")?)?,
+            },
+            inertia: Inertia {
+                ixx: moment("ixx")?,
+                ixy: moment("ixy")?,
+                ixz: moment("ixz")?,
+                iyy: moment("iyy")?,
+                iyz: moment("iyz")?,
+                izz: moment("izz")?,
+            },
+        };
+    }
+    for shape in node.children() {
+        let kind = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
+        let at = child(shape, "origin");
+        match (shape.tag_name().name(), kind) {
+            ("collision", Some(kind)) => link.collision.push(Collision {
+                name: None,
+                origin: pose(at, version)?,
+                geometry: geometry(kind)?,
+            }),
+            // An invalid visual is no fault, and left out.
+            ("visual", Some(kind)) if is_good(kind, at) => link.visual.push(Visual {
+                name: None,
+                origin: pose(at, version)?,
+                geometry: geometry(kind)?,
+                material: None,
+            }),
+            _ => {}
+        }
+    }
+    Ok(link)
+}
+
+/// The place that an `<origin>` states; the frame's own where there is none.
+fn pose(origin: Option<Node>, version: (u32, u32)) -> Result<Pose, String> {
+    let Some(origin) = origin else {
+        return Ok(Pose::default());
+    };
+    let mut pose = Pose {
+        xyz: vector(origin, "xyz")?.unwrap_or_default(),
+        rpy: vector(origin, "rpy")?.unwrap_or_default(),
+    };
+    if version >= (1, 1)
+        && let Some(xyzw) = numbers::<4>(origin, "quat_xyzw")?
+    {
+        if origin.has_attribute("rpy") {
+            return Err("`<origin>` states its rotation twice, by `rpy` and by `quat_xyzw`".into());
+        }
+        let rotation = UnitQuaternion::try_new(xyzw.into(), 0.0);
+        let rotation = rotation.unwrap_or_default().to_rotation_matrix();
+        pose.rpy = Vec3(ilon_robot::roll_pitch_yaw(&rotation));
+    }
+    Ok(pose)
+}
+
+fn geometry(kind: Node) -> Result<Geometry, String> {
+    let length = |name| required(kind, name, number(kind, name)?);
+    Ok(match kind.tag_name().name() {
+        "box" => Geometry::Box {
+            size: required(kind, "size", vector(kind, "size")?)?,
+        },
+        "sphere" => Geometry::Sphere {
+            radius: length("radius")?,
+        },
+        "cylinder" => Geometry::Cylinder {
+            radius: length("radius")?,
+            length: length("length")?,
+        },
+        "capsule" => Geometry::Capsule {
+            radius: length("radius")?,
+            length: length("length")?,
+        },
+        "mesh" => Geometry::Mesh {
+            filename: required(kind, "filename", kind.attribute("filename"))?.to_owned(),
+            scale: vector(kind, "scale")?,
+        },
+        other => return Err(format!("`<{other}>` is no geometry")),
+    })
 }
 
 /// Whether a visual has a supported geometry with valid numbers.
@@ -208,52 +262,83 @@ fn is_good(kind: Node, origin: Option<Node>) -> bool {
         }
 }
 
-/// Whether a missing limit means none: from URDF 1.2 on.
-fn limits_may_miss(version: Option<&str>) -> bool {
-    let numbers = version.and_then(|version| {
-        let (major, minor) = version.trim().split_once('.')?;
-        Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?))
-    });
-    numbers.is_some_and(|numbers| numbers >= (1, 2))
-}
-
-fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
-    let joint_type = joint.attribute("type").unwrap_or_default();
-    out.push_str("<joint");
-    attribute(out, "name", joint.attribute("name").unwrap_or_default());
-    attribute(out, "type", joint_type);
-    out.push('>');
-    copy(out, child(joint, "origin"), &PLACE);
-    copy(out, child(joint, "parent"), &["link"]);
-    copy(out, child(joint, "child"), &["link"]);
+fn joint(node: Node, version: (u32, u32)) -> Result<Joint, String> {
+    let joint_type = match node.attribute("type").unwrap_or_default() {
+        "revolute" => JointType::Revolute,
+        "continuous" => JointType::Continuous,
+        "prismatic" => JointType::Prismatic,
+        "fixed" => JointType::Fixed,
+        "floating" => JointType::Floating,
+        "planar" => JointType::Planar,
+        "spherical" => JointType::Spherical,
+        other => return Err(format!("`{other}` is no type of a joint")),
+    };
+    let end = |tag| {
+        let link = child(node, tag).and_then(|end| end.attribute("link"));
+        let link = required(node, tag, link)?.to_owned();
+        Ok::<LinkName, String>(LinkName { link })
+    };
     // Nothing else of a fixed joint was checked. Its axis is not part of URDF, but shows how its
     // wheel would turn.
-    if joint_type == "fixed" {
-        copy(out, stated_axis(joint), &["xyz"]);
+    let is_fixed = joint_type == JointType::Fixed;
+    let checked = |tag| child(node, tag).filter(|_| !is_fixed);
+    let axis = if is_fixed {
+        stated_axis(node)
     } else {
-        copy(out, child(joint, "axis"), &["xyz"]);
-        if let Some(limit) = child(joint, "limit") {
-            out.push_str("<limit");
-            for bound in ["lower", "upper", "effort", "velocity"] {
-                let left_out = (bound == "velocity" && !limits_may_miss).then_some("0");
-                if let Some(value) = limit.attribute(bound).or(left_out) {
-                    attribute(out, bound, value);
-                }
-            }
-            out.push_str("/>");
-        }
-        copy(out, child(joint, "dynamics"), &["damping", "friction"]);
+        child(node, "axis")
+    };
+    let axis = axis.map(|axis| required(axis, "xyz", vector(axis, "xyz")?));
+    let limit = checked("limit").map(|stated| limit(stated, version));
+    let dynamics = checked("dynamics").map(|stated| {
+        Ok::<Dynamics, String>(Dynamics {
+            damping: number(stated, "damping")?.unwrap_or(0.0),
+            friction: number(stated, "friction")?.unwrap_or(0.0),
+        })
+    });
+    let mimic = child(node, "mimic").map(|stated| {
+        Ok::<Mimic, String>(Mimic {
+            joint: stated.attribute("joint").unwrap_or_default().to_owned(),
+            multiplier: number(stated, "multiplier")?,
+            offset: number(stated, "offset")?,
+        })
+    });
+    Ok(Joint {
+        name: node.attribute("name").unwrap_or_default().to_owned(),
+        joint_type,
+        origin: pose(child(node, "origin"), version)?,
+        parent: end("parent")?,
+        child: end("child")?,
+        axis: axis
+            .transpose()?
+            .map_or_else(Axis::default, |xyz| Axis { xyz }),
+        limit: limit.transpose()?.unwrap_or_default(),
+        calibration: None,
+        dynamics: dynamics.transpose()?,
+        mimic: mimic.transpose()?,
+        safety_controller: None,
+    })
+}
+
+/// The limits of a joint. From URDF 1.2 on, a missing one means none.
+fn limit(stated: Node, version: (u32, u32)) -> Result<JointLimit, String> {
+    let is_none_meant = version >= (1, 2);
+    let or = |name, none| {
+        let missing = if is_none_meant { none } else { 0.0 };
+        Ok::<f64, String>(number(stated, name)?.unwrap_or(missing))
+    };
+    let [lower, upper] = [or("lower", f64::NEG_INFINITY)?, or("upper", f64::INFINITY)?];
+    if is_none_meant && upper < lower {
+        return Err(format!(
+            "`<limit>`: its upper limit {upper} lies below its lower limit {lower}"
+        ));
     }
-    if let Some(mimic) = child(joint, "mimic") {
-        out.push_str("<mimic");
-        for name in ["joint", "multiplier", "offset"] {
-            if let Some(value) = mimic.attribute(name).or((name == "joint").then_some("")) {
-                attribute(out, name, value);
-            }
-        }
-        out.push_str("/>");
-    }
-    out.push_str("</joint>");
+    Ok(JointLimit {
+        lower,
+        upper,
+        effort: or("effort", f64::INFINITY)?,
+        velocity: or("velocity", f64::INFINITY)?,
+        ..JointLimit::default()
+    })
 }
 
 /// Returns the axis of a joint, if stated and not zero.
@@ -266,19 +351,29 @@ pub(super) fn stated_axis<'a, 'i>(joint: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     (numbers.len() == 3 && length > 1e-6 && length < 1e9).then_some(axis)
 }
 
-/// Writes an element with its used attributes.
-fn copy(out: &mut String, node: Option<Node>, attributes: &[&str]) {
-    let Some(node) = node else { return };
-    out.push('<');
-    out.push_str(node.tag_name().name());
-    for name in attributes {
-        if let Some(value) = node.attribute(*name) {
-            attribute(out, name, value);
-        }
-    }
-    out.push_str("/>");
+/// Reads as many numbers; `None` where the attribute is missing.
+fn numbers<const N: usize>(node: Node, attribute: &str) -> Result<Option<[f64; N]>, String> {
+    let Some(text) = node.attribute(attribute) else {
+        return Ok(None);
+    };
+    let read = text.split_whitespace().filter_map(|s| s.parse().ok());
+    let read: Vec<f64> = read.collect();
+    let wrong = |read: Vec<f64>| {
+        let tag = node.tag_name().name();
+        let count = read.len();
+        format!("`{attribute}` of `<{tag}>` has {count} numbers where {N} are read: `{text}`")
+    };
+    read.try_into().map(Some).map_err(wrong)
 }
 
-fn attribute(out: &mut String, name: &str, value: &str) {
-    let _ = write!(out, " {name}=\"{}\"", escaped(value));
+fn number(node: Node, attribute: &str) -> Result<Option<f64>, String> {
+    Ok(numbers(node, attribute)?.map(|[number]| number))
+}
+
+fn vector(node: Node, attribute: &str) -> Result<Option<Vec3>, String> {
+    Ok(numbers(node, attribute)?.map(Vec3))
+}
+
+fn required<T>(node: Node, part: &str, found: Option<T>) -> Result<T, String> {
+    found.ok_or_else(|| format!("`<{}>` lacks `{part}`", node.tag_name().name()))
 }
