@@ -145,9 +145,9 @@ fn tree(
     } else {
         normalise::LeftOut::default()
     };
-    let robot = normalise::robot(source, &left_out);
-    let robot = robot.map_err(|reason| source.robot_error(Fault::Urdf { reason }))?;
-    Tree::build(source, robot)
+    let parts = normalise::parts(source, &left_out);
+    let parts = parts.map_err(|reason| source.robot_error(Fault::Urdf { reason }))?;
+    Tree::build(source, parts)
 }
 
 /// Largest number of wheel joints: the checks of each visit all others.
@@ -400,7 +400,7 @@ fn assemble(
         let link = &tree.links[body.link].name;
         // The reach of a mesh is unknown: half of the rejected range is doubted then.
         let is_mesh =
-            |shape: &tree::PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. });
+            |shape: &tree::PlacedShape| matches!(shape.geometry, tree::Geometry::Mesh { .. });
         let has_meshes = body.shapes.iter().chain(&body.visuals).any(is_mesh);
         let reach = (reach_m(mass), if has_meshes { 2.5 } else { 1.0 });
         check::check_gyration(source, link, mass, reach, &mut loading.remarks)?;

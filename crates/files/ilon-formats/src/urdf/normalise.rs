@@ -1,21 +1,40 @@
-//! Reads links and joints from the elements of a text, as the types of urdf-rs: only what is used.
-//!
-//! The reader of urdf-rs itself rejects files that ROS tools accept: scattered visuals, a second
-//! limit, inertias without products. It also takes most of the time of a load, for it parses and
-//! writes the text anew. The form of URDF was checked before, so that errors are rare here.
+//! Reads links and joints from the elements of a text: only what is used. The form of URDF was
+//! checked before, so that errors are rare here.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
-use urdf_rs::{
-    Axis, Collision, Dynamics, Geometry, Inertia, Inertial, Joint, JointLimit, JointType, Link,
-    LinkName, Mass, Mimic, Pose, Robot, Vec3, Visual,
-};
 
 use super::schema::GEOMETRIES;
 use super::source::{Source, child};
-use crate::model::Remark;
+use super::tree::{Geometry, Mimic, Motion, PlacedShape, TreeJoint, TreeLink};
+use crate::model::{Joint, MassProperties, MotorLimits, Remark};
+
+/// A limited joint whose range is at least this is meant to turn endlessly: some files have 6.28.
+const NEARLY_A_TURN_RAD: f64 = TAU - 0.01;
+
+/// The links and joints of a text.
+pub(super) type Parts = (Vec<LinkPart>, Vec<JointPart>);
+
+/// A link that is not placed yet: its shapes are in its frame.
+pub(super) struct LinkPart {
+    pub(super) link: TreeLink,
+    /// Its mass properties in the frame of `<inertial>`, and the pose of that in the link's frame.
+    pub(super) mass: Option<(MassProperties, Isometry3<f64>)>,
+}
+
+/// A joint that is not placed yet.
+pub(super) struct JointPart {
+    pub(super) joint: TreeJoint,
+    /// The links that it joins.
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) parent_from_joint: Isometry3<f64>,
+    /// The axis in the joint's frame.
+    pub(super) axis: Vector3<f64>,
+}
 
 /// The parts left out of an incomplete file: joints of missing links, and everything then
 /// disconnected.
@@ -99,28 +118,23 @@ pub(super) fn without_missing(source: &Source) -> (LeftOut, Vec<Remark>) {
     (left_out, remarks)
 }
 
-/// Reads the robot of a text, but for what is left out of it.
+/// Reads the links and joints of a text, but for those that are left out of it.
 ///
 /// # Errors
 /// In words, what the checks of the form of URDF let pass.
-pub(super) fn robot(source: &Source, left_out: &LeftOut) -> Result<Robot, String> {
+pub(super) fn parts(source: &Source, left_out: &LeftOut) -> Result<Parts, String> {
     let version = version(source.robot());
-    let name = |node: &Node| node.attribute("name").unwrap_or_default().to_owned();
     let links = source.all("link");
-    let links = links.filter(|link| !left_out.links.contains(&name(link)));
+    let links = links.filter(|link| !left_out.links.contains(&name(*link)));
     let joints = source.all("joint");
-    let joints = joints.filter(|joint| !left_out.joints.contains(&name(joint)));
-    Ok(Robot {
-        name: name(&source.robot()),
-        version: None,
-        links: links
-            .map(|node| link(node, version))
-            .collect::<Result<_, _>>()?,
-        joints: joints
-            .map(|node| joint(node, version))
-            .collect::<Result<_, _>>()?,
-        materials: Vec::new(),
-    })
+    let joints = joints.filter(|joint| !left_out.joints.contains(&name(*joint)));
+    let links: Result<Vec<LinkPart>, _> = links.map(|node| link(node, version)).collect();
+    let joints: Result<Vec<JointPart>, _> = joints.map(|node| joint(node, version)).collect();
+    Ok((links?, joints?))
+}
+
+fn name(node: Node) -> String {
+    node.attribute("name").unwrap_or_default().to_owned()
 }
 
 /// The version of URDF, major and minor; 1.0 if it is not stated.
@@ -132,83 +146,72 @@ fn version(robot: Node) -> (u32, u32) {
     stated.unwrap_or((1, 0))
 }
 
-fn link(node: Node, version: (u32, u32)) -> Result<Link, String> {
-    let mut link = Link {
-        name: node.attribute("name").unwrap_or_default().to_owned(),
-        inertial: Inertial::default(),
-        visual: Vec::new(),
-        collision: Vec::new(),
+fn link(node: Node, version: (u32, u32)) -> Result<LinkPart, String> {
+    let mut part = LinkPart {
+        link: TreeLink::new(name(node)),
+        mass: None,
     };
     if let Some(stated) = child(node, "inertial") {
-        let mass = child(stated, "mass").ok_or("`<inertial>` lacks `<mass>`")?;
+        let mass = required(stated, "mass", child(stated, "mass"))?;
         let moment = |name| match child(stated, "inertia") {
             Some(inertia) => Ok(number(inertia, name)?.unwrap_or(0.0)),
             None => Ok::<f64, String>(0.0),
         };
-        link.inertial = Inertial {
-            origin: pose(child(stated, "origin"), version)?,
-            mass: Mass {
-                value: required(mass, "value", number(mass, "value")?)?,
-            },
-            inertia: Inertia {
-                ixx: moment("ixx")?,
-                ixy: moment("ixy")?,
-                ixz: moment("ixz")?,
-                iyy: moment("iyy")?,
-                iyz: moment("iyz")?,
-                izz: moment("izz")?,
-            },
+        let [xx, xy, xz] = [moment("ixx")?, moment("ixy")?, moment("ixz")?];
+        let [yy, yz, zz] = [moment("iyy")?, moment("iyz")?, moment("izz")?];
+        let mass = MassProperties {
+            mass_kg: required(mass, "value", number(mass, "value")?)?,
+            center_of_mass_m: Vector3::zeros(),
+            inertia_kg_m2: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
         };
+        let link_from_mass = pose(child(stated, "origin"), version)?;
+        part.mass = (mass.mass_kg > 0.0).then_some((mass, link_from_mass));
     }
     for shape in node.children() {
         let kind = child(shape, "geometry").and_then(|g| g.children().find(Node::is_element));
-        let at = child(shape, "origin");
-        match (shape.tag_name().name(), kind) {
-            ("collision", Some(kind)) => link.collision.push(Collision {
-                name: None,
-                origin: pose(at, version)?,
-                geometry: geometry(kind)?,
-            }),
+        let origin = child(shape, "origin");
+        let placed = match (shape.tag_name().name(), kind) {
+            ("collision", Some(_)) => &mut part.link.shapes,
             // An invalid visual is no fault, and left out.
-            ("visual", Some(kind)) if is_good(kind, at) => link.visual.push(Visual {
-                name: None,
-                origin: pose(at, version)?,
-                geometry: geometry(kind)?,
-                material: None,
-            }),
-            _ => {}
-        }
+            ("visual", Some(kind)) if is_good(kind, origin) => &mut part.link.visuals,
+            _ => continue,
+        };
+        placed.push(PlacedShape {
+            body_from_shape: pose(origin, version)?,
+            geometry: geometry(required(shape, "geometry", kind)?)?,
+        });
     }
-    Ok(link)
+    Ok(part)
 }
 
-/// The place that an `<origin>` states; the frame's own where there is none.
-fn pose(origin: Option<Node>, version: (u32, u32)) -> Result<Pose, String> {
+/// The pose that an `<origin>` states: rotation by roll, pitch and yaw about the fixed x, y and z
+/// axes, in this order, then translation. Identity where there is none.
+fn pose(origin: Option<Node>, version: (u32, u32)) -> Result<Isometry3<f64>, String> {
     let Some(origin) = origin else {
-        return Ok(Pose::default());
+        return Ok(Isometry3::identity());
     };
-    let mut pose = Pose {
-        xyz: vector(origin, "xyz")?.unwrap_or_default(),
-        rpy: vector(origin, "rpy")?.unwrap_or_default(),
-    };
+    let [roll, pitch, yaw] = numbers(origin, "rpy")?.unwrap_or_default();
+    let mut rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     if version >= (1, 1)
         && let Some(xyzw) = numbers::<4>(origin, "quat_xyzw")?
     {
         if origin.has_attribute("rpy") {
             return Err("`<origin>` states its rotation twice, by `rpy` and by `quat_xyzw`".into());
         }
-        let rotation = UnitQuaternion::try_new(xyzw.into(), 0.0);
-        let rotation = rotation.unwrap_or_default().to_rotation_matrix();
-        pose.rpy = Vec3(ilon_robot::roll_pitch_yaw(&rotation));
+        rotation = UnitQuaternion::try_new(xyzw.into(), 0.0).unwrap_or_default();
     }
-    Ok(pose)
+    let xyz: [f64; 3] = numbers(origin, "xyz")?.unwrap_or_default();
+    Ok(Isometry3::from_parts(
+        Translation3::from(Vector3::from(xyz)),
+        rotation,
+    ))
 }
 
 fn geometry(kind: Node) -> Result<Geometry, String> {
     let length = |name| required(kind, name, number(kind, name)?);
     Ok(match kind.tag_name().name() {
         "box" => Geometry::Box {
-            size: required(kind, "size", vector(kind, "size")?)?,
+            size: required(kind, "size", numbers(kind, "size")?)?,
         },
         "sphere" => Geometry::Sphere {
             radius: length("radius")?,
@@ -223,7 +226,7 @@ fn geometry(kind: Node) -> Result<Geometry, String> {
         },
         "mesh" => Geometry::Mesh {
             filename: required(kind, "filename", kind.attribute("filename"))?.to_owned(),
-            scale: vector(kind, "scale")?,
+            scale: numbers(kind, "scale")?,
         },
         other => return Err(format!("`<{other}>` is no geometry")),
     })
@@ -262,83 +265,102 @@ fn is_good(kind: Node, origin: Option<Node>) -> bool {
         }
 }
 
-fn joint(node: Node, version: (u32, u32)) -> Result<Joint, String> {
-    let joint_type = match node.attribute("type").unwrap_or_default() {
-        "revolute" => JointType::Revolute,
-        "continuous" => JointType::Continuous,
-        "prismatic" => JointType::Prismatic,
-        "fixed" => JointType::Fixed,
-        "floating" => JointType::Floating,
-        "planar" => JointType::Planar,
-        "spherical" => JointType::Spherical,
-        other => return Err(format!("`{other}` is no type of a joint")),
-    };
-    let end = |tag| {
-        let link = child(node, tag).and_then(|end| end.attribute("link"));
-        let link = required(node, tag, link)?.to_owned();
-        Ok::<LinkName, String>(LinkName { link })
-    };
+fn joint(node: Node, version: (u32, u32)) -> Result<JointPart, String> {
+    let kind = node.attribute("type").unwrap_or_default();
     // Nothing else of a fixed joint was checked. Its axis is not part of URDF, but shows how its
     // wheel would turn.
-    let is_fixed = joint_type == JointType::Fixed;
-    let checked = |tag| child(node, tag).filter(|_| !is_fixed);
-    let axis = if is_fixed {
-        stated_axis(node)
-    } else {
-        child(node, "axis")
+    let checked = |tag| child(node, tag).filter(|_| kind != "fixed");
+    let stated = stated_axis(node);
+    let axis = match checked("axis").or(stated) {
+        Some(axis) => required(axis, "xyz", numbers(axis, "xyz")?)?,
+        None => [1.0, 0.0, 0.0],
     };
-    let axis = axis.map(|axis| required(axis, "xyz", vector(axis, "xyz")?));
-    let limit = checked("limit").map(|stated| limit(stated, version));
-    let dynamics = checked("dynamics").map(|stated| {
-        Ok::<Dynamics, String>(Dynamics {
-            damping: number(stated, "damping")?.unwrap_or(0.0),
-            friction: number(stated, "friction")?.unwrap_or(0.0),
-        })
-    });
-    let mimic = child(node, "mimic").map(|stated| {
+    let [lower, upper, effort, velocity] = limits(checked("limit"), version)?;
+    let motion = match kind {
+        "fixed" => Motion::Fixed,
+        "continuous" => Motion::Turning,
+        // Some tools have no continuous joints and write revolute ones of many turns, or of one.
+        "revolute" if upper - lower >= NEARLY_A_TURN_RAD => Motion::Turning,
+        "revolute" => Motion::Swinging,
+        "prismatic" | "floating" | "planar" | "spherical" => Motion::Other,
+        other => return Err(format!("`{other}` is no type of a joint")),
+    };
+    let slides = kind == "prismatic";
+    // URDF writes 0 for a missing limit.
+    let or_none = |limit: f64| if limit > 0.0 { limit } else { f64::INFINITY };
+    let loss = |name| match checked("dynamics") {
+        Some(dynamics) => Ok(number(dynamics, name)?.unwrap_or(0.0)),
+        None => Ok::<f64, String>(0.0),
+    };
+    let mimic = child(node, "mimic").map(|mimic| {
         Ok::<Mimic, String>(Mimic {
-            joint: stated.attribute("joint").unwrap_or_default().to_owned(),
-            multiplier: number(stated, "multiplier")?,
-            offset: number(stated, "offset")?,
+            joint: mimic.attribute("joint").unwrap_or_default().to_owned(),
+            multiplier: number(mimic, "multiplier")?.unwrap_or(1.0),
+            offset: number(mimic, "offset")?.unwrap_or(0.0),
         })
     });
-    Ok(Joint {
-        name: node.attribute("name").unwrap_or_default().to_owned(),
-        joint_type,
-        origin: pose(child(node, "origin"), version)?,
+    let mimic = mimic.transpose()?;
+    let end = |tag| {
+        let link = child(node, tag).and_then(|end| end.attribute("link"));
+        required(node, tag, link).map(str::to_owned)
+    };
+    Ok(JointPart {
+        joint: TreeJoint {
+            name: name(node),
+            motion,
+            parent: 0,
+            child: 0,
+            origin: Point3::origin(),
+            axis: Vector3::x_axis(),
+            states_axis: stated.is_some(),
+            limits: MotorLimits {
+                effort_n_m: or_none(effort),
+                velocity_rad_s: or_none(velocity),
+            },
+            losses: Joint {
+                damping_n_m_s: loss("damping")?,
+                friction_n_m: loss("friction")?,
+            },
+            mimics: mimic.is_some(),
+            mimic,
+            slides,
+            travel: match slides || kind == "revolute" {
+                true => [lower, upper],
+                false => [f64::NEG_INFINITY, f64::INFINITY],
+            },
+            effort,
+        },
         parent: end("parent")?,
         child: end("child")?,
-        axis: axis
-            .transpose()?
-            .map_or_else(Axis::default, |xyz| Axis { xyz }),
-        limit: limit.transpose()?.unwrap_or_default(),
-        calibration: None,
-        dynamics: dynamics.transpose()?,
-        mimic: mimic.transpose()?,
-        safety_controller: None,
+        parent_from_joint: pose(child(node, "origin"), version)?,
+        axis: axis.into(),
     })
 }
 
-/// The limits of a joint. From URDF 1.2 on, a missing one means none.
-fn limit(stated: Node, version: (u32, u32)) -> Result<JointLimit, String> {
-    let is_none_meant = version >= (1, 2);
-    let or = |name, none| {
-        let missing = if is_none_meant { none } else { 0.0 };
-        Ok::<f64, String>(number(stated, name)?.unwrap_or(missing))
+/// The limits of a joint: lower, upper, effort and velocity, 0 where none is stated. From URDF 1.2
+/// on, one that `<limit>` leaves out means none.
+fn limits(stated: Option<Node>, version: (u32, u32)) -> Result<[f64; 4], String> {
+    const NONE: [(&str, f64); 4] = [
+        ("lower", f64::NEG_INFINITY),
+        ("upper", f64::INFINITY),
+        ("effort", f64::INFINITY),
+        ("velocity", f64::INFINITY),
+    ];
+    let mut limits = [0.0; 4];
+    let Some(stated) = stated else {
+        return Ok(limits);
     };
-    let [lower, upper] = [or("lower", f64::NEG_INFINITY)?, or("upper", f64::INFINITY)?];
-    if is_none_meant && upper < lower {
-        return Err(format!(
-            "`<limit>`: its upper limit {upper} lies below its lower limit {lower}"
-        ));
+    let is_new = version >= (1, 2);
+    for (limit, (name, none)) in limits.iter_mut().zip(NONE) {
+        *limit = number(stated, name)?.unwrap_or(if is_new { none } else { 0.0 });
     }
-    Ok(JointLimit {
-        lower,
-        upper,
-        effort: or("effort", f64::INFINITY)?,
-        velocity: or("velocity", f64::INFINITY)?,
-        ..JointLimit::default()
-    })
+    let [lower, upper, ..] = limits;
+    match is_new && upper < lower {
+        true => Err(format!(
+            "`<limit>`: its upper limit {upper} lies below its lower limit {lower}"
+        )),
+        false => Ok(limits),
+    }
 }
 
 /// Returns the axis of a joint, if stated and not zero.
@@ -368,10 +390,6 @@ fn numbers<const N: usize>(node: Node, attribute: &str) -> Result<Option<[f64; N
 
 fn number(node: Node, attribute: &str) -> Result<Option<f64>, String> {
     Ok(numbers(node, attribute)?.map(|[number]| number))
-}
-
-fn vector(node: Node, attribute: &str) -> Result<Option<Vec3>, String> {
-    Ok(numbers(node, attribute)?.map(Vec3))
 }
 
 fn required<T>(node: Node, part: &str, found: Option<T>) -> Result<T, String> {

@@ -426,8 +426,8 @@ fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)>
 /// Returns the tree of a text, if readable.
 pub(super) fn tree(source: &Source) -> Option<Tree> {
     let left_out = normalise::LeftOut::default();
-    let robot = normalise::robot(source, &left_out).ok()?;
-    Tree::build(source, robot).ok()
+    let parts = normalise::parts(source, &left_out).ok()?;
+    Tree::build(source, parts).ok()
 }
 
 /// Returns the text with wheels moved to one height if they differ by some millimetres; `None` if
