@@ -9,32 +9,13 @@ use roxmltree::Node;
 
 use super::schema::GEOMETRIES;
 use super::source::{Source, child};
-use super::tree::{Geometry, Mimic, Motion, PlacedShape, TreeJoint, TreeLink};
+use super::tree::{
+    Geometry, JointPart, LinkPart, Mimic, Motion, Parts, PlacedShape, TreeJoint, TreeLink,
+};
 use crate::model::{Joint, MassProperties, MotorLimits, Remark};
 
 /// A limited joint whose range is at least this is meant to turn endlessly: some files have 6.28.
 const NEARLY_A_TURN_RAD: f64 = TAU - 0.01;
-
-/// The links and joints of a text.
-pub(super) type Parts = (Vec<LinkPart>, Vec<JointPart>);
-
-/// A link that is not placed yet: its shapes are in its frame.
-pub(super) struct LinkPart {
-    pub(super) link: TreeLink,
-    /// Its mass properties in the frame of `<inertial>`, and the pose of that in the link's frame.
-    pub(super) mass: Option<(MassProperties, Isometry3<f64>)>,
-}
-
-/// A joint that is not placed yet.
-pub(super) struct JointPart {
-    pub(super) joint: TreeJoint,
-    /// The links that it joins.
-    pub(super) parent: String,
-    pub(super) child: String,
-    pub(super) parent_from_joint: Isometry3<f64>,
-    /// The axis in the joint's frame.
-    pub(super) axis: Vector3<f64>,
-}
 
 /// The parts left out of an incomplete file: joints of missing links, and everything then
 /// disconnected.

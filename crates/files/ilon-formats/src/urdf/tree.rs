@@ -5,13 +5,33 @@ use std::collections::HashMap;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::faults::Faults;
-use super::normalise::{JointPart, LinkPart, Parts};
 use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{Joint, MassProperties, MotorLimits};
 
 /// Smallest vertical component of a steering joint's axis, as a cosine.
 const UPRIGHT: f64 = 0.9;
+
+/// The links and joints of a text.
+pub(super) type Parts = (Vec<LinkPart>, Vec<JointPart>);
+
+/// A link that is not placed yet: its shapes are in its frame.
+pub(super) struct LinkPart {
+    pub(super) link: TreeLink,
+    /// Its mass properties in the frame of `<inertial>`, and the pose of that in the link's frame.
+    pub(super) mass: Option<(MassProperties, Isometry3<f64>)>,
+}
+
+/// A joint that is not placed yet.
+pub(super) struct JointPart {
+    pub(super) joint: TreeJoint,
+    /// The links that it joins.
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) parent_from_joint: Isometry3<f64>,
+    /// The axis in the joint's frame.
+    pub(super) axis: Vector3<f64>,
+}
 
 /// All links and joints of a robot, placed in the body frame, which is the frame of the root link.
 pub(super) struct Tree {
