@@ -136,10 +136,10 @@ pub enum Fault {
         /// The limit.
         most: String,
     },
-    /// What the other faults of URDF leave out, such as a rotation that is stated twice.
+    /// urdf-rs rejects the file.
     #[error("{reason}")]
     Urdf {
-        /// What is wrong.
+        /// Its message.
         reason: String,
     },
     /// An attribute is missing.

@@ -120,8 +120,7 @@ pub(super) fn in_place_of_rollers(tree: &Tree, hub: usize) -> Option<usize> {
         return None;
     };
     let shapes = &tree.links[tree.joints[crossing].child].shapes;
-    let is_ball =
-        |shape: &PlacedShape| matches!(shape.geometry, crate::urdf::tree::Geometry::Sphere { .. });
+    let is_ball = |shape: &PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Sphere { .. });
     let is_in_hub = (tree.joints[crossing].origin - tree.joints[hub].origin).norm() < SAME_PLACE_M;
     let turns_level = tree.is_level(crossing);
     (is_in_hub && turns_level && shapes.iter().any(is_ball)).then_some(crossing)

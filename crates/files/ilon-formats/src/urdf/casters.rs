@@ -6,9 +6,10 @@
 //! every direction, its place has no friction on the ground.
 
 use nalgebra::{Unit, Vector3};
+use urdf_rs::Geometry;
 
 use super::names;
-use super::tree::{Geometry, Motion, PlacedShape, Tree};
+use super::tree::{Motion, PlacedShape, Tree};
 use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
 
 /// By how much a caster may reach below the wheels' floor in a file and still be taken to reach

@@ -1,6 +1,7 @@
 //! Checks of the whole robot: its chassis, and relations between its wheels.
 
 use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::candidates::{Survey, WheelLike, is_called_wheel};
@@ -11,7 +12,7 @@ use super::geometry::{mesh_points, primitive};
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
 use super::source::Source;
-use super::tree::{Geometry, Motion, PlacedShape, Tree};
+use super::tree::{Motion, PlacedShape, Tree};
 use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
 use crate::model::{

@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::geometry::mesh_points;
 use super::mesh::Meshes;
 use super::mesh_rollers;
-use super::tree::{Geometry, PlacedShape};
+use super::tree::PlacedShape;
 use crate::error::Fault;
 
 /// Number of directions across the axis in which a mesh's reach is sampled.

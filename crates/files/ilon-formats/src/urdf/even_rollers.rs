@@ -3,8 +3,10 @@
 //! A left-handed wheel and its mirror image have different facets, so a file of equal wheels shows
 //! radii some tenths of a millimetre apart: the robot would stand on three of its wheels.
 
+use urdf_rs::Geometry;
+
 use super::recognise::Candidate;
-use super::tree::{Geometry, PlacedShape, Tree};
+use super::tree::{PlacedShape, Tree};
 use crate::model::{Remark, Wheel};
 
 /// Relative difference of radii that facets can cause.

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Isometry3, Translation3, Unit, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::disc::NoDisc;
@@ -15,7 +16,7 @@ use super::roller_dimensions::{self, DrawnOutline, Skew};
 use super::roller_gaps::barrel_half_length_m;
 use super::source::Source;
 use super::transmission;
-use super::tree::{Geometry, PlacedShape, Tree};
+use super::tree::{PlacedShape, Tree};
 use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
 use crate::generate::elements::spheres_of;

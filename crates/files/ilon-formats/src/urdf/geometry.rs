@@ -2,9 +2,10 @@
 //! axis, with t counted from the point closest to the hub axis.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use urdf_rs::Geometry;
 
 use super::mesh::Meshes;
-use super::tree::{Geometry, PlacedShape};
+use super::tree::PlacedShape;
 use crate::error::Fault;
 use crate::model::{CollisionShape, Profile, ProfilePart as Part};
 
@@ -12,7 +13,7 @@ use crate::model::{CollisionShape, Profile, ProfilePart as Part};
 pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
     Some(match geometry {
         Geometry::Box { size } => CollisionShape::Box {
-            half_extents_m: Vector3::from(*size) * 0.5,
+            half_extents_m: Vector3::from(**size) * 0.5,
         },
         Geometry::Cylinder { radius, length } => CollisionShape::Cylinder {
             radius_m: *radius,
@@ -31,7 +32,7 @@ pub(super) fn primitive(geometry: &Geometry) -> Option<CollisionShape> {
 /// mesh.
 pub(super) fn extent_m(shape: &PlacedShape, from: &Point3<f64>) -> Option<f64> {
     let own_m = match &shape.geometry {
-        Geometry::Box { size } => 0.5 * Vector3::from(*size).norm(),
+        Geometry::Box { size } => 0.5 * Vector3::from(**size).norm(),
         Geometry::Cylinder { radius, length } => libm::hypot(*radius, 0.5 * length),
         Geometry::Capsule { radius, length } => radius + 0.5 * length,
         Geometry::Sphere { radius } => *radius,
@@ -44,10 +45,10 @@ pub(super) fn extent_m(shape: &PlacedShape, from: &Point3<f64>) -> Option<f64> {
 pub(super) fn mesh_points(
     meshes: &Meshes,
     filename: &str,
-    scale: Option<[f64; 3]>,
+    scale: Option<urdf_rs::Vec3>,
     place: &Isometry3<f64>,
 ) -> Result<Vec<Point3<f64>>, Fault> {
-    let scale = scale.map_or(Vector3::repeat(1.0), Vector3::from);
+    let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
     let vertices = meshes.vertices(filename)?;
     Ok(vertices
         .iter()
@@ -122,7 +123,7 @@ fn read_shape(
             radius
         }
         Geometry::Mesh { filename, scale } => {
-            let scale = scale.map_or(Vector3::repeat(1.0), Vector3::from);
+            let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
             let vertices = meshes.vertices(filename)?;
             let from_foot = vertices.iter().map(|v| {
                 shape.body_from_shape * Point3::from(v.coords.component_mul(&scale)) - foot

@@ -156,7 +156,7 @@ impl super::tree::Tree {
         let mass = of.mass.as_ref()?;
         let all = || of.shapes.iter().chain(&of.visuals);
         let is_mesh = |shape: &super::tree::PlacedShape| {
-            matches!(shape.geometry, crate::urdf::tree::Geometry::Mesh { .. })
+            matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. })
         };
         if all().any(is_mesh) {
             return None;

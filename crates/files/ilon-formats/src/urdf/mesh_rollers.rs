@@ -8,11 +8,11 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+use urdf_rs::Geometry;
 
 use super::body::RigidBody;
 use super::mesh::Meshes;
 use super::roller_dimensions::skew;
-use super::tree::Geometry;
 use super::visual_meshes::mesh_triangles;
 
 /// Largest mesh that is analysed: published wheels have up to 80,000 triangles.
@@ -86,7 +86,7 @@ pub(super) fn of_wheel(
 /// The same for one mesh.
 pub(super) fn of_mesh(
     filename: &str,
-    scale: Option<[f64; 3]>,
+    scale: Option<urdf_rs::Vec3>,
     hub_from_shape: &Isometry3<f64>,
     meshes: &Meshes,
 ) -> Option<MeshRollers> {
@@ -95,7 +95,7 @@ pub(super) fn of_mesh(
     if triangles.len() > MOST_TRIANGLES {
         return None;
     }
-    let scale = scale.map_or(Vector3::repeat(1.0), Vector3::from);
+    let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(*s));
     let place = |[x, y, z]: [f32; 3]| {
         let v = Vector3::new(x, y, z).cast::<f64>().component_mul(&scale);
         hub_from_shape * Point3::from(v)

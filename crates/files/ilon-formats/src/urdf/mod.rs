@@ -1,7 +1,7 @@
 //! Builds a robot from URDF text.
 //!
-//! The stages: check the text against the form of URDF ([`source`], [`schema`], [`numbers`]); read
-//! its links and joints ([`normalise`]); place its links and joints in a tree in the body frame
+//! The stages: check the text against the form of URDF ([`source`], [`schema`], [`numbers`]); parse
+//! it with urdf-rs ([`normalise`]); place its links and joints in a tree in the body frame
 //! ([`tree`], [`body`]); recognise wheels and rollers ([`recognise`]) and measure them
 //! ([`wheel_dimensions`], [`from_rollers`] with [`geometry`], [`roller_dimensions`], [`mesh`] and
 //! [`dae`], [`roller_gaps`], [`outline`]); find wheels without rollers ([`candidates`], [`disc`])
@@ -145,9 +145,12 @@ fn tree(
     } else {
         normalise::LeftOut::default()
     };
-    let parts = normalise::parts(source, &left_out);
-    let parts = parts.map_err(|reason| source.robot_error(Fault::Urdf { reason }))?;
-    Tree::build(source, parts)
+    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out));
+    let urdf = urdf.map_err(|e| {
+        let reason = e.to_string();
+        RobotError::new(&source.prepared.file, Fault::Urdf { reason })
+    })?;
+    Tree::build(source, urdf)
 }
 
 /// Largest number of wheel joints: the checks of each visit all others.
@@ -400,7 +403,7 @@ fn assemble(
         let link = &tree.links[body.link].name;
         // The reach of a mesh is unknown: half of the rejected range is doubted then.
         let is_mesh =
-            |shape: &tree::PlacedShape| matches!(shape.geometry, tree::Geometry::Mesh { .. });
+            |shape: &tree::PlacedShape| matches!(shape.geometry, urdf_rs::Geometry::Mesh { .. });
         let has_meshes = body.shapes.iter().chain(&body.visuals).any(is_mesh);
         let reach = (reach_m(mass), if has_meshes { 2.5 } else { 1.0 });
         check::check_gyration(source, link, mass, reach, &mut loading.remarks)?;

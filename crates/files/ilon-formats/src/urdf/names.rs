@@ -48,7 +48,7 @@ fn of_link(tree: &Tree, link: usize) -> impl Iterator<Item = String> {
     let link = &tree.links[link];
     let shapes = link.shapes.iter().chain(&link.visuals);
     let meshes = shapes.filter_map(|shape| match &shape.geometry {
-        crate::urdf::tree::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
+        urdf_rs::Geometry::Mesh { filename, .. } => Some(own_name(filename)),
         _ => None,
     });
     std::iter::once(link.name.clone()).chain(meshes)

@@ -426,8 +426,8 @@ fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)>
 /// Returns the tree of a text, if readable.
 pub(super) fn tree(source: &Source) -> Option<Tree> {
     let left_out = normalise::LeftOut::default();
-    let parts = normalise::parts(source, &left_out).ok()?;
-    Tree::build(source, parts).ok()
+    let urdf = urdf_rs::read_from_string(&normalise::normalised(source, &left_out)).ok()?;
+    Tree::build(source, urdf).ok()
 }
 
 /// Returns the text with wheels moved to one height if they differ by some millimetres; `None` if

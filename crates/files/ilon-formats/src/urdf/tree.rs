@@ -1,37 +1,22 @@
 //! The kinematic tree with every joint at zero.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use urdf_rs::{Geometry, JointLimit, JointType};
 
 use super::faults::Faults;
+use super::normalise::stated_axis;
 use super::source::Source;
 use crate::error::{Fault, RobotError};
 use crate::model::{Joint, MassProperties, MotorLimits};
 
+/// A limited joint whose range is at least this is meant to turn endlessly: some files have 6.28.
+const NEARLY_A_TURN_RAD: f64 = TAU - 0.01;
+
 /// Smallest vertical component of a steering joint's axis, as a cosine.
 const UPRIGHT: f64 = 0.9;
-
-/// The links and joints of a text.
-pub(super) type Parts = (Vec<LinkPart>, Vec<JointPart>);
-
-/// A link that is not placed yet: its shapes are in its frame.
-pub(super) struct LinkPart {
-    pub(super) link: TreeLink,
-    /// Its mass properties in the frame of `<inertial>`, and the pose of that in the link's frame.
-    pub(super) mass: Option<(MassProperties, Isometry3<f64>)>,
-}
-
-/// A joint that is not placed yet.
-pub(super) struct JointPart {
-    pub(super) joint: TreeJoint,
-    /// The links that it joins.
-    pub(super) parent: String,
-    pub(super) child: String,
-    pub(super) parent_from_joint: Isometry3<f64>,
-    /// The axis in the joint's frame.
-    pub(super) axis: Vector3<f64>,
-}
 
 /// All links and joints of a robot, placed in the body frame, which is the frame of the root link.
 pub(super) struct Tree {
@@ -61,38 +46,6 @@ pub(super) struct TreeLink {
     pub(super) body_from_link: Isometry3<f64>,
     /// The joints below it, in the order of the file.
     pub(super) joints_below: Vec<usize>,
-}
-
-impl TreeLink {
-    /// A link without mass and shapes.
-    pub(super) fn new(name: String) -> Self {
-        Self {
-            name,
-            mass: None,
-            shapes: Vec::new(),
-            visuals: Vec::new(),
-            body_from_link: Isometry3::identity(),
-            joints_below: Vec::new(),
-        }
-    }
-}
-
-impl LinkPart {
-    fn placed(self, body_from_link: &Isometry3<f64>, joints_below: Vec<usize>) -> TreeLink {
-        let mut link = self.link;
-        for shape in link.shapes.iter_mut().chain(&mut link.visuals) {
-            shape.body_from_shape = body_from_link * shape.body_from_shape;
-        }
-        let moved = |(mass, link_from_mass)| {
-            MassProperties::moved(&mass, &(body_from_link * link_from_mass))
-        };
-        TreeLink {
-            mass: self.mass.map(moved),
-            body_from_link: *body_from_link,
-            joints_below,
-            ..link
-        }
-    }
 }
 
 /// A joint with its pose.
@@ -142,29 +95,6 @@ pub(super) enum Motion {
     Other,
 }
 
-/// The shape of a part, lengths in metres.
-#[derive(Clone, Debug)]
-pub(super) enum Geometry {
-    Box {
-        size: [f64; 3],
-    },
-    Cylinder {
-        radius: f64,
-        length: f64,
-    },
-    Capsule {
-        radius: f64,
-        length: f64,
-    },
-    Sphere {
-        radius: f64,
-    },
-    Mesh {
-        filename: String,
-        scale: Option<[f64; 3]>,
-    },
-}
-
 /// A geometry and its pose in the body frame.
 #[derive(Clone)]
 pub(super) struct PlacedShape {
@@ -184,21 +114,25 @@ struct Hanging {
 
 impl Tree {
     /// Builds the tree; rejects links with two parents, several roots and loops.
-    pub(super) fn build(source: &Source, (links, joints): Parts) -> Result<Self, RobotError> {
-        let hanging = hang(source, &links, &joints)?;
+    pub(super) fn build(source: &Source, robot: urdf_rs::Robot) -> Result<Self, RobotError> {
+        // Destructured completely: unused fields appear as `_`.
+        let urdf_rs::Robot {
+            name: _,
+            version: _,
+            links,
+            joints,
+            materials: _,
+        } = robot;
+        let mut hanging = hang(source, &links, &joints)?;
         let root = root(source, &links, &hanging)?;
         let (placed, from_the_top) = place(source, &links, &joints, &hanging, root)?;
         let joints: Vec<TreeJoint> = joints
             .into_iter()
             .zip(&hanging.ends)
-            .map(|(part, &(parent, child))| TreeJoint {
-                parent,
-                child,
-                origin: Point3::from(placed[child].translation.vector),
-                // Only a joint that does not turn can still have a zero axis; it has no effect.
-                axis: Unit::try_new(placed[child] * part.axis, 1e-9)
-                    .unwrap_or_else(Vector3::x_axis),
-                ..part.joint
+            .map(|(joint, ends)| {
+                let node = source.named("joint", &joint.name);
+                let states_axis = node.and_then(stated_axis).is_some();
+                tree_joint(joint, *ends, &placed, states_axis)
             })
             .collect();
         let mut turning_above: Vec<Option<usize>> = vec![None; joints.len()];
@@ -230,8 +164,8 @@ impl Tree {
         }
         let links = links
             .into_iter()
-            .zip(placed.iter().zip(hanging.below))
-            .map(|(part, (body_from_link, joints_below))| part.placed(body_from_link, joints_below))
+            .enumerate()
+            .map(|(i, link)| tree_link(link, placed[i], std::mem::take(&mut hanging.below[i])))
             .collect();
         Ok(Self {
             links,
@@ -277,11 +211,15 @@ impl Tree {
 }
 
 /// Finds the parent of each joint; rejects links with two parent joints.
-fn hang(source: &Source, links: &[LinkPart], joints: &[JointPart]) -> Result<Hanging, RobotError> {
+fn hang(
+    source: &Source,
+    links: &[urdf_rs::Link],
+    joints: &[urdf_rs::Joint],
+) -> Result<Hanging, RobotError> {
     let index: HashMap<&str, usize> = links
         .iter()
         .enumerate()
-        .map(|(i, part)| (part.link.name.as_str(), i))
+        .map(|(i, link)| (link.name.as_str(), i))
         .collect();
     let mut faults = Faults::default();
     let mut hanging = Hanging {
@@ -289,21 +227,21 @@ fn hang(source: &Source, links: &[LinkPart], joints: &[JointPart]) -> Result<Han
         above: vec![None; links.len()],
         below: vec![Vec::new(); links.len()],
     };
-    for (j, part) in joints.iter().enumerate() {
+    for (j, joint) in joints.iter().enumerate() {
         let end = |link: &String| {
             index.get(link.as_str()).copied().ok_or_else(|| {
                 let link = link.clone();
-                source.joint_error(&part.joint.name, Fault::UnknownLink { link })
+                source.joint_error(&joint.name, Fault::UnknownLink { link })
             })
         };
-        let (parent, child) = (end(&part.parent)?, end(&part.child)?);
+        let (parent, child) = (end(&joint.parent.link)?, end(&joint.child.link)?);
         hanging.ends.push((parent, child));
         if let Some(first) = hanging.above[child] {
             let fault = Fault::TwoParents {
-                link: part.child.clone(),
-                first_joint: joints[first].joint.name.clone(),
+                link: joint.child.link.clone(),
+                first_joint: joints[first].name.clone(),
             };
-            faults.push(source.joint_error(&part.joint.name, fault));
+            faults.push(source.joint_error(&joint.name, fault));
             continue;
         }
         hanging.above[child] = Some(j);
@@ -314,16 +252,16 @@ fn hang(source: &Source, links: &[LinkPart], joints: &[JointPart]) -> Result<Han
 }
 
 /// Returns the only link without a parent.
-fn root(source: &Source, links: &[LinkPart], hanging: &Hanging) -> Result<usize, RobotError> {
+fn root(source: &Source, links: &[urdf_rs::Link], hanging: &Hanging) -> Result<usize, RobotError> {
     let above = &hanging.above;
     let roots: Vec<usize> = (0..above.len()).filter(|&l| above[l].is_none()).collect();
     match roots[..] {
         [root] => Ok(root),
         [] => Err(source.robot_error(Fault::Loop)),
         [_, second, ..] => {
-            let names = roots.iter().map(|&l| links[l].link.name.clone()).collect();
+            let names = roots.iter().map(|&l| links[l].name.clone()).collect();
             let fault = Fault::SeveralRoots { links: names };
-            Err(source.link_error(&links[second].link.name, fault))
+            Err(source.link_error(&links[second].name, fault))
         }
     }
 }
@@ -332,8 +270,8 @@ fn root(source: &Source, links: &[LinkPart], hanging: &Hanging) -> Result<usize,
 /// loop.
 fn place(
     source: &Source,
-    links: &[LinkPart],
-    joints: &[JointPart],
+    links: &[urdf_rs::Link],
+    joints: &[urdf_rs::Joint],
     hanging: &Hanging,
     root: usize,
 ) -> Result<(Vec<Isometry3<f64>>, Vec<usize>), RobotError> {
@@ -347,13 +285,148 @@ fn place(
         };
         for &j in &hanging.below[link] {
             let child = hanging.ends[j].1;
-            placed[child] = Some(body_from_parent * joints[j].parent_from_joint);
+            placed[child] = Some(body_from_parent * isometry(&joints[j].origin));
             waiting.push(child);
             from_the_top.push(j);
         }
     }
     if let Some(lost) = placed.iter().position(Option::is_none) {
-        return Err(source.link_error(&links[lost].link.name, Fault::Loop));
+        return Err(source.link_error(&links[lost].name, Fault::Loop));
     }
     Ok((placed.into_iter().flatten().collect(), from_the_top))
+}
+
+fn tree_link(
+    link: urdf_rs::Link,
+    body_from_link: Isometry3<f64>,
+    joints_below: Vec<usize>,
+) -> TreeLink {
+    let urdf_rs::Link {
+        name,
+        inertial,
+        visual,
+        collision,
+    } = link;
+    let urdf_rs::Inertial {
+        origin,
+        mass,
+        inertia: i,
+    } = inertial;
+    let in_inertial_frame = MassProperties {
+        mass_kg: mass.value,
+        center_of_mass_m: Vector3::zeros(),
+        inertia_kg_m2: Matrix3::new(
+            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+        ),
+    };
+    let mass =
+        (mass.value > 0.0).then(|| in_inertial_frame.moved(&(body_from_link * isometry(&origin))));
+    let placed = |origin: &urdf_rs::Pose, geometry: Geometry| PlacedShape {
+        body_from_shape: body_from_link * isometry(origin),
+        geometry,
+    };
+    TreeLink {
+        name,
+        mass,
+        shapes: collision
+            .into_iter()
+            .map(|shape| placed(&shape.origin, shape.geometry))
+            .collect(),
+        visuals: visual
+            .into_iter()
+            .map(|shape| placed(&shape.origin, shape.geometry))
+            .collect(),
+        body_from_link,
+        joints_below,
+    }
+}
+
+fn tree_joint(
+    joint: urdf_rs::Joint,
+    (parent, child): (usize, usize),
+    body_from_link: &[Isometry3<f64>],
+    states_axis: bool,
+) -> TreeJoint {
+    let urdf_rs::Joint {
+        name,
+        joint_type,
+        origin: _,
+        parent: _,
+        child: _,
+        axis,
+        limit,
+        calibration: _,
+        dynamics,
+        mimic,
+        safety_controller: _,
+    } = joint;
+    let JointLimit {
+        lower,
+        upper,
+        effort,
+        velocity,
+        acceleration: _,
+        deceleration: _,
+        jerk: _,
+    } = limit;
+    let slides = joint_type == JointType::Prismatic;
+    let is_bounded = slides || joint_type == JointType::Revolute;
+    let travel = if is_bounded {
+        [lower, upper]
+    } else {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    };
+    let motion = match joint_type {
+        JointType::Fixed => Motion::Fixed,
+        JointType::Continuous => Motion::Turning,
+        // Some tools have no continuous joints and write revolute ones of many turns, or of one.
+        JointType::Revolute if upper - lower >= NEARLY_A_TURN_RAD => Motion::Turning,
+        JointType::Revolute => Motion::Swinging,
+        JointType::Prismatic | JointType::Floating | JointType::Planar | JointType::Spherical => {
+            Motion::Other
+        }
+    };
+    let axis_in_link = Vector3::from(*axis.xyz);
+    // Only a joint that does not turn can still have a zero axis here; it has no effect.
+    let axis =
+        Unit::try_new(body_from_link[child] * axis_in_link, 1e-9).unwrap_or_else(Vector3::x_axis);
+    // URDF writes 0 for a missing limit.
+    let or_none = |limit: f64| if limit > 0.0 { limit } else { f64::INFINITY };
+    let dynamics = dynamics.unwrap_or_default();
+    TreeJoint {
+        name,
+        motion,
+        parent,
+        child,
+        origin: Point3::from(body_from_link[child].translation.vector),
+        axis,
+        states_axis,
+        limits: MotorLimits {
+            effort_n_m: or_none(effort),
+            velocity_rad_s: or_none(velocity),
+        },
+        losses: Joint {
+            damping_n_m_s: dynamics.damping,
+            friction_n_m: dynamics.friction,
+        },
+        mimics: mimic.is_some(),
+        mimic: mimic.map(|mimic| Mimic {
+            joint: mimic.joint,
+            multiplier: mimic.multiplier.unwrap_or(1.0),
+            offset: mimic.offset.unwrap_or(0.0),
+        }),
+        slides,
+        travel,
+        effort,
+    }
+}
+
+/// Converts a URDF pose: rotation by roll, pitch and yaw about the fixed x, y and z axes, in this
+/// order, then translation.
+fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = *pose.rpy;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(*pose.xyz)),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
 }

@@ -123,7 +123,7 @@ pub(super) fn free_name(source: &Source, tree: &Tree, wheels: &[WheelLike]) -> O
     let shapes = tree.links.iter().flat_map(|link| {
         let shapes = link.visuals.iter().chain(&link.shapes);
         shapes.filter_map(|shape| match &shape.geometry {
-            crate::urdf::tree::Geometry::Mesh { filename, .. } => names::in_package(filename),
+            urdf_rs::Geometry::Mesh { filename, .. } => names::in_package(filename),
             _ => None,
         })
     });

@@ -266,37 +266,6 @@ fn tens_of_thousands_of_faults_end_soon() {
     assert!(took < 20.0, "{took} s");
 }
 
-/// Each body of MJCF, geom and joint becomes some ten times its text as URDF. When that text was
-/// parsed and written anew by urdf-rs, twice, a megabyte took 9 s of this build here, and 3.6 s of a release.
-#[cfg(target_os = "linux")]
-#[test_case("<body name=\"x{}\"><geom type=\"sphere\" size=\".01\"/></body>"; "bodies")]
-#[test_case("<geom type=\"sphere\" size=\".01\"/>"; "geoms")]
-#[test_case("<body><joint name=\"q{}\" type=\"slide\" axis=\"0 0 1\"/><geom size=\".01\"/></body>"; "joints")]
-fn a_megabyte_of_mjcf_ends_soon(part: &str) {
-    let head = "<mujoco><worldbody><body name=\"b\"><freejoint/><geom type=\"box\" size=\".2 .2 .02\" mass=\"5\"/>";
-    let mut text = head.to_owned();
-    for k in 0.. {
-        text += &part.replace("{}", &k.to_string());
-        if text.len() > 1 << 20 {
-            break;
-        }
-    }
-    text += "</body></worldbody></mujoco>";
-    let begun_s = cpu_s();
-    let error = Robot::from_urdf_str(&text, "many.xml").unwrap_err();
-    let took_s = cpu_s() - begun_s;
-    println!("{took_s:.2} s: {error}");
-    assert!(took_s < 5.0, "{took_s} s");
-}
-
-/// The time in seconds that this thread has computed, whatever else the machine does.
-#[cfg(target_os = "linux")]
-fn cpu_s() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let ns = told.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
-    ns.map_or(0.0, |ns| 1e-9 * ns)
-}
-
 #[test]
 fn a_declaration_that_comes_late_is_told_how_to_mend() {
     let error = Robot::from_urdf_str(
