@@ -797,4 +797,19 @@ mod tests {
         let (scenario, robot) = of("");
         assert!(left_out(&scenario, &robot).is_empty());
     }
+
+    #[test]
+    fn wheels_are_named_and_all_of_them_are_all_wheels() {
+        let (_, robot) = of("");
+        let name = |wheel: usize| format!("`{}`", robot.wheels[wheel].name);
+        assert_eq!(named(&robot, &[0, 1, 2, 3]), "all wheels");
+        assert_eq!(named(&robot, &[2]), format!("wheel {}", name(2)));
+        let some = format!(
+            "wheels {}, {}, {} at almost the same time",
+            name(0),
+            name(1),
+            name(3)
+        );
+        assert_eq!(named(&robot, &[0, 1, 3]), some);
+    }
 }

@@ -490,6 +490,22 @@ fn to_resolve_is_to_resolve_once() {
     assert_eq!(hash(&scenario), hash(once.scenario()));
 }
 
+/// A load of 5 kg is carried and put down again: the robot then goes on as one that never carried
+/// any, to the bit. No load is lighter than nothing.
+#[test]
+fn a_load_that_is_put_down_is_gone_and_none_is_negative() {
+    let [mut plain, mut laden] = [plant(), plant()];
+    laden.carry(5.0).expect("a load");
+    laden.carry(0.0).expect("no load");
+    assert_eq!(drive(&mut laden, 10), drive(&mut plain, 10));
+    laden.carry(5.0).expect("a load");
+    assert_ne!(drive(&mut laden, 10), drive(&mut plain, 10));
+    for mass_kg in [-1.0, f64::NAN, f64::INFINITY] {
+        let error = laden.carry(mass_kg).expect_err("no load").to_string();
+        assert!(error.contains("cannot carry"), "{error}");
+    }
+}
+
 #[test]
 fn a_push_from_outside_is_the_same_push_of_a_scenario() {
     // 6 N for 0.25 s from 0.3 s on, which divide without rounding: as an impulse in the scenario,

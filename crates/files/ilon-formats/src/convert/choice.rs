@@ -8,8 +8,14 @@ use crate::urdf::{UrdfText, wheels_seen};
 pub(super) fn with_most_wheels(
     written: impl IntoIterator<Item = Result<UrdfText, RobotError>>,
 ) -> Option<Result<UrdfText, RobotError>> {
+    let mut written = written.into_iter().peekable();
+    let first = written.next();
+    // Nothing is to be counted in the only one.
+    if written.peek().is_none() {
+        return first;
+    }
     let mut best: Option<((usize, usize), Result<UrdfText, RobotError>)> = None;
-    for robot in written {
+    for robot in first.into_iter().chain(written) {
         let wheels = robot.as_ref().map_or((0, 0), wheels_seen);
         if best.as_ref().is_none_or(|(most, _)| wheels > *most) {
             best = Some((wheels, robot));
