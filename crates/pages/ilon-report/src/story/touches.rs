@@ -39,7 +39,8 @@ impl Fall {
             return;
         }
         // Before it reached this speed it had fallen by v^2 / 2 g already.
-        let from_m = *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * gravity_m_s2));
+        let from_m =
+            *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * gravity_m_s2));
         if from_m - height_m > self.most_m {
             (self.most_m, self.at_s) = (from_m - height_m, t_s);
         }
