@@ -96,13 +96,11 @@ pub(super) fn of_shown_balls(body: &mut RigidBody, wheels: &[Wheel]) -> Option<R
     if body.shapes.iter().any(|of| touches(&of)) {
         return None;
     }
-    let balls: Vec<PlacedShape> = body.visuals.iter().filter(touches).cloned().collect();
-    let count = balls.len();
-    body.shapes.extend(balls);
-    (count > 0).then(|| {
-        let text = format!("{count} without collision geometry carry it as they are shown");
-        Remark::new("balls", text)
-    })
+    let before = body.shapes.len();
+    body.shapes
+        .extend(body.visuals.iter().filter(touches).cloned());
+    let text = "those without collision geometry carry it as they are shown";
+    (body.shapes.len() > before).then(|| Remark::new("balls", text))
 }
 
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
