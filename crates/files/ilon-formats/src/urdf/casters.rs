@@ -8,6 +8,7 @@
 use nalgebra::{Unit, Vector3};
 use urdf_rs::Geometry;
 
+use super::body::RigidBody;
 use super::names;
 use super::tree::{Motion, PlacedShape, Tree};
 use crate::model::{Collision, CollisionShape, Remark, Robot, StandingPose, Wheel};
@@ -81,6 +82,25 @@ fn trails(tree: &Tree, joint: usize) -> bool {
         let is_behind = trail_m > beside_m.xy().dot(&axle.xy()).abs().max(LEAST * size_m);
         turns(&swivel) && turns(&wheel) && tree.is_level(wheel) && is_behind
     })
+}
+
+/// Gives the balls that a file only shows, and that reach just down to the floor of its wheels,
+/// collision geometry: a pair of wheels stands on them. Returns a remark if there are any.
+pub(super) fn of_shown_balls(body: &mut RigidBody, wheels: &[Wheel]) -> Option<Remark> {
+    let bottoms = wheels.iter().map(|of| of.position_m().z - of.radius_m);
+    let floor_m = bottoms.fold(f64::INFINITY, f64::min);
+    let touches = |of: &&PlacedShape| {
+        let height_m = of.body_from_shape.translation.z - floor_m;
+        matches!(of.geometry, Geometry::Sphere { radius } if (height_m - radius).abs() < ROUNDED_M)
+    };
+    if body.shapes.iter().any(|of| touches(&of)) {
+        return None;
+    }
+    let before = body.shapes.len();
+    body.shapes
+        .extend(body.visuals.iter().filter(touches).cloned());
+    let text = "those without collision geometry carry it as they are shown";
+    (body.shapes.len() > before).then(|| Remark::new("balls", text))
 }
 
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that

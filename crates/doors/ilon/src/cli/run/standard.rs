@@ -126,3 +126,27 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
     table.columns(columns, told.iter().map(|told| (told.0.name, told)));
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    /// On the spot such an origin moves sideways by its distance from the axle, which is no part of
+    /// the command: its share can be anything.
+    #[test]
+    fn shares_are_those_of_the_components_that_are_asked_for() {
+        let urdf = include_str!("../../../../../../assets/robots/differential.urdf");
+        let robot = ilon_robot::Robot::from_urdf_str(urdf, "robot.urdf").expect("a robot");
+        let turn = standard_motions(&robot).expect("it can be driven")[4].expect("it can turn");
+        let mut summary = Summary::default();
+        for ratio in [
+            &mut summary.twist_ratio_asked,
+            &mut summary.twist_ratio_ideal,
+        ] {
+            (ratio.vy, ratio.omega) = (Some(-2.79), Some(0.576));
+        }
+        let shown = table("robot", &[(turn, summary)], false).to_string();
+        assert!(shown.contains("57.6") && !shown.contains("279"), "{shown}");
+    }
+}
