@@ -31,6 +31,9 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     if step_s:
         model.opt.timestep = step_s
     model.geom_solref[:, 0] /= stiffer
+    # Of tyres stiffness and damping, of all others the time in which they settle.
+    model.pair_solref *= np.array([stiffer**2, stiffer])
+    model.pair_solreffriction *= stiffer
     data = mujoco.MjData(model)
     wheels = about["wheels"]
     stronger, follows = (STRONGER, FOLLOWS) if angles is None else OF_TRACE

@@ -2,23 +2,26 @@
 
 use std::fmt::Write;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::fit::FittedRobot;
 use super::frame::{Ground, STEP_S, about_comment, filled};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
+use crate::model::{
+    CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot, Roller, Wheel,
+};
 
 /// Time constant of contacts of rollers: two steps, the shortest that MuJoCo takes.
 const SETTLES_S: f64 = 2.0 * STEP_S;
 /// Settings of tyres' contacts, which slide in turns. Where MuJoCo's contacts slide at v they push apart
 /// by friction times the damping of friction times v, as an acceleration: what slides faster carries
-/// more, and beyond the weight's d / (1 - d) it hops. So friction is damped little, which needs a
-/// pair of geoms, and impratio makes up for that; the normal direction settles at once.
-const TYRE: (&str, f64, &str) = ("-50000 -500", 0.5, "1000");
-const TYRE_FRICTION: &str = "0 -10";
+/// more, and beyond (1 - d) / d of gravity it hops. So friction is damped little, which needs a pair
+/// of geoms, and impratio makes up for that; less, and a wheel that spins at a hard start slides for
+/// longer. In MuJoCo's form d^2 k and d b, of k = 4e5 /s^2, b = 833 /s, and 70 /s of friction.
+const TYRE: (&str, f64, &str) = ("-36000 -250", 0.3, "1000");
+const TYRE_FRICTION: &str = "0 -21";
 /// How deep a roller sinks, over the wheel's radius: as far as native shapes raise and lower hubs.
 /// Where contacts are much harder, wheels leave the ground at each hand-over.
 const SAG: f64 = 4e-4;
@@ -34,51 +37,35 @@ pub fn contact_stiffness_n_m(robot: &Robot) -> f64 {
 /// k = 1 / ((1 - d) a t^2), with its time constant t and the inverse mass a at the roller's centre.
 fn impedance(robot: &Robot, parts: &[Part]) -> f64 {
     let stiffness_n_m = contact_stiffness_n_m(robot);
-    let yields = stiffness_n_m * mean_inverse_mass_per_kg(parts) * SETTLES_S * SETTLES_S;
+    let yields = stiffness_n_m * mean_inverse_mass_per_kg(robot, parts) * SETTLES_S * SETTLES_S;
     (1.0 - 1.0 / yields).clamp(0.5, 0.99)
 }
 
 /// Inverse mass at a roller's centre, the mean over directions and rollers: of the robot as one
 /// body, on whose wheels nothing acts.
-fn mean_inverse_mass_per_kg(parts: &[Part]) -> f64 {
+fn mean_inverse_mass_per_kg(robot: &Robot, parts: &[Part]) -> f64 {
     let in_body = |part: &Part| part.mass.moved(&part.body_from_part);
     let bodies: Vec<MassProperties> = parts.iter().map(in_body).collect();
-    let inverse = MassProperties::merged(&bodies).and_then(|whole| {
-        let turning = whole.inertia_kg_m2.try_inverse()?;
-        Some((whole, turning))
-    });
-    let Some((whole, turning)) = inverse else {
+    let Some(whole) = MassProperties::merged(&bodies) else {
         return 0.0;
     };
-    let on_axle = |part: &Part| {
-        let carrier = part.parent?;
-        matches!(part.joint.as_ref()?.role, Role::Roller).then_some(carrier)
+    let Some(turning) = whole.inertia_kg_m2.try_inverse() else {
+        return 0.0;
     };
-    let spun = |wheel: usize| {
-        let wheel_from_body = parts[wheel].body_from_part.inverse();
-        let turns = parts.iter().enumerate();
-        let turns = turns.filter(|(at, part)| *at == wheel || on_axle(part) == Some(wheel));
-        let about_axle = |(at, _): (usize, &Part)| {
-            bodies[at]
-                .moved(&wheel_from_body)
-                .inertia_about(&Vector3::zeros())
-                .m33
-        };
-        let armature = parts[wheel]
-            .joint
-            .as_ref()
-            .map_or(0.0, |joint| joint.armature);
-        armature + turns.map(about_axle).sum::<f64>()
-    };
-    let of_roller = |part: &Part| {
-        let wheel = on_axle(part)?;
-        let lever =
-            (part.body_from_part.translation.vector - whole.center_of_mass_m).cross_matrix();
-        let ring_m = part.parent_from_part(parts).translation.vector.xy().norm();
+    let on_axle = |of: &MassProperties| of.inertia_about(&Vector3::zeros()).m33;
+    let of_roller = |(wheel, roller): (&Wheel, &Roller)| {
+        let rollers = wheel.rollers.iter();
+        let rollers: f64 = rollers.map(|roller| on_axle(&roller.mass_in_hub())).sum();
+        let spun = wheel.drive.reflected_inertia_kg_m2() + on_axle(&wheel.hub) + rollers;
+        let middle_m = roller.center_in_hub_m;
+        let place_m = (wheel.body_from_hub * Point3::from(middle_m)).coords;
+        let lever = (place_m - whole.center_of_mass_m).cross_matrix();
         let turned = (lever.transpose() * turning * lever).trace();
-        Some((3.0 / whole.mass_kg + turned + ring_m * ring_m / spun(wheel)) / 3.0)
+        (3.0 / whole.mass_kg + turned + middle_m.xy().norm_squared() / spun) / 3.0
     };
-    let each: Vec<f64> = parts.iter().filter_map(of_roller).collect();
+    let all = robot.wheels.iter();
+    let all = all.flat_map(|wheel| wheel.rollers.iter().map(move |roller| (wheel, roller)));
+    let each: Vec<f64> = all.map(of_roller).collect();
     each.iter().sum::<f64>() / each.len() as f64
 }
 

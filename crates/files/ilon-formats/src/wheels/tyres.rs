@@ -4,12 +4,10 @@
 //! In MJCF an ellipsoid touches at each of these places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length
 //! l, and resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
 
-use std::fmt::Write;
-
 use nalgebra::Isometry3;
 
 use super::{Format, RollerShape};
-use crate::generate::elements::{attribute, num};
+use crate::generate::elements::tyres_element;
 use crate::model::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
 
 /// What stands for a tyre; `None` of a roller.
@@ -49,17 +47,12 @@ pub(super) fn element(robot: &Robot) -> String {
     let Some((width_m, shoulder_m)) = tyres.first() else {
         return String::new();
     };
-    let mut out = "  <ilon_tyres".to_owned();
     // The element has one tyre for all; unequal ones are taken from the wheels' shapes.
-    if tyres.iter().all(|of| *of == tyres[0]) {
-        let [width, shoulder] = [width_m, shoulder_m].map(|m| num(*m));
-        let _ = write!(out, " width=\"{width}\" shoulder_radius=\"{shoulder}\"");
-    }
-    out += ">\n";
-    for wheel in &robot.wheels {
-        let driven = wheel.motor.effort_n_m > 0.0;
-        let name = attribute(&wheel.name);
-        let _ = writeln!(out, "    <wheel joint=\"{name}\" driven=\"{driven}\"/>");
-    }
-    out + "  </ilon_tyres>\n"
+    let all = tyres
+        .iter()
+        .all(|of| *of == tyres[0])
+        .then_some((*width_m, Some(*shoulder_m)));
+    let wheels = robot.wheels.iter();
+    let wheels = wheels.map(|wheel| (&wheel.name[..], wheel.motor.effort_n_m > 0.0));
+    tyres_element(all, wheels)
 }
