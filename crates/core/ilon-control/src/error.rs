@@ -26,7 +26,7 @@ pub enum ControlError {
         wheels: Vec<String>,
     },
     /// A wheel carries no rollers.
-    #[error("wheel `{wheel}` carries no rollers; its contact with the ground cannot be told")]
+    #[error("wheel `{wheel}` carries no rollers, so its contact with the ground is unknown")]
     NoRollers {
         /// Name of the wheel.
         wheel: String,
@@ -125,7 +125,9 @@ pub enum ControlError {
         right_count: usize,
     },
     /// Waypoint times must start at zero or later and grow.
-    #[error("waypoint {index} is at {time_s} s, not later than the one before; times must grow")]
+    #[error(
+        "waypoint {index} is at {time_s} s, not later than the one before; times must increase"
+    )]
     TimesNotGrowing {
         /// Index of the offending waypoint, from 0.
         index: usize,

@@ -82,7 +82,7 @@ pub enum Error {
 
     /// The run was stopped before its end.
     #[error("it was stopped before its end")]
-    #[diagnostic(help("start it again: what had ended by then is not run again"))]
+    #[diagnostic(help("start it again: finished runs are kept"))]
     Stopped,
 
     /// A file that was named as a log, height map or list of waypoints has another content.
@@ -197,7 +197,7 @@ impl Error {
             ),
             ReadError::Outside(_) => (
                 fault.to_string(),
-                "move it there, or allow its folder too; links are followed".to_owned(),
+                "move it there, or allow its folder too (links are resolved first)".to_owned(),
             ),
             _ => (fault.to_string(), "name a file of text".to_owned()),
         };
@@ -318,7 +318,7 @@ fn help_on_trace(error: &ilon_trace::TraceError) -> &'static str {
             "look for numbers of very different size in the scenario and in the robot's file, or take shorter steps: \
              `run.physics_dt_s`"
         }
-        TraceError::Sink { .. } => "see to what takes the rows, or run without it",
+        TraceError::Sink { .. } => "repair the consumer of the rows, or run without it",
         TraceError::Io { doing: "read", .. } => "check the path, and that it may be read",
         TraceError::Io { .. } | TraceError::Encode { .. } => {
             "make room, or choose another place; no file is left half-written under its name"

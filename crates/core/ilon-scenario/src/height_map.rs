@@ -138,7 +138,7 @@ fn grid(map: &HeightMap, scenario: &Scenario) -> Result<Grid, Error> {
         }
         other => Err((
             format!("height maps of the kind `.{other}` are not read"),
-            "give a picture in grey, `.png`, or a mesh, `.stl`, `.obj` or `.dae`".to_owned(),
+            "give a grey picture (`.png`) or a mesh (`.stl`, `.obj`, `.dae`)".to_owned(),
         )),
     };
     read.map_err(|(message, help)| Error::contents(&path, message, help))
@@ -186,7 +186,7 @@ fn picture(map: &HeightMap, bytes: &[u8]) -> Result<Grid, Fault> {
     let (color, depth) = reader.output_color_type();
     if color != png::ColorType::Grayscale {
         return Err((
-            "it has colours, or parts that are not opaque: no one number says how high a point is"
+            "it has colours or transparent parts, so the height of a point is not one number"
                 .to_owned(),
             "save it in grey, of 8 or 16 bits, without an alpha channel".to_owned(),
         ));
@@ -378,7 +378,7 @@ impl FromAbove {
         let mut remarks = Vec::new();
         if bare > 0 {
             remarks.push(format!(
-                "the mesh of the height map has nothing at {:.1} % of its points: the ground lies there as low as its lowest place",
+                "the mesh of the height map is empty at {:.1} % of its points: the ground there has the height of its lowest point",
                 100.0 * bare as f64 / heights.len() as f64
             ));
         }

@@ -50,7 +50,7 @@ impl std::fmt::Display for Difference {
                 number(self.worst),
                 number(self.tolerance)
             ),
-            false => f.write_str("in places only one of them is a number"),
+            false => f.write_str("in some rows only one of them is a number"),
         }
     }
 }

@@ -31,7 +31,7 @@ pub enum TraceError {
     },
     /// A folder that would be removed contains something that no run has written.
     #[error(
-        "`{}` stands where a growing trace is kept, but no run has written it: move it elsewhere",
+        "`{}` is in the place of a growing trace, but no run has written it: move it elsewhere",
         path.display()
     )]
     Foreign {
@@ -50,7 +50,7 @@ pub enum TraceError {
     },
     /// The file's content is not what was written.
     #[error(
-        "the trace `{}` is damaged or cut short: it does not hold what was written; run the scenario again",
+        "the trace `{}` is damaged or cut short: its checksum is wrong; run the scenario again",
         path.display()
     )]
     Damaged {
@@ -70,7 +70,7 @@ pub enum TraceError {
     },
     /// The file is Parquet but not a trace, or was rewritten by another program.
     #[error(
-        "`{}` is a Parquet file, but no trace that ilon wrote",
+        "`{}` is a Parquet file, but not a trace of ilon",
         path.display()
     )]
     NotATrace {

@@ -126,7 +126,7 @@ impl FaultKind {
             }
             Self::PoseLost => "the lost pose sensor".to_owned(),
             Self::PoseShifted { by_m, by_rad } => format!(
-                "the pose sensor that is off by {:.1} mm and {:.2}°",
+                "the pose sensor with an offset of {:.1} mm and {:.2}°",
                 1e3 * by_m[0].hypot(by_m[1]),
                 by_rad.to_degrees()
             ),

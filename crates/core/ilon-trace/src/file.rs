@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(
             cut,
             format!(
-                "the trace `{shown}` is damaged or cut short: it does not hold what was written; run the scenario again"
+                "the trace `{shown}` is damaged or cut short: its checksum is wrong; run the scenario again"
             )
         );
 
@@ -174,7 +174,7 @@ mod tests {
         let foreign = Trace::read_parquet(&path).unwrap_err().to_string();
         assert_eq!(
             foreign,
-            format!("`{shown}` is a Parquet file, but no trace that ilon wrote")
+            format!("`{shown}` is a Parquet file, but not a trace of ilon")
         );
     }
 

@@ -65,7 +65,7 @@ impl CheckedLogs {
         let (noise, left_out) = take_noise(&mut evidence);
         if evidence.fitted().is_empty() {
             return Err(Error::invalid(
-                "nothing is left to fit: all stretches were outliers",
+                "no data is left to fit: all stretches were outliers",
                 "look at the logs, and compare longer stretches: `window_s`",
             ));
         }
@@ -174,7 +174,7 @@ fn take_delays(
                         anomalies::shown(delay.interval.low),
                         anomalies::shown(delay.interval.high)
                     ),
-                    "two clocks, or a tracker that takes its time: `delay_s = \"fit\"` in `[log]` takes it out",
+                    "two clocks, or a slow tracker: `delay_s = \"fit\"` in `[log]` removes it",
                 ),
             }),
             _ => {}

@@ -466,7 +466,7 @@ fn determined(
         held.push((
             model.parameters[*last].clone(),
             format!(
-                "{} cannot be told apart by this log; {remedy}",
+                "{} cannot be separated by this log; {remedy}",
                 listed.join(" and ")
             ),
         ));

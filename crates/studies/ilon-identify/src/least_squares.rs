@@ -65,8 +65,8 @@ pub fn least_squares(
     let mut evaluations = 1;
     let Some(at_start) = residuals(&values)? else {
         return Err(Error::invalid(
-            "nothing can be computed with the values that the search begins with",
-            "let the bounds hold values with which the robot can be simulated",
+            "the robot cannot be simulated with the initial values of the search",
+            "choose bounds within which the robot can be simulated",
         ));
     };
     let mut left = DVector::from_vec(at_start);

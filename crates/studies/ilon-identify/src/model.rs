@@ -197,7 +197,7 @@ impl Model {
         for name in free {
             let Some(named) = Parameter::named(name, robot) else {
                 return Err(Error::invalid(
-                    format!("`{name}` is no parameter of a model of the kinematics"),
+                    format!("`{name}` is not a parameter of the kinematics"),
                     format!(
                         "there are radius_m, lever_m, gamma_deg, gain.ahead, gain.sideways, gain.turn and rows_lost, and radius_m, axis_deg, x_m and \
                          y_m of a wheel, as radius_m.WHEEL or radius_m.* ({}); keys of the scenario are fitted below `[simulate]`",
@@ -372,7 +372,7 @@ fn refuse_steered(robot: &Robot) -> Result<(), Error> {
         None => Ok(()),
         Some(wheel) => Err(Error::invalid(
             format!(
-                "`{}` is steered: what its rate does depends on the steering angle, which a log of wheels does not have",
+                "`{}` is steered: its effect depends on the steering angle, which logs of wheels do not have",
                 wheel.name
             ),
             "fit robots on rollers, or on tyres that are not steered",

@@ -104,7 +104,7 @@ pub(crate) fn choose(tried: &[(Fitted, Errors, Errors)]) -> usize {
 pub(crate) fn matrix_of(fitted: &Fitted) -> Result<Matrix3xX<f64>, Error> {
     fitted.model.twist_matrix(&fitted.values).ok_or_else(|| {
         Error::invalid(
-            "the values that fit the log best are those of a robot that cannot be moved",
+            "the values that fit the log best make a robot with a singular kinematics",
             "leave fewer parameters free",
         )
     })

@@ -172,7 +172,10 @@ fn information(
             let mut values = nominal.clone();
             values[axis] += by * scale;
             residuals(model, &values, &all, &evidence, SEEN).ok_or_else(|| {
-                Error::invalid("this robot cannot be moved every way", "see `ilon inspect`")
+                Error::invalid(
+                    "this robot cannot move in all three directions (ahead, sideways, turn)",
+                    "see `ilon inspect`",
+                )
             })
         };
         let (below, above) = (side(-1e-3)?, side(1e-3)?);

@@ -43,7 +43,7 @@ pub(crate) fn delays(study: &Study, logs: &[Log]) -> Result<Vec<(String, Delay)>
             (Some(delay), _) => Some(Ok(((*name).clone(), delay))),
             (None, Some(_)) => Some(Err(Error::invalid(
                 format!(
-                    "the logs do not show by how much poses come after wheels{}",
+                    "the logs do not show the delay of the poses behind the wheels{}",
                     match name.as_str() {
                         "" => String::new(),
                         series => format!(" in the series `{series}`"),

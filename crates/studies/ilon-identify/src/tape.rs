@@ -268,12 +268,15 @@ impl Tape {
                     }
                 }
                 if run.wheels.len() > turned_rad.len() {
-                    return invalid("a wheel of it is none of the robot's", "see `ilon inspect`");
+                    return invalid(
+                        "it names a wheel that the robot does not have",
+                        "see `ilon inspect`",
+                    );
                 }
             }
             _ => {
                 return invalid(
-                    "it says neither what the wheels turned nor what was driven, or both",
+                    "it needs exactly one of `wheels` and `drive`",
                     "give either `wheels = { NAME = RADIANS }` or `drive = { vx_m_s = 0.3, for_s = 6 }`",
                 );
             }
@@ -309,7 +312,7 @@ fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), E
         None => Ok(()),
         Some((of, value)) => Err(Error::invalid(
             format!(
-                "the runs ask for `{}` = {value:.4}, and it must be above 0",
+                "the runs give `{}` = {value:.4}, but it must be above 0",
                 of.name(robot)
             ),
             "look for a run whose end has the wrong sign, or axes exchanged: x is ahead, y to the left, headings count to the left",
@@ -423,7 +426,7 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
     let (scales, names) = (model.scales(), model.names());
     let Some(so_far) = information(model, seen) else {
         return Err(Error::invalid(
-            "this robot cannot be moved every way",
+            "this robot cannot move in all three directions (ahead, sideways, turn)",
             "see `ilon inspect`",
         ));
     };

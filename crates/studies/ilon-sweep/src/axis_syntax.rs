@@ -101,7 +101,7 @@ fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
         }
         _ => {
             return Err(wrong(
-                format!("`{name}` is a single value, and varies nothing"),
+                format!("`{name}` is a single value, so nothing varies"),
                 format!("put it below `[set]`, or {FORMS}"),
             ));
         }
@@ -112,7 +112,7 @@ fn axis_of(key: String, value: &Value) -> Result<Axis, Wrong> {
 fn list(name: &str, values: Vec<Value>) -> Result<Values, Wrong> {
     if values.is_empty() {
         return Err(wrong(
-            format!("`{name}` is an empty list: there would be no run"),
+            format!("`{name}` is an empty list, so there is no run"),
             FORMS,
         ));
     }
@@ -204,13 +204,13 @@ pub(crate) fn range(
 ) -> Result<Values, Wrong> {
     if !(from.is_finite() && to.is_finite()) || from >= to {
         return Err(wrong(
-            format!("`{name}` goes from {from} to {to}, which is no range"),
+            format!("`{name}` goes from {from} to {to}, which is not a range"),
             "let `from` be less than `to`",
         ));
     }
     if scale == Scale::Log && from <= 0.0 {
         return Err(wrong(
-            format!("`{name}` begins at {from}, which has no logarithm"),
+            format!("`{name}` begins at {from}, but `scale = \"log\"` needs numbers above 0"),
             "let it begin above 0, or leave `scale` out",
         ));
     }
@@ -224,7 +224,7 @@ pub(crate) fn range(
         Some(0 | 1) => {
             return Err(wrong(
                 format!(
-                    "`{name}` has {} steps, and would not reach both of its ends",
+                    "`{name}` has {} steps, but a range needs two or more",
                     steps.unwrap_or(0)
                 ),
                 "give it 2 `steps` or more",
@@ -232,7 +232,7 @@ pub(crate) fn range(
         }
         Some(steps) if steps > MOST_STEPS => {
             return Err(wrong(
-                format!("`{name}` has {steps} steps, where at most {MOST_STEPS} are taken"),
+                format!("`{name}` has {steps} steps, more than the limit of {MOST_STEPS}"),
                 "take fewer",
             ));
         }
@@ -280,7 +280,7 @@ fn normal(
     // Below this, the inverse of the distribution has no digits left.
     if min >= max || mass.is_ok_and(|mass| mass < 1e-6) {
         return Err(wrong(
-            format!("`{name}` is cut off to nothing: hardly any of it lies from {min} to {max}"),
+            format!("`{name}` has almost no probability between its bounds {min} and {max}"),
             "widen `min` and `max`, or move the `mean` between them",
         ));
     }
@@ -376,25 +376,25 @@ mod tests {
         assert!(at(0.0).is_finite() && at(1.0).is_finite());
     }
 
-    #[test_case::test_case("[]", "`axes.a.b` is an empty list: there would be no run")]
+    #[test_case::test_case("[]", "`axes.a.b` is an empty list, so there is no run")]
     #[test_case::test_case("[1, 2, 1]", "`axes.a.b` holds 1 twice")]
-    #[test_case::test_case("0.3", "`axes.a.b` is a single value, and varies nothing")]
+    #[test_case::test_case("0.3", "`axes.a.b` is a single value, so nothing varies")]
     #[test_case::test_case("{}", "`axes.a.b` has no values")]
     #[test_case::test_case(
         "{ from = 2, to = 1 }",
-        "`axes.a.b` goes from 2 to 1, which is no range"
+        "`axes.a.b` goes from 2 to 1, which is not a range"
     )]
     #[test_case::test_case(
         "{ from = 0, to = inf }",
-        "`axes.a.b` goes from 0 to inf, which is no range"
+        "`axes.a.b` goes from 0 to inf, which is not a range"
     )]
     #[test_case::test_case(
         "{ from = 0, to = 1, scale = \"log\" }",
-        "`axes.a.b` begins at 0, which has no logarithm"
+        "`axes.a.b` begins at 0, but `scale = \"log\"` needs numbers above 0"
     )]
     #[test_case::test_case(
         "{ from = 0, to = 1, steps = 1 }",
-        "`axes.a.b` has 1 steps, and would not reach both of its ends"
+        "`axes.a.b` has 1 steps, but a range needs two or more"
     )]
     #[test_case::test_case(
         "{ from = 1, to = 3, steps = 9, whole = true }",
@@ -432,7 +432,7 @@ mod tests {
     )]
     #[test_case::test_case(
         "{ mean = 1, sd = 0.1, min = 5 }",
-        "`axes.a.b` is cut off to nothing: hardly any of it lies from 5 to inf"
+        "`axes.a.b` has almost no probability between its bounds 5 and inf"
     )]
     fn an_axis_that_says_nothing_is_refused(text: &str, message: &str) {
         assert_eq!(axis(text).unwrap_err().message, message);

@@ -75,7 +75,7 @@ pub(crate) fn axes(text: &str, path: &Path, file: &StudyFile) -> Result<Vec<Axis
     if let Some(key) = file.axes.keys().find(is_expectation) {
         return refuse(
             place(text, &["axes", key]),
-            format!("`{key}` cannot be varied: what a scenario expects is no part of its run"),
+            format!("`{key}` cannot be varied: expectations do not change a run"),
             "write what the runs shall keep below `[expect]` of the study",
         );
     }
@@ -172,7 +172,7 @@ impl Draft<'_> {
                 .any(|other| other.name == base.name)
             {
                 let message = format!(
-                    "two scenarios are called `{}`, and their rows could not be told apart",
+                    "two scenarios have the name `{}`, so their rows could not be distinguished",
                     base.name
                 );
                 return wrong(message, "rename one");
@@ -192,8 +192,7 @@ impl Draft<'_> {
             (Method::Grid, None) => Ok(()),
             (method, None) => {
                 let word = method.word();
-                let message =
-                    format!("`method = \"{word}\"` does not know how many points to draw");
+                let message = format!("`method = \"{word}\"` needs a number of points");
                 self.wrong(&["method"], message, "add `points = 100`")
             }
             (_, Some(0)) => wrong(
@@ -203,13 +202,13 @@ impl Draft<'_> {
             (Method::Sobol | Method::SobolIndices, Some(points)) if points > MOST_SOBOL_POINTS => {
                 wrong(
                     format!(
-                        "`points` is {points}, where a Sobol sequence has {MOST_SOBOL_POINTS} at most"
+                        "`points` is {points}, but a Sobol sequence has at most {MOST_SOBOL_POINTS}"
                     ),
                     "draw fewer, or take `method = \"random\"`",
                 )
             }
             (Method::LatinHypercube, Some(points)) if points > MOST_RUNS => wrong(
-                format!("`points` is {points}, where at most {MOST_RUNS} runs are made"),
+                format!("`points` is {points}, more than the limit of {MOST_RUNS} runs"),
                 "draw fewer",
             ),
             _ => Ok(()),
@@ -284,7 +283,7 @@ impl Draft<'_> {
             .saturating_mul(self.bases.len() as u64)
             .saturating_mul(u64::from(file.repetitions));
         if runs > MOST_RUNS {
-            let message = format!("the study has {runs} runs, where at most {MOST_RUNS} are made");
+            let message = format!("the study has {runs} runs, more than the limit of {MOST_RUNS}");
             let help = "take fewer values or points, or divide the study";
             return self.wrong(&["axes"], message, help);
         }
@@ -306,11 +305,11 @@ impl Draft<'_> {
         if let Some((key, name)) = named.find(|(_, name)| is_of_design(name) == file.physics) {
             let (message, help) = match file.physics {
                 true => (
-                    format!("`{name}` is known without a run, and runs do not have it"),
+                    format!("`{name}` is computed without a run, so runs do not have it"),
                     "write `physics = false`, or ask for a quantity of runs",
                 ),
                 false => (
-                    format!("`{name}` is of runs, and there are none with `physics = false`"),
+                    format!("`{name}` needs runs, and there are none with `physics = false`"),
                     "ask for quantities of designs: `design.condition`, `design.speed_least_m_s`; or leave `physics` out",
                 ),
             };
@@ -334,7 +333,7 @@ impl Draft<'_> {
         } = *self;
         if let Some(find) = &file.find {
             if file.minimise.is_some() {
-                let message = "`[find]` and `[minimise]` stand in one study".to_owned();
+                let message = "a study has either `[find]` or `[minimise]`, not both".to_owned();
                 return self.wrong(&["minimise"], message, "make two studies of it");
             }
             if file.method != Method::Grid {
@@ -370,15 +369,14 @@ impl Draft<'_> {
                 return self.wrong(&["method"], message, "leave `method` and `points` out");
             }
             if bases.len() > 1 {
-                let message =
-                    "`[minimise]` has several scenarios, and would not know whose minimum is meant"
-                        .to_owned();
+                let message = "`[minimise]` needs a single scenario".to_owned();
                 return self.wrong(&["scenario"], message, "make a study of each");
             }
             let is_range = |axis: &Axis| matches!(axis.values, Values::Range { steps: None, .. });
             if let Some(axis) = axes.iter().find(|axis| !is_range(axis)) {
                 let key = &axis.key;
-                let message = format!("`[minimise]` searches ranges, and `axes.{key}` is none");
+                let message =
+                    format!("`[minimise]` searches ranges, but `axes.{key}` is not a range");
                 let help = "write it as `{ from = 0.1, to = 0.8 }`, without `steps`";
                 return self.wrong(&["axes"], message, help);
             }
@@ -434,7 +432,7 @@ impl Draft<'_> {
             if !(bound.share > 0.0 && bound.share <= 1.0) {
                 return wrong(
                     format!(
-                        "has the share {}, which no part of the runs is",
+                        "has the share {}, which is not a share of the runs",
                         bound.share
                     ),
                     "write a share above 0 and up to 1, such as 0.99",

@@ -49,7 +49,9 @@ pub(crate) fn evaluate(
     let simulated = match simulated {
         Ok(Err(Error::Stopped)) => return Err(Error::Stopped),
         Ok(simulated) => simulated.map_err(|error| words(&error)),
-        Err(_) => Err("ilon broke down over this run: please report it, with the study".to_owned()),
+        Err(_) => {
+            Err("ilon failed in this run (a bug): please report it, with the study".to_owned())
+        }
     };
     if row.key.is_empty() {
         // From the task, if no scenario could be built.

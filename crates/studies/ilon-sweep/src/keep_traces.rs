@@ -49,7 +49,7 @@ fn keep_again(study: &Study, row: &Row, kept: &Path, stop: &Stop) -> Result<(), 
             .map_or(String::new(), |error| format!(": {error}"));
         return Err(Error::invalid(
             format!(
-                "run {} does not come out again as its row says{why}",
+                "run {} does not give the results of its row again{why}",
                 row.run
             ),
             "a file of its robot has changed or is gone; bring it back, or run the study anew in another folder",

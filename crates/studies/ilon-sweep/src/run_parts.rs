@@ -58,7 +58,7 @@ impl Study {
         let count = self.parts();
         if let Some(beyond) = parts.iter().find(|part| **part >= count) {
             return Err(Error::invalid(
-                format!("there is no part {beyond}: the study has {count}, counted from 0"),
+                format!("there is no part {beyond}: the study has {count} parts, counted from 0"),
                 "name parts that there are",
             ));
         }

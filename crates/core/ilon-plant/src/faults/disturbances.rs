@@ -262,7 +262,7 @@ fn roller_index(wheel: &str, roller: u32, robot: &Robot) -> Result<usize, Error>
     let found = robot.wheels.iter().find(|known| known.name == wheel);
     if found.is_some_and(|wheel| wheel.has_tyre()) {
         return Err(Error::invalid(
-            format!("a roller of the wheel `{wheel}` is to seize, but that rolls on a tyre"),
+            format!("a roller of the wheel `{wheel}` is to seize, but this wheel has a tyre"),
             "leave the fault out, or let the wheel's motor stop: `motor_lost`",
         ));
     }
@@ -271,7 +271,9 @@ fn roller_index(wheel: &str, roller: u32, robot: &Robot) -> Result<usize, Error>
         return Ok(roller as usize);
     }
     Err(Error::invalid(
-        format!("roller {roller} of the wheel `{wheel}` is to seize, but that has {count} rollers"),
+        format!(
+            "roller {roller} of the wheel `{wheel}` is to seize, but this wheel has {count} rollers"
+        ),
         format!("they count from 0 to {}", count.saturating_sub(1)),
     ))
 }

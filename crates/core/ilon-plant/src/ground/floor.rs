@@ -226,8 +226,8 @@ fn relief(ground: &GroundRelief) -> Relief {
 fn drawn(rough: &Rough) -> Result<GroundRelief, Error> {
     if rough.height_m.is_some() == rough.iso_8608.is_some() {
         return Err(Error::invalid(
-            "world.floor.rough has both or neither of `height_m` and `iso_8608`",
-            "give one of them: how high heights are that are drawn one by one, or a class from \"A\" to \"H\"",
+            "`world.floor.rough` needs exactly one of `height_m` and `iso_8608`",
+            "give one of them: the height of independent random cells, or a class from \"A\" to \"H\"",
         ));
     }
     let cells = (rough.side_m / rough.cell_m).round();
@@ -317,9 +317,9 @@ mod tests {
     fn uneven_ground_that_cannot_be_is_refused_in_words() {
         let refused = |keys: &str| floor_of(keys).unwrap_err().to_string();
         let rough = "[world.floor.rough]\ncell_m = 0.02\nside_m = 2\n";
-        assert!(refused(rough).contains("neither"));
+        assert!(refused(rough).contains("exactly one"));
         let both = format!("{rough}height_m = 0.01\niso_8608 = 'B'\n");
-        assert!(refused(&both).contains("both"));
+        assert!(refused(&both).contains("exactly one"));
         let unknown = refused(&format!("{rough}iso_8608 = 'K'\n"));
         assert!(unknown.contains("K"), "{unknown}");
         for steps in ["0", "101", "-1", "1e9"] {

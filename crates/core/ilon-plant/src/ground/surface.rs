@@ -198,7 +198,7 @@ fn pair(scenario: &Scenario, rollers: &str, on: &str, key: &str) -> Result<Mater
         .flat_map(|(rollers, floors)| floors.keys().map(move |on| format!("{rollers} on {on}")))
         .collect();
     let message = format!(
-        "`{key}` is \"{on}\" under rollers of \"{rollers}\", but no pair of these two is named"
+        "`{key}` is \"{on}\" under rollers of \"{rollers}\", but `[materials]` has no such pair"
     );
     let floors = materials.get(rollers).into_iter().flat_map(|f| f.keys());
     let near_floor = scenario::nearest(on, floors.map(String::as_str));
@@ -229,13 +229,11 @@ fn of_no_material(scenario: &Scenario, wheel: &str) -> Error {
         .map(|name| format!("\"{name}\""))
         .collect();
     let known = match rollers.is_empty() {
-        true => "no material of rollers is named in `[materials]` yet".to_owned(),
+        true => "`[materials]` names no material of rollers yet".to_owned(),
         false => format!("`[materials]` names {}", rollers.join(", ")),
     };
     Error::invalid(
-        format!(
-            "the ground is of a material, but nothing says what the rollers of the wheel `{wheel}` are made of"
-        ),
+        format!("the ground has a material, but the rollers of the wheel `{wheel}` have none"),
         format!("write `rollers.material` in the scenario, or in the robot's description; {known}"),
     )
 }

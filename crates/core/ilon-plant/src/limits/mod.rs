@@ -329,7 +329,7 @@ impl Limiter {
         let friction = pairs.fold(floor.friction, f64::min);
         if friction <= 0.0 {
             return Err(Error::invalid(
-                "on a floor without friction no acceleration can be had",
+                "on a floor without friction no acceleration is possible",
                 "give `world.floor.friction` a value above 0",
             ));
         }
@@ -543,7 +543,7 @@ impl Limiter {
                 .map(|wheel| format!("`{}`", self.robot.wheels[*wheel].name));
             let names: Vec<String> = names.collect();
             format!(
-                "the others bear all of the weight, so that nothing holds what is asked of {}",
+                "the other wheels carry all the weight, so {} has no grip",
                 names.join(", ")
             )
         }))

@@ -137,7 +137,7 @@ impl Plant {
     fn refuse_in_rapier(&self, what: &str) -> Result<(), Error> {
         if self.plan.settings.contacts == ContactSolver::Rapier {
             return Err(Error::invalid(
-                format!("{what} is not to be had where rapier's own solver moves the robot"),
+                format!("{what} is not available with rapier's own solver"),
                 "leave `world.solver.contacts` at \"ilon\"",
             ));
         }
@@ -229,7 +229,7 @@ impl Plant {
         }
         if !command.is_finite() {
             return Err(Error::invalid(
-                format!("the joint `{name}` was told {command:?}, which is not finite"),
+                format!("the joint `{name}` was commanded {command:?}, which is not finite"),
                 "give finite numbers",
             ));
         }

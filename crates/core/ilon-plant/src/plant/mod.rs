@@ -338,8 +338,8 @@ impl Plant {
         }
         let (why, help) = match is_whole || takes_parts {
             true => (
-                "that is no time that it can be advanced by".to_owned(),
-                "advance by a time between a thousandth of a step and a thousand million steps",
+                "this is not a time to advance by".to_owned(),
+                "advance by at least a thousandth of a step and at most 1e9 steps",
             ),
             false => (
                 format!("its wheel loops are sampled, in steps of {physics_dt_s} s"),

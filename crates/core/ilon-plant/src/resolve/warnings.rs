@@ -18,7 +18,7 @@ pub(crate) fn of_friction(scenario: &Scenario) -> Option<String> {
     let most = all.fold(0.0, f64::max);
     (most > MOST_FRICTION).then(|| {
         format!(
-            "a friction of {most} is beyond that of any floor: rubber on dry concrete has about 1; nothing will ever slide"
+            "a friction of {most} is more than any floor has (rubber on dry concrete: about 1); nothing will ever slide"
         )
     })
 }
@@ -72,9 +72,11 @@ pub(crate) fn of_twist(
         Some(Saturation::Prioritised | Saturation::Scale) => "it is scaled down to that".to_owned(),
         Some(Saturation::Clip) => format!("each wheel is clipped to that by itself{}", bent(held)),
         Some(Saturation::None) => {
-            "nothing holds the command to that, and the wheels turn as fast as their motors let them".to_owned()
+            "the command is not limited to that, and the wheels turn as fast as their motors can"
+                .to_owned()
         }
-        None => "rates of a log are commanded as they are, and the wheels turn as fast as their motors let them".to_owned(),
+        None => "rates of a log are not limited, and the wheels turn as fast as their motors can"
+            .to_owned(),
     };
     let units = match asked_rad_s > 5.0 * limit_rad_s {
         true => " (twists are in m/s and rad/s, not in mm/s or deg/s)",
@@ -229,8 +231,8 @@ mod tests {
                 Some(Saturation::Clip),
                 "clipped to that by itself, which bends",
             ),
-            (Some(Saturation::None), "nothing holds the command"),
-            (None, "rates of a log are commanded as they are"),
+            (Some(Saturation::None), "the command is not limited"),
+            (None, "rates of a log are not limited"),
         ];
         for (saturation, words) in words {
             let said = of(10.1, 10.0, saturation).unwrap_or_default();

@@ -108,7 +108,7 @@ impl RollersAsMade {
             return Err(out_of_range("crown", self.crown, range));
         }
         if self.profile_m.is_some() && self.crown != 1.0 {
-            let range = "left out beside `rollers.profile_m`, which is the whole outline";
+            let range = "left out beside `rollers.profile_m`, which is the complete outline";
             return Err(out_of_range("crown", self.crown, range));
         }
         if self.profile_m.is_none() && self.edge_radius_m != 0.0 {

@@ -144,7 +144,7 @@ pub fn physics_dt_s(
     if let Some(need) = shortest.filter(|need| need.longest_s < SHORTEST_S) {
         return Err(Error::invalid(
             format!(
-                "`run.physics_dt_s` = \"auto\" comes to {:.1e} s, where {SHORTEST_S:.0e} s is the shortest that is chosen: {}",
+                "`run.physics_dt_s` = \"auto\" comes to {:.1e} s, but the shortest automatic step is {SHORTEST_S:.0e} s: {}",
                 need.longest_s, need.because
             ),
             need.help,

@@ -91,7 +91,7 @@ pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Erro
     }
     if robot.has_tyres() {
         return Err(Error::invalid(
-            "the passive law holds a robot by springs in every direction, and tyres resist all but one",
+            "the passive law pulls the robot in every direction, but its tyres roll in only one",
             "leave `wheel_loop.law` out",
         ));
     }

@@ -152,9 +152,9 @@ fn refuse_other_columns(table: &Table<'_>) -> Result<(), Error> {
     // any file.
     if !table.names().iter().any(|name| is_known(&name)) {
         return Err(table.fault(
-            "it is no file of waypoints: its first line names none of their columns",
+            "it is not a file of waypoints: its first line has none of their columns",
             format!(
-                "begin it with a line of columns out of {}",
+                "begin it with a header of some of these columns: {}",
                 COLUMNS.join(", ")
             ),
         ));
@@ -285,7 +285,7 @@ mod tests {
             "{foreign}"
         );
         assert!(
-            foreign.starts_with("it is no file of waypoints"),
+            foreign.starts_with("it is not a file of waypoints"),
             "{foreign}"
         );
         // If it is one, not more than a person needs.

@@ -190,7 +190,7 @@ impl<'a> Table<'a> {
         Err(self.fault(
             format!("the column `{}` stands twice", quoted(name)),
             match self.format.section {
-                Some(_) => "give the place of the one that is meant, counted from 1",
+                Some(_) => "give the index of the right one, counted from 1",
                 None => "keep the one that is meant",
             },
         ))
@@ -212,7 +212,7 @@ impl<'a> Table<'a> {
         let near = nearest(name, names()).filter(|_| self.is_log);
         let help = match (near, self.format.section) {
             (Some(near), _) => format!(
-                "is `{0}` meant? Then say so: `{key} = \"{0}\"`",
+                "did you mean `{0}`? Then write `{key} = \"{0}\"`",
                 quoted(near)
             ),
             (None, _) if self.is_log => {
@@ -276,14 +276,14 @@ impl<'a> Table<'a> {
         };
         Err(self.fault(
             format!(
-                "line {}: its columns are divided by {found:?}",
+                "line {}: its columns are separated by {found:?}",
                 self.format.header_line
             ),
             match (self.format.section, found) {
-                (Some(section), '\t') => format!("say so: `{section}.delimiter = \"tab\"`"),
-                (Some(section), _) => format!("say so: `{section}.delimiter = \"{found}\"`"),
+                (Some(section), '\t') => format!("write `{section}.delimiter = \"tab\"`"),
+                (Some(section), _) => format!("write `{section}.delimiter = \"{found}\"`"),
                 (None, _) => {
-                    "divide them by commas, and write numbers with decimal points".to_owned()
+                    "separate them by commas, and write numbers with decimal points".to_owned()
                 }
             },
         ))
@@ -303,7 +303,7 @@ impl<'a> Table<'a> {
                     self.record.len(),
                     column.place + 1
                 ),
-                "the row is cut off, or its columns are divided by something else",
+                "the row is cut off, or its columns have another separator",
             )
         })
     }
@@ -329,7 +329,7 @@ impl<'a> Table<'a> {
             _ => {
                 let help = match self.format.section {
                     Some(section) if text.contains(',') => format!(
-                        "decimals are written with a comma here: `{section}.decimal_comma = true`"
+                        "numbers have decimal commas here: write `{section}.decimal_comma = true`"
                     ),
                     Some(section) if self.line() <= 10 => {
                         format!("rows begin after `{section}.header_line`: is the header longer?")
@@ -376,7 +376,7 @@ impl<'a> Table<'a> {
     pub fn beyond(&self, column: &Column) -> Error {
         let (least, most) = (SIZES.start(), self.format.largest);
         let must = format!("0 or of a size between {least:e} and {most:e}");
-        self.wrong(column, &must, "write a number that can be computed with")
+        self.wrong(column, &must, "write a finite number of usual size")
     }
 
     /// The line number at which the row begins.

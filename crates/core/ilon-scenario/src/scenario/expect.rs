@@ -164,7 +164,7 @@ impl Expect {
                 return Err(Objection::to(
                     format!("expect.{name}"),
                     format!(
-                        "`expect.{name}` can never hold: it is known of studies alone, not of a run"
+                        "`expect.{name}` can never hold: only studies have it, a single run does not"
                     ),
                     "bound it in `[expect]` of a study, or leave it out",
                 ));
@@ -265,14 +265,14 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
     if equal.is_none() && within.is_some() {
         return Err(Objection::to(
             format!("{key}.within"),
-            format!("`{key}` has `within`, but no `equal` that it is meant from"),
+            format!("`{key}` has `within` but no `equal`"),
             "add `equal`, the value around which it may lie",
         ));
     }
     if min.is_none() && max.is_none() && equal.is_none() {
         return Err(Objection::to(
             key,
-            format!("`{key}` bounds nothing, and would hold whatever comes"),
+            format!("`{key}` has no bound, so it always holds"),
             "give it `min`, `max`, or `equal` with `within`, or leave it out",
         ));
     }
@@ -308,7 +308,7 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
     if can_be.is_certain && least <= can_be.least && most >= can_be.most {
         return Err(Objection::to(
             key,
-            format!("`{key}` holds whatever comes: {range}"),
+            format!("`{key}` always holds: {range}"),
             "give it a bound that a run can break, or leave it out",
         ));
     }
@@ -321,9 +321,9 @@ fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> 
         return Err(Objection::to(
             format!("{key}.from_s"),
             format!(
-                "`{key}.from_s` is of no use where a signal must settle: it is looked at from `until_s` on"
+                "`{key}.from_s` has no effect on a signal that must settle: only `until_s` counts"
             ),
-            "leave it out, or write when it must have settled as `until_s`",
+            "leave it out, and write the time by which it must have settled as `until_s`",
         ));
     }
     if let Some(until_s) = expected.until_s
@@ -332,7 +332,7 @@ fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> 
         return Err(Objection::to(
             format!("{key}.until_s"),
             format!(
-                "`{key}` looks at nothing: its window begins at {} s and ends at {until_s} s",
+                "`{key}` has an empty window: it begins at {} s and ends at {until_s} s",
                 expected.from_s
             ),
             "exchange `from_s` and `until_s`",
@@ -503,10 +503,10 @@ mod tests {
         Scenario::from_toml(&format!("{RUN}{further}"), "test", "")
     }
 
-    #[test_case::test_case("hub_ripple_m = {}", "bounds nothing", "hub_ripple_m"; "empty")]
+    #[test_case::test_case("hub_ripple_m = {}", "has no bound", "hub_ripple_m"; "empty")]
     #[test_case::test_case("hub_ripple_m = { within = 1e-9 }", "no `equal`", "1e-9"; "no equal")]
     #[test_case::test_case("hub_ripple_m = { max = 1, within = 1e-9 }", "no `equal`", "1e-9"; "not even max")]
-    #[test_case::test_case("twist_mean.vx_m_s = {}", "bounds nothing", "vx_m_s"; "in a group")]
+    #[test_case::test_case("twist_mean.vx_m_s = {}", "has no bound", "vx_m_s"; "in a group")]
     #[test_case::test_case(
         "slip_energy_j = { min = 2, max = 1 }",
         "both 2 or more and 1 or less",
@@ -539,13 +539,13 @@ mod tests {
         "hub_ripple_m = { max = -1 }",
         Some("can never hold: it is never negative")
     )]
-    #[test_case::test_case("hub_ripple_m = { min = 0 }", Some("holds whatever comes"))]
+    #[test_case::test_case("hub_ripple_m = { min = 0 }", Some("always holds"))]
     #[test_case::test_case("hub_ripple_m = { equal = -1, within = 0.5 }", Some("can never hold"))]
     #[test_case::test_case("hub_ripple_m = { min = 0, max = 1 }", None)]
     #[test_case::test_case("odometry_drift_m_per_m = { min = 0 }", None; "a figure that not every run has")]
     #[test_case::test_case("hub_ripple_m = { max = 0 }", None)]
     #[test_case::test_case("airborne_share = { max = 10 }", Some("always from 0 to 1"))]
-    #[test_case::test_case("friction_used_max = { max = 1 }", Some("holds whatever comes"))]
+    #[test_case::test_case("friction_used_max = { max = 1 }", Some("always holds"))]
     #[test_case::test_case("friction_used_max = { min = 1 }", None)]
     #[test_case::test_case("friction_used_max = { min = 10 }", Some("can never hold"))]
     #[test_case::test_case("chassis_load_share = { min = 0.5, max = 1 }", None)]
@@ -571,15 +571,15 @@ mod tests {
         assert!(refused.is_some_and(|text| text.contains("follows no reference")));
         assert!(told("saturated_share = { max = 0.1 }").is_none());
         let refused = told("design.rank = { min = 3 }").map(|error| error.to_string());
-        assert!(refused.is_some_and(|text| text.contains("known of studies alone")));
+        assert!(refused.is_some_and(|text| text.contains("only studies have it")));
         assert!(told("end_x_m = { max = 0.1 }").is_none());
     }
 
-    #[test_case::test_case("", "bounds nothing"; "empty")]
+    #[test_case::test_case("", "has no bound"; "empty")]
     #[test_case::test_case("within = 0.1", "no `equal`"; "no equal")]
     #[test_case::test_case("min = 1\nmax = -1", "can never hold"; "crossed")]
-    #[test_case::test_case("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "looks at nothing"; "reversed")]
-    #[test_case::test_case("max = 1\nmust = 'settle'\nfrom_s = 0.5", "is of no use"; "settles")]
+    #[test_case::test_case("max = 1\nfrom_s = 0.5\nuntil_s = 0.4", "has an empty window"; "reversed")]
+    #[test_case::test_case("max = 1\nmust = 'settle'\nfrom_s = 0.5", "has no effect"; "settles")]
     fn a_bound_on_a_signal_that_says_nothing_is_refused(bound: &str, message: &str) {
         let good = "[[expect.signals]]\nsignal = 'truth_x_m'\nmax = 1\n";
         let bad = format!("{good}[[expect.signals]]\nsignal = 'truth_y_m'\n{bound}\n");

@@ -131,16 +131,14 @@ impl Joint {
         if self.options.role != Some(RoleOption::Driven) {
             return Err(Objection::to(
                 key("setpoints"),
-                format!("the joint `{name}` has setpoints and no servo that goes there"),
+                format!("the joint `{name}` has setpoints but no servo to follow them"),
                 "write role = \"driven\" for it, or leave the setpoints out",
             ));
         }
         if self.options.target().is_some() {
             return Err(Objection::to(
                 key("setpoints"),
-                format!(
-                    "the joint `{name}` has setpoints, and a target that stands in their place"
-                ),
+                format!("the joint `{name}` has both setpoints and a target"),
                 "leave one of the two out",
             ));
         }
@@ -153,7 +151,7 @@ impl Joint {
                 return Err(Objection::to(
                     at,
                     format!(
-                        "a setpoint of the joint `{name}` is no finite number, or before the start"
+                        "a setpoint of the joint `{name}` is not finite, or its time is before the start"
                     ),
                     "give a time of 0 s or more and a finite number",
                 ));
@@ -162,10 +160,10 @@ impl Joint {
                 return Err(Objection::to(
                     at,
                     format!(
-                        "the setpoints of the joint `{name}` go back in time: one at {} s stands after one at {before_s} s",
+                        "the setpoints of the joint `{name}` are not in order of time: one at {} s comes after one at {before_s} s",
                         point.t_s
                     ),
-                    "write them in the order of their times, each later than the one before",
+                    "sort them by time, each later than the one before",
                 ));
             }
             before_s = point.t_s;
@@ -174,7 +172,7 @@ impl Joint {
                 return Err(Objection::to(
                     at,
                     format!(
-                        "a setpoint of the joint `{name}` must say one thing, a position, a rate or a torque or force, the same in all and in the same unit"
+                        "each setpoint of the joint `{name}` must have exactly one of position, rate, and torque or force, the same one in all of them"
                     ),
                     "write one of `position_rad`, `rate_rad_s` and `torque_n_m` in each where the joint turns, of `position_m`, `rate_m_s` and `force_n` where it \
                      slides",

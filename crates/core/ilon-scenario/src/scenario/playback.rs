@@ -79,7 +79,7 @@ impl Playback {
             return Err(Objection::to(
                 format!("playback.{key}"),
                 format!(
-                    "`playback.{key}` is of a log that drives the robot, but this one drives its joints alone"
+                    "`playback.{key}` is for a log that drives the wheels, but this one only drives joints between bodies"
                 ),
                 "choose their messages by `playback.joint_topic`",
             ));
@@ -87,7 +87,7 @@ impl Playback {
         if self.angle_gain_per_s.is_some() && self.drives != Drives::WheelAngles {
             return Err(Objection::to(
                 "playback.angle_gain_per_s",
-                "`playback.angle_gain_per_s` leads wheels back to angles, but the log does not drive them by angles",
+                "`playback.angle_gain_per_s` has no effect: the log does not drive the wheels by their angles",
                 "leave it out, or write `playback.drives` = \"wheel_angles\"",
             ));
         }

@@ -146,10 +146,10 @@ impl RollerSurface {
         match keys.into_iter().find(|(_, is_given)| *is_given) {
             Some((key, _)) => Err(Error::invalid(
                 format!(
-                    "`rollers.{key}` is of rollers, and `{}` rolls on a tyre",
+                    "`rollers.{key}` needs rollers, but the wheel `{}` has a tyre",
                     wheel.name
                 ),
-                "leave it out; `robot.tyres` has what a tyre is like",
+                "leave it out; tyres are described in `robot.tyres`",
             )),
             None => Ok(()),
         }
@@ -181,7 +181,7 @@ impl RollerSurface {
                 let wheels: Vec<&str> = robot.wheels.iter().map(|w| w.name.as_str()).collect();
                 Err(Error::invalid(
                     format!(
-                        "`rollers.wheel_materials` names `{name}`, which is no wheel of the robot"
+                        "`rollers.wheel_materials` names `{name}`, but the robot has no such wheel"
                     ),
                     format!("its wheels are {}", wheels.join(", ")),
                 ))
@@ -212,7 +212,7 @@ impl RollerSurface {
         };
         let known = rollers().next().map_or("", |roller| &roller.name);
         Err(Error::invalid(
-            format!("`rollers.radius_offsets_m` names `{name}`, which is no roller of the robot"),
+            format!("`rollers.radius_offsets_m` names `{name}`, but the robot has no such roller"),
             format!("write the name of a roller's joint, such as `{known}`"),
         ))
     }
@@ -227,7 +227,7 @@ impl Tread {
         let Some(stiffness_n_m) = stiffness_n_m else {
             return Err(Error::invalid(
                 format!(
-                    "`rollers.tread` says nothing of the stiffness, and the robot's file has no tread on the wheel `{wheel}`"
+                    "`rollers.tread` has no stiffness, and neither has the robot's file for the wheel `{wheel}`"
                 ),
                 "add `rollers.tread.stiffness_n_m`, in N/m: that of rubber on hard ground is 1e4 to 1e6",
             ));
@@ -253,7 +253,7 @@ fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
     }
     Err(Error::invalid(
         format!(
-            "`rollers.axle_friction` is given, but nothing says how thick the axles of the wheel `{wheel}` are"
+            "`rollers.axle_friction` is given, but the radius of the axles of the wheel `{wheel}` is not"
         ),
         "add `rollers.axle_radius_m`, in metres, or a class of wheels: `rollers.bearings` = \"bushings\"",
     ))
@@ -263,7 +263,7 @@ fn check_axle(surface: &RobotSurface, wheel: &str) -> Result<(), Error> {
 fn of_wheel(wheel: &str, fault: &NotMade) -> Error {
     let help = match fault {
         NotMade::AsModelled => {
-            "leave out how they are made, or take barrels: `robot.rollers` = \"barrel\""
+            "leave out the keys of their shape, or take barrels: `robot.rollers` = \"barrel\""
         }
         _ => "write a value within its range, or leave it out",
     };
@@ -324,7 +324,7 @@ mod tests {
         );
         let fault = applied("axle_friction = 0.1").unwrap_err().to_string();
         assert!(
-            fault.contains("how thick") && fault.contains("front_left"),
+            fault.contains("the radius of the axles") && fault.contains("front_left"),
             "{fault}"
         );
     }

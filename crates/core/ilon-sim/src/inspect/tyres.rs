@@ -91,7 +91,7 @@ fn excluded(arrangement: &Arrangement) -> Option<String> {
     let fixed: Vec<&HeldRow> = fixed.collect();
     match (&fixed[..], arrangement.reachable) {
         ([], _) => None,
-        (_, 0) => Some("every twist: the axles of the tyres meet in no point".to_owned()),
+        (_, 0) => Some("every twist: the axles of the tyres have no common point".to_owned()),
         ([one], _) => {
             let (n, at) = (upwards(Vector2::new(one.row.x, one.row.y)), foot(one));
             Some(format!(

@@ -58,7 +58,7 @@ pub fn of_missed_patches<R: Rows>(rows: &R) -> Result<Option<String>, R::Error> 
         let place = format!("patch {index} of `world.floor.patches`, at ({x_m}, {y_m}) m");
         match near.off_m.is_finite() {
             true => format!(
-                "{place}: `{}` came nearest, {:.3} m beside it at {:.2} s",
+                "{place}: `{}` came nearest, {:.3} m from it at {:.2} s",
                 header.wheels[near.wheel].name, near.off_m, near.t_s
             ),
             false => format!("{place}: it is there from {} s on", patch.from_s),
@@ -196,7 +196,7 @@ fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
 
 /// Remarks energies that do not balance, and losses that added energy.
 fn of_energy(energy: &Energy) -> Vec<String> {
-    const REMEDY: &str = "the step does not resolve what happened, or the wheel loops are stiffer than can be computed with; shorten \
+    const REMEDY: &str = "the step is too long for this motion, or the wheel loops are too stiff for the step; shorten \
                           `run.physics_dt_s` or lower `wheel_loop.bandwidth_rad_s`";
     let mut remarks = Vec::new();
     if let Some(share) = energy.unexplained_share
@@ -227,14 +227,14 @@ fn of_energy(energy: &Energy) -> Vec<String> {
     for (what, lost_j) in losses {
         if lost_j < -rounding_j {
             remarks.push(format!(
-                "a loss gave energy: {what} took {lost_j:.4} J, which cannot be: {REMEDY}"
+                "a loss is negative: {what} took {lost_j:.4} J, which is impossible: {REMEDY}"
             ));
         }
     }
     let (slip_j, there_j) = (losses[0].1, motor_j + outside_j - stored_j);
     if slip_j > there_j + rounding_j {
         remarks.push(format!(
-            "sliding took {slip_j:.4} J, more than the {there_j:.4} J that were there to be lost: {REMEDY}"
+            "sliding took {slip_j:.4} J, more than the {there_j:.4} J that were available: {REMEDY}"
         ));
     }
     remarks

@@ -31,7 +31,7 @@ pub fn run(scenario: &Scenario) -> Result<Run, Error> {
 }
 
 /// Why a run under a caller's controller has no figures at half its step.
-const NOT_REPEATED: &str = "`run.converge` has no effect under a controller of your own: it cannot be started again from the beginning";
+const NOT_REPEATED: &str = "`run.converge` has no effect with an external controller, which cannot be started again from the beginning";
 
 /// A run in progress, advanced step by step.
 pub struct Simulation {

@@ -206,14 +206,14 @@ fn what_a_map_does_not_resolve_is_remarked_and_two_grounds_are_refused() {
     let triangle = "v -1 -1 0\nv 1 -1 0\nv 1 1 0.01\nf 1 2 3\n";
     std::fs::write(folder.path().join("half.obj"), triangle).unwrap();
     let half = remarks("[world.floor.height_map]\nfile = 'half.obj'\ncell_m = 0.02\n").unwrap();
-    assert!(half.contains("has nothing at 49"), "{half}");
+    assert!(half.contains("is empty at 49"), "{half}");
     let rough = "[world.floor.rough]\ncell_m = 0.02\nside_m = 2\nheight_m = 0.01\n";
     let both = format!(
         "robot.file = ''\ntwist = {{}}\nrun.duration_s = 1\n{rough}{}",
         map("cell_m = 0.02\nheight_m = 0.01\n")
     );
     let both = Scenario::from_toml(&both, "both", folder.path()).unwrap_err();
-    assert!(both.to_string().contains("both"), "{both}");
+    assert!(both.to_string().contains("exclude each other"), "{both}");
     let missing =
         remarks("[world.floor.height_map]\nfile = 'none.png'\ncell_m = 0.02\nheight_m = 1\n");
     assert!(missing.unwrap_err().to_string().contains("none.png"));

@@ -406,13 +406,13 @@ fn a_trajectory_whose_points_lack_a_joint_is_refused_in_words() {
 }
 
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.0, 1.0]))], BAG, "1 names and 2 positions"; "wrong length")]
-#[test_case(&[(0.0, joint_state(&["arm"], &[f64::INFINITY]))], BAG, "cannot be computed with"; "no number")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[f64::INFINITY]))], BAG, "not finite or too large"; "no number")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[f64::NAN]))], BAG, "it drives no joint"; "nothing said")]
-#[test_case(&[(0.0, JointState { velocity: vec![1.0], ..joint_state(&["arm"], &[]) })], BAG, "by one row alone"; "one rate")]
+#[test_case(&[(0.0, JointState { velocity: vec![1.0], ..joint_state(&["arm"], &[]) })], BAG, "has only one row"; "one rate")]
 #[test_case(&[(0.0, JointState { effort: vec![1.0], ..joint_state(&["arm", "front_left"], &[]) })], BAG, "2 names and 1 efforts"; "efforts of wrong length")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/joint_commands\"\njoints_by = \"effort\"\n", "it drives no joint"; "not what it says")]
 #[test_case(&[(0.0, joint_state(&["arn"], &[0.1]))], BAG, "it drives no joint"; "an unknown joint")]
-#[test_case(&[(0.0, joint_state(&["arm"], &[0.1])), (0.0, joint_state(&["arm"], &[0.2]))], BAG, "do not grow"; "one time twice")]
+#[test_case(&[(0.0, joint_state(&["arm"], &[0.1])), (0.0, joint_state(&["arm"], &[0.2]))], BAG, "do not increase"; "one time twice")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[7.0]))], BAG, "beyond its limits"; "beyond the limits")]
 #[test_case(&[], BAG, "no messages of `playback.joint_topic`"; "no message")]
 #[test_case(&[(0.0, joint_state(&["arm"], &[0.1]))], "[playback]\nfile = \"bag\"\ndrives = \"twist\"\njoint_topic = \"/cmd_vel\"\n", "geometry_msgs/msg/Twist"; "another type")]
@@ -430,12 +430,12 @@ fn what_no_joint_can_do_is_refused_in_words(
     assert!(error.contains(words), "{error}");
 }
 
-#[test_case("t_s,arm_position_rad\n0,0.1\n0,0.2\n", "do not grow"; "times that stand")]
-#[test_case("t_s,arm_position_rad\n1,0.1\n0,0.2\n", "do not grow"; "times that go back")]
+#[test_case("t_s,arm_position_rad\n0,0.1\n0,0.2\n", "do not increase"; "times that stand")]
+#[test_case("t_s,arm_position_rad\n1,0.1\n0,0.2\n", "do not increase"; "times that go back")]
 #[test_case("t_s,arm_position_rad\n0,wide\n1,0.2\n", "must be a number"; "no number")]
 #[test_case("t_s,arm_position_rad\n0,inf\n1,0.2\n", "must be a number"; "no finite number")]
 #[test_case("t_s,arm_position_rad\n0,nan\n1,\n", "it drives no joint"; "nothing said")]
-#[test_case("t_s,arm_rate_rad_s\n0,1\n", "by one row alone"; "one rate")]
+#[test_case("t_s,arm_rate_rad_s\n0,1\n", "has only one row"; "one rate")]
 #[test_case("t_s,arm_rate_m_s\n0,1\n1,1\n", "it drives no joint"; "the rate of a slide")]
 #[test_case("t_s,arm_rate_rad_s,arm_position_rad\n0,1,2.7\n1,1,2.7\n", "beyond its limits"; "beyond the limits beside a rate")]
 #[test_case("t_s,arn_position_rad\n0,0.1\n1,0.2\n", "it drives no joint"; "an unknown joint")]

@@ -614,7 +614,7 @@ fn limits_say_how_a_robot_stands() {
         light
             .remarks
             .iter()
-            .any(|words| words.ends_with("asked of `rear_right`")),
+            .any(|words| words.ends_with("`rear_right` has no grip")),
         "{:?}",
         light.remarks
     );

@@ -194,7 +194,7 @@ fn a_path_is_driven_at_the_times_of_its_poses() {
     let run = played("path", &messages, "").expect("a run");
     assert!((run.summary.duration_s - 1.0).abs() < 1e-9);
     let twice = path(&[1_000_000_000, 2_000_000_000, 2_000_000_000]);
-    assert!(refused("path", &[(0.0, twice)]).contains("no times that grow"));
+    assert!(refused("path", &[(0.0, twice)]).contains("no increasing times"));
 }
 
 fn joints(names: &[&str], values: &[f64]) -> JointState {

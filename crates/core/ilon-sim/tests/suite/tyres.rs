@@ -128,8 +128,8 @@ fn a_heading_beside_the_path_is_remarked(robot: &str, heading: &str, is_remarked
     "robot.tyres = { joints = [\"front_left\", \"front_left\", \"rear_left\"] }",
     "twice"
 )]
-#[test_case("rollers.bearings = \"bushings\"", "rolls on a tyre")]
-#[test_case("rollers.crown = 0.8", "rolls on a tyre")]
+#[test_case("rollers.bearings = \"bushings\"", "has a tyre")]
+#[test_case("rollers.crown = 0.8", "has a tyre")]
 fn what_makes_no_sense_of_tyres_is_refused(line: &str, words: &str) {
     let scenario = scenario(
         "skid4",

@@ -211,7 +211,7 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
     }
     if let Some(joint) = robot.joints.first() {
         return refused(
-            format!("bodies on joints of their own (joint `{}`)", joint.name),
+            format!("bodies on joints (joint `{}`)", joint.name),
             "hold its joints",
         );
     }
@@ -261,7 +261,7 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
     }
     if !floor.materials.is_empty() {
         return refused(
-            "a floor that is something else to rollers of another material".to_owned(),
+            "a floor whose friction depends on the rollers' material".to_owned(),
             "say its friction instead",
         );
     }

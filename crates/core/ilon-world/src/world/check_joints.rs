@@ -14,7 +14,7 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
         if joint.parent.is_some_and(|parent| parent >= index) {
             return refused(
                 joint,
-                "it hangs by itself, or by a joint that stands after it: let parents stand before their children",
+                "its parent is itself or a later joint: list parents before their children",
             );
         }
     }
@@ -23,7 +23,9 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
         if !wheel.carrier.is_none_or(is_there) {
             return Err(WorldError::Joint {
                 joint: wheel.name.clone(),
-                reason: "its wheel hangs by a joint that the robot does not have: name one of its joints".to_owned(),
+                reason:
+                    "its wheel is on a joint that the robot does not have: name one of its joints"
+                        .to_owned(),
             });
         }
     }
@@ -126,7 +128,7 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
     let [lower, upper] = joint.limits;
     if !(servo.target.is_finite() && (lower..=upper).contains(&servo.target)) {
         let words = format!(
-            "its servo's target of {} is not between its limits of {lower} and {upper}: give it one that is",
+            "its servo's target of {} is not between its limits of {lower} and {upper}: move it between them",
             servo.target
         );
         return refused(joint, &words);
@@ -211,7 +213,7 @@ fn check_coupling(robot: &Robot, coupling: &Coupling) -> Result<(), WorldError> 
     if masters.take(robot.couplings.len() + 1).count() > robot.couplings.len() {
         return refused(
             joint,
-            "it follows itself, by way of other couplings: take one of them out",
+            "it follows itself through other couplings: remove one of them",
         );
     }
     let doubled = robot
@@ -219,10 +221,7 @@ fn check_coupling(robot: &Robot, coupling: &Coupling) -> Result<(), WorldError> 
         .iter()
         .filter(|of| of.joint == coupling.joint);
     if doubled.count() > 1 {
-        return refused(
-            joint,
-            "it follows two joints: take one of the couplings out",
-        );
+        return refused(joint, "it follows two joints: remove one of the couplings");
     }
     Ok(())
 }

@@ -499,7 +499,9 @@ fn hostile_trees_are_refused_in_words() {
         ("finite and not below 0", |robot| {
             robot.joints[0].damping = -1.0
         }),
-        ("hangs by itself", |robot| robot.joints[0].parent = Some(0)),
+        ("its parent is itself", |robot| {
+            robot.joints[0].parent = Some(0)
+        }),
         ("within 1.5 steps", |robot| {
             // A gram on a spring of 1e9 N/m has a period of 6 us.
             robot.wheels[0].carrier = None;

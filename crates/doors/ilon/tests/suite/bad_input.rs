@@ -610,7 +610,7 @@ fn a_roller_that_is_not_there_cannot_seize() {
     assert_eq!(
         bench.refused(&[]),
         told(
-            "roller 8 of the wheel `wheel_2` is to seize, but that has 8 rollers",
+            "roller 8 of the wheel `wheel_2` is to seize, but this wheel has 8 rollers",
             "scenario.toml:12:26",
             "they count from 0 to 7",
         )
@@ -672,7 +672,7 @@ fn a_friction_that_the_wheel_loops_law_has_no_use_for() {
     assert_eq!(
         bench.refused(&["--set", "wheel_loop.friction=0.3"]),
         told(
-            "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+            "`wheel_loop.friction` has no effect: this `wheel_loop.law` does not use grip",
             "--set:1:23",
             "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
         )
@@ -721,7 +721,7 @@ fn a_patch_that_no_wheel_meets_and_a_body_out_of_reach_are_remarked() {
     assert!(!told.contains("patch 0 of"), "{told}");
     assert!(
         told.contains("no wheel was ever on patch 1 of `world.floor.patches`, at (5, 0) m: ")
-            && told.contains(" m beside it at "),
+            && told.contains(" m from it at "),
         "{told}"
     );
     assert!(

@@ -427,7 +427,7 @@ fn bad_studies_and_logs_end_with_code_2_their_place_and_nothing_written() {
     let mut rows: Vec<String> = table().lines().map(str::to_owned).collect();
     rows.swap(700, 760);
     folder.write("log.csv", &(rows.join("\n") + "\n"));
-    refused(STUDY, "times do not grow");
+    refused(STUDY, "times do not increase");
     // Two wheels swapped.
     let swapped = table().replace("w1,w2,w3", "w2,w1,w3");
     folder.write("log.csv", &swapped);

@@ -310,7 +310,7 @@ fn a_course_is_as_fast_as_asked_and_makes_known_what_is_asked() {
         "{gains}"
     );
     let refused = folder.ilon(&["identify", "--plan", "robot.urdf", "--free", "colour"]);
-    assert!(ended_with(2, &refused).contains("`colour` is no parameter"));
+    assert!(ended_with(2, &refused).contains("`colour` is not a parameter"));
 }
 
 #[test]

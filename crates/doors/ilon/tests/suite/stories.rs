@@ -121,7 +121,7 @@ fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
         ),
         (
             one("pose_shifted", "x_m = 0.03, y_m = 0.04, heading_deg = 5, "),
-            "he pose sensor that is off by 50.0 mm and 5.00° from 1.00 to 1.50 s",
+            "he pose sensor with an offset of 50.0 mm and 5.00° from 1.00 to 1.50 s",
         ),
         (
             one("battery_sag", "share = 0.3, "),
@@ -187,7 +187,7 @@ fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
         .summary
         .position_error_max_m
         .expect("a reference");
-    let said = told.line("Without the pose sensor that is off by 50.0 mm");
+    let said = told.line("Without the pose sensor with an offset of 50.0 mm");
     let said_mm = number(said, "would have been ", "mm");
     // Half of the second decimal.
     assert!(

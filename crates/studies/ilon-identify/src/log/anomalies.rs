@@ -79,7 +79,7 @@ pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Anomaly> {
             AnomalyKind::TimeUnit,
             true,
             format!("its rows are {} s apart", shown(period_s)),
-            format!("no robot is logged like that: {cause}? Then `log.time` has the unit {unit}"),
+            format!("such times are impossible: {cause}? Then `log.time` has the unit {unit}"),
         ));
         return anomalies;
     }

@@ -25,7 +25,7 @@ pub(super) fn read(
     let Some(topics) = &format.bag else {
         return Err(Error::contents(
             path,
-            "it is read as a bag, of which the study names no topics",
+            "it is read as a bag, but the study names no topics",
             "write `[log.bag]` with `joints` and `pose`; a table's name ends in .csv, .tsv, .txt or .dat",
         ));
     };
@@ -146,10 +146,10 @@ impl<'a> Recorded<'a> {
         if let Some(at) = pairs.position(|pair| pair[1].0 <= pair[0].0) {
             return Err(self.wrong(
                 format!(
-                    "the times of `{}` do not grow at {} s",
+                    "the times of `{}` do not increase at {} s",
                     self.topics.pose, self.poses[at].0
                 ),
-                "order its messages by time, and leave each once",
+                "sort its messages by time, and keep each once",
             ));
         }
         let times = self.log.times_s.iter();

@@ -100,7 +100,7 @@ impl Columns {
         let stated = |what: &str, column: Option<&Column>| match column {
             Some(column) => found(table, what, column),
             None => Err(table.fault(
-                format!("nothing says which of its columns is `log.{what}`"),
+                format!("the study does not name the column of `log.{what}`"),
                 format!("write `log.{what} = {{ column = ..., unit = ... }}`"),
             )),
         };
@@ -155,7 +155,7 @@ impl Columns {
 fn found(table: &Table<'_>, what: &str, stated: &Column) -> Result<foreign::Column, Error> {
     let Some((_, factor)) = stated.si() else {
         return Err(Error::invalid(
-            format!("`{}` of `log.{what}` is no unit that is known", stated.unit),
+            format!("`{}` of `log.{what}` is an unknown unit", stated.unit),
             "see `ilon schema`",
         ));
     };

@@ -190,8 +190,8 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
     }
     if format.decimal_comma && format.delimiter == "," {
         return invalid(
-            "`log.decimal_comma` and columns that are parted by commas do not go together",
-            "say what parts the columns: `log.delimiter = \";\"`",
+            "`log.decimal_comma` and columns separated by commas do not go together",
+            "name the separator of the columns: `log.delimiter = \";\"`",
         );
     }
     let wheels = wheel_names(robot);
@@ -217,7 +217,7 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
         for (name, column) in known {
             if !wheels.contains(&name.as_str()) {
                 return invalid(
-                    format!("`log.{section}.{name}` is no wheel of the robot"),
+                    format!("`log.{section}.{name}`: the robot has no such wheel"),
                     format!("its wheels are {}", wheels.join(", ")),
                 );
             }
@@ -249,8 +249,8 @@ fn check_column(
 ) -> Result<(), Error> {
     if column.unit == "ticks" && column.ticks_per_turn.is_none() {
         return invalid(
-            format!("`log.{name}` counts ticks of which nothing says how many make a turn"),
-            "give it `ticks_per_turn`: those of one turn of the wheel, behind its gear",
+            format!("`log.{name}` is in ticks, but their number per turn is missing"),
+            "give it `ticks_per_turn`: the ticks of one turn of the wheel, not of the motor",
         );
     }
     let refused = match column.si() {
@@ -264,7 +264,7 @@ fn check_column(
             column.unit, column.scale
         )),
         None => Some(format!(
-            "`{}` of `log.{name}` is no unit that is known",
+            "`{}` of `log.{name}` is an unknown unit",
             column.unit
         )),
     };
@@ -278,7 +278,7 @@ fn check_column(
     if header_line == 0 && matches!(column.column, ColumnPlace::Name(_)) {
         return invalid(
             format!(
-                "`log.{name}` is given by a name, but `log.header_line` = 0 says that there are none"
+                "`log.{name}` is a column's name, but the table has no header (`log.header_line` = 0)"
             ),
             "give its place, counted from 1",
         );

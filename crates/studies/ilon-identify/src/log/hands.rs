@@ -71,7 +71,7 @@ pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> O
         AnomalyKind::Hands,
         true,
         format!(
-            "the robot turns {} times as much as its wheels as stated turn it, and they explain {:.0} % of the motion; handed otherwise they explain {:.0} %",
+            "the robot turns {} times as much as its wheels as stated turn it, and they explain {:.0} % of the motion; with the other handedness they explain {:.0} %",
             shown(stated.turn_scale / stated.scale),
             100.0 * stated.explained.max(0.0),
             100.0 * guess.explained

@@ -46,7 +46,7 @@ impl Log {
         if log.len() < FEWEST_ROWS {
             return Err(Error::contents(
                 path,
-                format!("it has {} rows, which say nothing about a drive", log.len()),
+                format!("it has {} rows, which are too few for a drive", log.len()),
                 "record at least some seconds",
             ));
         }
@@ -55,7 +55,7 @@ impl Log {
             return Err(Error::contents(
                 path,
                 format!(
-                    "its times do not grow: row {} is at {at} s and the next at {next} s",
+                    "its times do not increase: row {} is at {at} s and the next at {next} s",
                     row + 1
                 ),
                 "the clock was set back, the rows are not in order, or another column is the time: see `log.time`",

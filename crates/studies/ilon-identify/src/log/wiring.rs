@@ -24,31 +24,9 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     if !stated.scale.is_finite() {
         return None;
     }
-    // The unit of a heading shows only in rotations, and distorts everything else.
-    if stated.turns > TURNS {
-        for (factor, unit, other) in [
-            (180.0 / PI, "deg", "rad"),
-            (PI / 180.0, "rad", "deg"),
-            (1.0 / TAU, "turns", "rad"),
-        ] {
-            let off = (stated.turn_scale.abs() / factor - 1.0).abs();
-            if off < 0.15
-                && (stated.turn_scale / stated.scale).abs() / factor > 0.3
-                && !near(stated.turn_scale.abs(), stated.scale)
-            {
-                return Some(anomaly(
-                    AnomalyKind::Unit,
-                    true,
-                    format!(
-                        "the heading changes {} times as much as the wheels turn the robot",
-                        shown(stated.turn_scale.abs())
-                    ),
-                    format!(
-                        "headings in {unit} that are stated in {other}: see `log.heading.unit`"
-                    ),
-                ));
-            }
-        }
+    let unit = heading_unit(&stated);
+    if unit.is_some() {
+        return unit;
     }
     let of_hands = hands::of_motion(windows, robot, &stated);
     if stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD {
@@ -114,8 +92,38 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
             "the wheels explain {:.0} % of the motion, in whichever order and direction they are taken",
             100.0 * stated.explained.max(0.0)
         ),
-        "wheels and poses may be of two clocks or two drives, one wheel may not be logged, or the robot is another",
+        "wheels and poses may come from two clocks or two drives, a wheel may not be logged, or it is another robot",
     ))
+}
+
+/// Tells whether headings are in another unit than stated. It shows only in rotations, and
+/// distorts everything else.
+fn heading_unit(stated: &Guess) -> Option<Anomaly> {
+    if stated.turns <= TURNS {
+        return None;
+    }
+    for (factor, unit, other) in [
+        (180.0 / PI, "deg", "rad"),
+        (PI / 180.0, "rad", "deg"),
+        (1.0 / TAU, "turns", "rad"),
+    ] {
+        let off = (stated.turn_scale.abs() / factor - 1.0).abs();
+        if off < 0.15
+            && (stated.turn_scale / stated.scale).abs() / factor > 0.3
+            && !near(stated.turn_scale.abs(), stated.scale)
+        {
+            return Some(anomaly(
+                AnomalyKind::Unit,
+                true,
+                format!(
+                    "the heading changes {} times as much as the wheels turn the robot",
+                    shown(stated.turn_scale.abs())
+                ),
+                format!("headings in {unit} that are stated in {other}: see `log.heading.unit`"),
+            ));
+        }
+    }
+    None
 }
 
 /// Returns a single tracker axis that differs from its statement, if this alone makes the stated

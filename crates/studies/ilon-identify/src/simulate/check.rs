@@ -23,7 +23,7 @@ fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
     if let Some(currents) = &section.currents {
         if file.log.currents.is_empty() {
             return Err(Error::invalid(
-                "`[simulate.currents]` stands, but the log has no currents",
+                "`[simulate.currents]` is given, but the log has no currents",
                 "name their columns in `[log.currents]`, or leave the section out",
             ));
         }
@@ -41,7 +41,7 @@ fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
     if let Some((key, value, positive)) = numbers.into_iter().find(is_bad) {
         let range = if positive { "above 0" } else { "0 or more" };
         return Err(Error::invalid(
-            format!("`simulate.{key}` = {value} cannot be"),
+            format!("`simulate.{key}` = {value} is out of range"),
             format!("give it a number that is {range}"),
         ));
     }
@@ -71,7 +71,7 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
     if !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S) {
         return invalid(
             format!(
-                "`simulate.drive_s` = {} is no length of a drive",
+                "`simulate.drive_s` = {} is not a valid duration",
                 section.drive_s
             ),
             "give it seconds above 0 and up to 600".to_owned(),
@@ -80,7 +80,7 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
     match section.phases {
         Some(Phases::Count(count)) if !(1..=MOST_PHASES).contains(&count) => {
             return invalid(
-                format!("`simulate.phases` = {count} cannot be simulated"),
+                format!("`simulate.phases` = {count} is out of range"),
                 format!("let it be from 1 to {MOST_PHASES}, or \"log\""),
             );
         }
@@ -89,7 +89,7 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
             if let Some((wheel, _)) = file.log.wheels.iter().find(|(_, of)| relative(of)) {
                 return invalid(
                     format!(
-                        "`simulate.phases` = \"log\", but `log.wheels.{wheel}` does not say at which angle the wheel stands"
+                        "`simulate.phases` = \"log\", but `log.wheels.{wheel}` has no absolute angle"
                     ),
                     "leave `phases` out, or log the angles of absolute encoders".to_owned(),
                 );
@@ -100,7 +100,7 @@ pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Resu
     if !(section.least_error.is_finite() && section.least_error > 0.0) {
         return invalid(
             format!(
-                "`simulate.least_error` = {} is no error",
+                "`simulate.least_error` = {} is not a valid error",
                 section.least_error
             ),
             "give it a share of the way above 0, such as 0.003".to_owned(),

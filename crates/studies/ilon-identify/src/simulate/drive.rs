@@ -13,7 +13,7 @@ use super::parameters::Free;
 use super::phases::{self, Starts};
 use super::steady_drives::Course;
 use crate::log::Log;
-use crate::motion::window;
+use crate::motion::{Window, window};
 use crate::ripple::{Stretches, ripple};
 use crate::study::{Study, flat};
 
@@ -79,7 +79,8 @@ pub(super) struct Task {
     pub set: u32,
 }
 
-/// Simulates the robot at wheel rates; `None` if it diverges.
+/// Simulates the robot at wheel rates; `None` if it diverges, or if the drive has nothing to
+/// compare.
 pub(super) fn made(
     section: &Simulate,
     ready: &Ready,
@@ -87,8 +88,40 @@ pub(super) fn made(
     task: Task,
     nominal: &Matrix3xX<f64>,
 ) -> Result<Option<DriveResult>, Error> {
+    let (log, torques_n_m) = match drive(section, ready, course, task) {
+        Err(Error::Diverged { .. }) => return Ok(None),
+        driven => driven?,
+    };
+    let whole = window(&log, 0, 0, log.len() - 1);
+    let asked = whole.of_wheels(nominal);
+    let size = libm::hypot(asked[0], asked[1]);
+    if size <= 0.0 {
+        return Ok(None);
+    }
+    let seen = whole.seen;
+    let Some([wheels_rad_s, body_m]) = own_ripple(section, ready, &log, &whole, nominal)? else {
+        return Ok(None);
+    };
+    Ok(Some(DriveResult {
+        along: (seen[0] * asked[0] + seen[1] * asked[1]) / (size * size),
+        across: (seen[1] * asked[0] - seen[0] * asked[1]) / (size * size),
+        drift_rad_per_m: (seen[2] - asked[2]) / size,
+        torques_n_m,
+        wheels_rad_s,
+        body_m,
+    }))
+}
+
+/// The log of a drive after it has settled, with continuous headings, and the mean torque of each
+/// wheel, in N m.
+fn drive(
+    section: &Simulate,
+    ready: &Ready,
+    course: &Course,
+    task: Task,
+) -> Result<(Log, Vec<f64>), Error> {
     let (robot, period_s) = (&ready.robot, ready.scenario.run.control_dt_s);
-    let rates = &course.rates_rad_s[..];
+    let rates = WheelCommand::Rates(&course.rates_rad_s);
     let rows = (section.drive_s / period_s).ceil().max(2.0) as usize;
     let settle = (SETTLE_S / period_s).ceil() as usize;
     let turned_rad = match (task.starts, &course.begun_rad) {
@@ -99,88 +132,70 @@ pub(super) fn made(
             let mut plant = ready.plant(&[])?;
             // The first row that counts comes one period later.
             for _ in 0..=settle {
-                match plant.advance(WheelCommand::Rates(rates), period_s) {
-                    Ok(_) => {}
-                    Err(Error::Diverged { .. }) => return Ok(None),
-                    Err(error) => return Err(error),
-                }
+                plant.advance(rates, period_s)?;
             }
             let settled_rad = &plant.observe().wheel_angles_rad;
-            begun_rad
-                .iter()
-                .zip(settled_rad)
-                .map(|(to, from)| to - from)
-                .collect()
+            let angles = begun_rad.iter().zip(settled_rad);
+            angles.map(|(to, from)| to - from).collect()
         }
         (Starts::File | Starts::Log, _) => Vec::new(),
     };
     let mut plant = ready.plant(&turned_rad)?;
     let mut log = Log::default();
     let mut torques_n_m = vec![0.0; robot.wheels.len()];
-    for row in 0..settle + rows {
-        let outcome = match plant.advance(WheelCommand::Rates(rates), period_s) {
-            Ok(outcome) => outcome,
-            Err(Error::Diverged { .. }) => return Ok(None),
-            Err(error) => return Err(error),
-        };
-        if row >= settle {
-            for (sum, torque) in torques_n_m.iter_mut().zip(&outcome.torques_n_m) {
-                *sum += torque / rows as f64;
-            }
-            let pose = plant.truth().pose;
-            log.times_s.push((row - settle) as f64 * period_s);
-            log.angles_rad
-                .push(plant.observe().wheel_angles_rad.clone());
-            log.poses.push([pose.x_m, pose.y_m, pose.heading_rad]);
-            log.unseen.push(false);
+    for _ in 0..settle {
+        plant.advance(rates, period_s)?;
+    }
+    for row in 0..rows {
+        let outcome = plant.advance(rates, period_s)?;
+        for (sum, torque) in torques_n_m.iter_mut().zip(&outcome.torques_n_m) {
+            *sum += torque / rows as f64;
         }
+        let pose = plant.truth().pose;
+        log.times_s.push(row as f64 * period_s);
+        log.angles_rad
+            .push(plant.observe().wheel_angles_rad.clone());
+        log.poses.push([pose.x_m, pose.y_m, pose.heading_rad]);
+        log.unseen.push(false);
     }
     for row in 1..log.poses.len() {
         let last = log.poses[row - 1][2];
         log.poses[row][2] = last + ilon_robot::wrap_angle(log.poses[row][2] - last);
     }
-    let whole = window(&log, 0, 0, log.len() - 1);
-    let asked = whole.of_wheels(nominal);
-    let size = libm::hypot(asked[0], asked[1]);
-    if size <= 0.0 {
-        return Ok(None);
+    Ok((log, torques_n_m))
+}
+
+/// The ripple of the wheels, in rad/s, and of the body, in m, at the roller frequency: 0 unless
+/// the study compares it, `None` if the wheels do not turn steadily.
+fn own_ripple(
+    section: &Simulate,
+    ready: &Ready,
+    log: &Log,
+    whole: &Window,
+    nominal: &Matrix3xX<f64>,
+) -> Result<Option<[f64; 2]>, Error> {
+    let Some(compared) = &section.ripple else {
+        return Ok(Some([0.0; 2]));
+    };
+    // The loops of the simulated wheels let them turn slower than commanded.
+    let turned_rad = whole.turned_rad.iter();
+    let rates_rad_s: Vec<f64> = turned_rad.map(|turned| turned / log.duration_s()).collect();
+    let stretches = Stretches {
+        length_s: compared.stretch_s,
+        rates_rad_s: &rates_rad_s,
+        alike: f64::INFINITY,
+    };
+    if !stretches.fit(log) {
+        return Err(Error::invalid(
+            format!(
+                "a simulated drive of {} s with a row each {} s has no stretch of {} s whose ripple could be compared",
+                section.drive_s, ready.scenario.run.control_dt_s, compared.stretch_s
+            ),
+            "let `simulate.drive_s` be longer than `simulate.ripple.stretch_s`, and `run.control_dt_s` below `[set]` a sixteenth of it or less",
+        ));
     }
-    let seen = whole.seen;
-    let (mut wheels_rad_s, mut body_m) = (0.0, 0.0);
-    if let Some(compared) = &section.ripple {
-        // The loops of the simulated wheels let them turn slower than commanded.
-        let own: Vec<f64> = whole
-            .turned_rad
-            .iter()
-            .map(|turned| turned / log.duration_s())
-            .collect();
-        let stretches = Stretches {
-            length_s: compared.stretch_s,
-            rates_rad_s: &own,
-            alike: f64::INFINITY,
-        };
-        if !stretches.fit(&log) {
-            return Err(Error::invalid(
-                format!(
-                    "a simulated drive of {} s with a row each {period_s} s has no stretch of {} s whose ripple could be compared",
-                    section.drive_s, compared.stretch_s
-                ),
-                "let `simulate.drive_s` be longer than `simulate.ripple.stretch_s`, and `run.control_dt_s` below `[set]` a sixteenth of it or less",
-            ));
-        }
-        let rollers = robot.wheels.iter().map(|wheel| wheel.rollers.len()).max();
-        // Wheels that do not turn steadily have no ripple to compare.
-        let Some(found) = ripple(&log, rollers.unwrap_or(0), nominal, &stretches) else {
-            return Ok(None);
-        };
-        (wheels_rad_s, body_m) = (found.wheels_rad_s[0], found.body_m[0]);
-    }
-    Ok(Some(DriveResult {
-        along: (seen[0] * asked[0] + seen[1] * asked[1]) / (size * size),
-        across: (seen[1] * asked[0] - seen[0] * asked[1]) / (size * size),
-        drift_rad_per_m: (seen[2] - asked[2]) / size,
-        torques_n_m,
-        wheels_rad_s,
-        body_m,
-    }))
+    let wheels = ready.robot.wheels.iter();
+    let rollers = wheels.map(|wheel| wheel.rollers.len()).max();
+    let found = ripple(log, rollers.unwrap_or(0), nominal, &stretches);
+    Ok(found.map(|found| [found.wheels_rad_s[0], found.body_m[0]]))
 }

@@ -326,10 +326,10 @@ fn refuse_what_cannot_be(study: &Study, free: &[Free]) -> Result<(), Error> {
             if let Err(error) = Ready::new(study, &drive::keys(study, free, &values, &[])) {
                 return Err(Error::invalid(
                     format!(
-                        "`simulate.free.{}` goes to {end}, where nothing can be simulated: {error}",
+                        "`simulate.free.{}` reaches {end}, where the simulation fails: {error}",
                         key.key
                     ),
-                    "let `from` and `to` hold values that a scenario can have",
+                    "choose `from` and `to` within what a scenario accepts",
                 ));
             }
         }

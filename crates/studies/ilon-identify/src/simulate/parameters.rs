@@ -66,7 +66,7 @@ pub(super) fn free_of(section: &Simulate) -> Result<Vec<Free>, Error> {
 
 fn unclear(key: &str) -> Error {
     Error::invalid(
-        format!("`simulate.free.{key}` does not say from where to where the key is free"),
+        format!("`simulate.free.{key}` has no range"),
         "write `world.floor.creep = { from = 0.1, to = 3.0 }` below `[simulate.free]`; `scale = \"log\"` needs a range above 0",
     )
 }

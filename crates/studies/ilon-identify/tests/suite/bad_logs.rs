@@ -130,7 +130,11 @@ fn wheels_that_are_handed_otherwise_are_named_and_no_lever_is_advised() {
         let said = outcome(&stated, "mecanum4.toml", &csv(&log, &stated), "");
         holds(
             &said,
-            &["handed otherwise", "`front_left`, `front_right`", lever],
+            &[
+                "with the other handedness",
+                "`front_left`, `front_right`",
+                lever,
+            ],
         );
     }
 }
@@ -304,7 +308,7 @@ fn a_robot_that_stood_still_and_wheels_of_another_drive_are_named() {
 fn times_that_do_not_grow_and_too_few_rows_are_named() {
     holds(
         &said(|log| log.times_s[100] = log.times_s[99]),
-        &["times do not grow", "row 100"],
+        &["times do not increase", "row 100"],
     );
     holds(
         &said(|log| {
@@ -335,12 +339,12 @@ fn tables_that_are_not_as_stated_are_named_with_their_line() {
         &of(&text.replacen("front_left", "front_lefd", 1)),
         &[
             "the column `front_left` is missing",
-            "is `front_lefd` meant",
+            "did you mean `front_lefd`?",
         ],
     );
     holds(
         &of(&text.replace(',', ";")),
-        &["divided by ';'", "`log.delimiter = \";\"`"],
+        &["separated by ';'", "`log.delimiter = \";\"`"],
     );
     holds(
         &of(&text.replacen("\n0.0200,", "\n0.02x,", 1)),

@@ -132,7 +132,7 @@ fn a_range_that_no_robot_can_have_is_refused_with_its_end() {
     let said = error.to_string();
     println!("{said}");
     assert!(
-        said.contains("`simulate.free.rollers.crown` goes to 60"),
+        said.contains("`simulate.free.rollers.crown` reaches 60"),
         "{said}"
     );
 }

@@ -210,7 +210,7 @@ fn what_a_log_cannot_tell_apart_is_said_with_what_would_help() {
     assert_eq!(found.held.len(), 1, "{:?}", found.held);
     let words = &found.held[0].1;
     assert!(
-        words.contains("`radius_m` and `rows_lost` cannot be told apart"),
+        words.contains("`radius_m` and `rows_lost` cannot be separated"),
         "{words}"
     );
 

@@ -58,7 +58,7 @@ impl Gap {
 const NEEDS: &[(&str, &str)] = &[
     (
         "ledger.belief",
-        "it is of a controller that takes the robot for another; write `[controller.robot]`",
+        "it needs a controller that believes in another robot; write `[controller.robot]`",
     ),
     (
         "ledger.incline",
@@ -140,7 +140,7 @@ const NEEDS: &[(&str, &str)] = &[
     ),
     (
         "energy.unexplained_share",
-        "too little energy is turned over for a share of it to say something; let the robot drive further",
+        "too little energy is turned over for a meaningful share; let the robot drive further",
     ),
 ];
 
@@ -154,7 +154,7 @@ fn needs(quantity: &str) -> Option<&'static str> {
 /// Returns the gap of a quantity that no axis changes, so that there are no shares.
 pub(super) fn constant(quantity: &str, scenario: &str, runs: u64, value: f64) -> Gap {
     let why = format!(
-        "it is {} in all runs, so that there is nothing to share out; vary something that changes it",
+        "it is {} in all runs, so no axis has an effect; vary a key that changes it",
         ilon_trace::number(value)
     );
     Gap::of(quantity, scenario, runs, why)

@@ -50,7 +50,7 @@ impl Manifest {
         let manifest = serde_json::from_slice(&bytes);
         manifest.map(Some).map_err(|error| {
             Error::invalid(
-                format!("`{}` is not what a study writes: {error}", path.display()),
+                format!("`{}` was not written by a study: {error}", path.display()),
                 "choose another folder; this one is not touched",
             )
         })

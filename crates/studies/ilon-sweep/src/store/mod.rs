@@ -155,11 +155,11 @@ impl Store {
                     Some(known) if *known != row => {
                         return Err(Error::invalid(
                             format!(
-                                "run {} stands twice, with different results; once in `{}`",
+                                "run {} occurs twice, with different results; once in `{}`",
                                 row.run,
                                 part.display()
                             ),
-                            "leave out one of the folders: runs of one study are equal wherever they are made, so that one of them was changed",
+                            "leave out one of the folders: equal runs of a study give equal results, so one of them was changed",
                         ));
                     }
                     _ => {

@@ -73,7 +73,7 @@ fn a_part_that_there_is_not_is_refused() {
         .unwrap_err();
     assert_eq!(
         error.to_string(),
-        "there is no part 3: the study has 3, counted from 0"
+        "there is no part 3: the study has 3 parts, counted from 0"
     );
 }
 

@@ -77,7 +77,7 @@ fn a_trace_is_not_kept_of_another_robot_than_that_of_its_row() {
     folder.write("mecanum4.toml", &other);
     let (refused, _) = message(keep_traces(&keeping, &store, &Options::default()));
     assert!(
-        refused.contains("run 0 does not come out again"),
+        refused.contains("run 0 does not give the results of its row again"),
         "{refused}"
     );
     assert!(kept(&out).is_empty());

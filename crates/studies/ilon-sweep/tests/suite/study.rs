@@ -258,7 +258,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
 )]
 #[test_case::test_case(
     "axes.world.floor.friction = []",
-    "`axes.world.floor.friction` is an empty list: there would be no run",
+    "`axes.world.floor.friction` is an empty list, so there is no run",
     "write a list";
     "empty axis"
 )]
@@ -301,7 +301,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
 )]
 #[test_case::test_case(
     "method = \"sobol\"\naxes.world.floor.friction = [1]",
-    "`method = \"sobol\"` does not know how many points to draw",
+    "`method = \"sobol\"` needs a number of points",
     "add `points = 100`";
     "no points"
 )]
@@ -349,7 +349,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
 )]
 #[test_case::test_case(
     "axes.world.floor.friction = [1, 2]\nminimise = { quantity = \"slip_energy_j\" }",
-    "`[minimise]` searches ranges, and `axes.world.floor.friction` is none",
+    "`[minimise]` searches ranges, but `axes.world.floor.friction` is not a range",
     "write it as";
     "minimise of a list"
 )]
@@ -542,7 +542,7 @@ fn a_study_without_physics_says_what_designs_can_do() {
     for (text, said) in [
         (
             "physics = false\nquantities = [\"slip_energy_j\"]\n",
-            "is of runs",
+            "needs runs",
         ),
         ("quantities = [\"design.condition\"]\n", "physics = false"),
         ("physics = false\nrepetitions = 2\n", "repetitions"),

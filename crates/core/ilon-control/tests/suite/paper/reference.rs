@@ -188,7 +188,7 @@ fn what_makes_no_reference_is_refused_by_name() {
     );
     assert_eq!(
         message(Reference::waypoints(&[0.0, 1.0, 1.0], vec![o, o, o], STILL)),
-        "waypoint 2 is at 1 s, not later than the one before; times must grow"
+        "waypoint 2 is at 1 s, not later than the one before; times must increase"
     );
     assert_eq!(
         message(Reference::waypoints(&[0.0, 1.0], vec![o, o], ALONG)),

@@ -345,7 +345,7 @@ impl Said<'_> {
                 .collect();
             if times.windows(2).any(|pair| pair[1] <= pair[0]) {
                 return Err(self.wanted.fault(
-                    format!("the poses of the path on `{}` have no times that grow", self.message.topic),
+                    format!("the poses of the path on `{}` have no increasing times", self.message.topic),
                     "write its points into a CSV file, and drive along them by `[reference.waypoints]` with a speed",
                 ));
             }
@@ -375,7 +375,7 @@ impl Said<'_> {
         match values.iter().all(is_computable) {
             true => Ok(values),
             false => Err(self.fault(
-                "holds a number that cannot be computed with",
+                "holds a number that is not finite or too large",
                 "leave it out of the recording",
             )),
         }

@@ -41,7 +41,9 @@ impl JointLog {
         let rows: Vec<_> = said.rows().filter_map(drives).collect();
         if let [(_, Quantity::Rate | Quantity::Effort, _)] = rows[..] {
             return Err(wanted.fault(
-                format!("it drives the joint `{joint}` by one row alone, of which nobody knows how long it holds"),
+                format!(
+                    "it has only one row for the joint `{joint}`, and no time at which it ends"
+                ),
                 "add a row at the time at which it ends",
             ));
         }

@@ -205,11 +205,11 @@ fn grows(wanted: &Wanted<'_>, series: &Series) -> Result<(), Error> {
     };
     Err(wanted.fault(
         format!(
-            "its times do not grow: after {} s comes {} s",
+            "its times do not increase: {1} s comes after {0} s",
             times_s[row],
             times_s[row + 1]
         ),
-        "order its rows by time, and leave each time once",
+        "sort its rows by time, and keep each time once",
     ))
 }
 
@@ -226,7 +226,7 @@ impl Log {
         let section = wanted.section;
         if driving.len() == 1 {
             return Err(wanted.fault(
-                "it drives the robot by one row alone, of which nobody knows how long it holds",
+                "it has only one row, and no time at which it ends",
                 "add a row at the time at which it ends",
             ));
         }
@@ -243,7 +243,7 @@ impl Log {
             None => None,
             Some(poses) if poses.len() == 0 => {
                 return Err(wanted.fault(
-                    "it says nowhere where the real robot was",
+                    "it has no poses of the real robot",
                     "see `playback.pose_topic`",
                 ));
             }

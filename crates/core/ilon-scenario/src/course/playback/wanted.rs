@@ -54,13 +54,13 @@ impl Wanted<'_> {
             None => {
                 let asked: Vec<String> = asked.iter().map(|name| format!("`{name}`")).collect();
                 match asked.len() {
-                    0 => "leave it out: nothing of this log has a name to look for".to_owned(),
+                    0 => "leave it out: this log is not searched by names".to_owned(),
                     _ => format!("looked for are {}", asked.join(", ")),
                 }
             }
         };
         Err(self.fault(
-            format!("`playback.names.{unused}` names nothing that is looked for in it"),
+            format!("`playback.names.{unused}` is not used: no such name is looked for in it"),
             help,
         ))
     }

@@ -59,7 +59,7 @@ impl Scenario {
         if named && !floor.is_of_material() {
             return Err(Objection::to(
                 "rollers.material",
-                "the rollers are of a material, but neither the floor nor a patch is",
+                "the rollers have a material, but neither the floor nor a patch has one",
                 "write `world.floor.material`, or leave the rollers' material out",
             ));
         }
@@ -77,7 +77,7 @@ fn object_to_both(place: &str, material: Option<&str>, keys: &[Beside]) -> Resul
         Some((key, _)) => Err(Objection::to(
             format!("{place}.{key}"),
             format!(
-                "`{place}.{key}` and `{place}.material` = \"{material}\" do not go together: the pair of materials says it"
+                "`{place}.{key}` and `{place}.material` = \"{material}\" do not go together: the pair of materials defines this value"
             ),
             format!(
                 "leave one of them out, or change the pair: `materials.ROLLERS.{material}.{key}`, with the rollers' material for ROLLERS"
@@ -94,7 +94,7 @@ fn object_to_no_grip(place: &str, friction: f64, across: Option<Across>) -> Resu
     }
     Err(Objection::to(
         format!("{place}.across.friction"),
-        format!("`{place}.across.friction` stands beside a friction of 0 along the nap"),
-        "give both a friction above 0, or leave the one across out",
+        format!("`{place}.across.friction` is given, but the friction along the nap is 0"),
+        "give both a friction above 0, or leave `across` out",
     ))
 }

@@ -50,8 +50,8 @@ impl Scenario {
         if let (Some(index), None) = (self.faults.iter().position(is_shorted), &self.motors.dc) {
             return Err(Objection::to(
                 format!("faults.{index}"),
-                "`motor_lost` with `shorted` needs to know the motor's winding, and there is no `[motors.dc]`",
-                "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor is then free",
+                "`motor_lost` with `shorted` needs the motor's winding, but there is no `[motors.dc]`",
+                "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor then turns freely",
             ));
         }
         // Above this frequency samples would alias.
@@ -61,7 +61,7 @@ impl Scenario {
             return Err(Objection::to(
                 format!("faults.{index}.tilt.frequency_hz"),
                 format!(
-                    "the ground rocks faster than control periods can show, which is {most_hz} Hz"
+                    "the ground rocks at more than half the control rate, {most_hz} Hz, so its motion cannot be recorded"
                 ),
                 "write a lower frequency_hz, or a shorter `run.control_dt_s`",
             ));
@@ -70,14 +70,14 @@ impl Scenario {
         if law == WheelLaw::Passive && self.wheel_loop.latency_s() > 0.0 {
             return Err(Objection::to(
                 "wheel_loop.latency_s",
-                "the passive law has no `wheel_loop.latency_s`: its springs and dampers are for torques that come at once",
+                "the passive law does not support `wheel_loop.latency_s`: its gains are derived for torques without delay",
                 "leave it out, or choose another `wheel_loop.law`",
             ));
         }
         if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
             return Err(Objection::to(
                 "wheel_loop.passive",
-                "`[wheel_loop.passive]` is of no use to `wheel_loop.law`, which has no springs",
+                "`[wheel_loop.passive]` has no effect: `wheel_loop.law` is not \"passive\"",
                 "write law = \"passive\", or leave the section out",
             ));
         }
@@ -86,7 +86,7 @@ impl Scenario {
         {
             return Err(Objection::to(
                 "wheel_loop.friction",
-                "`wheel_loop.friction` is of no use to `wheel_loop.law`, which knows of no grip",
+                "`wheel_loop.friction` has no effect: this `wheel_loop.law` does not use grip",
                 "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
             ));
         }
@@ -94,7 +94,7 @@ impl Scenario {
         if floor.rough.is_some() && floor.height_map.is_some() {
             return Err(Objection::to(
                 "world.floor.height_map",
-                "both `world.floor.rough` and `world.floor.height_map` take the place of the floor's plane",
+                "`world.floor.rough` and `world.floor.height_map` exclude each other: each replaces the floor's plane",
                 "leave one of them out",
             ));
         }
@@ -102,8 +102,8 @@ impl Scenario {
         if self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope) {
             return Err(Objection::to(
                 "sensors.fusion.gyroscope",
-                "`sensors.fusion.gyroscope` needs a gyroscope, and there is no `[sensors.imu]`",
-                "write [sensors.imu], or leave it out: the wheels then say how the robot turns",
+                "`sensors.fusion.gyroscope` needs a gyroscope, but there is no `[sensors.imu]`",
+                "add `[sensors.imu]`, or leave the key out: the rate of turn then comes from the wheels",
             ));
         }
         self.object_to_times()?;
@@ -131,14 +131,14 @@ impl Scenario {
         if let Some(index) = self.faults.iter().position(leans) {
             return Err(Objection::to(
                 format!("faults.{index}"),
-                "ground that leans does not go with `world.solver.contacts` = \"rapier\", where gravity stays as it was built",
+                "a tilting ground does not go with `world.solver.contacts` = \"rapier\", where gravity is constant",
                 "leave it out, or let ilon solve the contacts",
             ));
         }
         if !self.world.bodies.is_empty() {
             return Err(Objection::to(
                 "world.bodies",
-                "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: what pushes what is solved by ilon",
+                "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: only ilon's solver moves free bodies",
                 "leave the bodies out, or let ilon solve the contacts",
             ));
         }
@@ -174,7 +174,7 @@ impl Scenario {
             return Err(Objection::to(
                 key,
                 format!(
-                    "`{key}` is of rollers that give or have play and of floors that drag, which `world.solver.contacts` = \"rapier\" does not know"
+                    "`{key}` is not supported by `world.solver.contacts` = \"rapier\", which has neither treads, bearings and play of rollers nor floors that drag"
                 ),
                 "leave it out, or let ilon solve the contacts",
             ));
@@ -194,7 +194,7 @@ impl Scenario {
             Some((key, _)) => Err(Objection::to(
                 key,
                 format!(
-                    "`{key}` says how ilon solves contacts, but `world.solver.contacts` = \"rapier\""
+                    "`{key}` is a setting of ilon's solver, but `world.solver.contacts` = \"rapier\""
                 ),
                 "leave it out, or let ilon solve the contacts",
             )),
@@ -221,8 +221,8 @@ impl Scenario {
                 if of_joints.is_some() && stand == [false; 3] {
                     return Err(Objection::to(
                         "playback.drives",
-                        "the log drives joints alone, and nothing says what the wheels shall do",
-                        "add a `[twist]`, of zeros where they shall stand, or a `[reference]`",
+                        "the log only drives joints, and the wheels have no command",
+                        "add a `[twist]` (all zeros to stand still) or a `[reference]`",
                     ));
                 }
                 let (key, stands) = match stand {
@@ -269,7 +269,7 @@ impl Scenario {
                 Err(Objection::to(
                     key.clone(),
                     format!(
-                        "`{key}` never happens: it begins at {from_s} s and ends at {until_s} s"
+                        "`{key}` never happens: it ends at {until_s} s, before it begins at {from_s} s"
                     ),
                     "let `until_s` come after `from_s`, or leave it out",
                 ))
@@ -354,7 +354,7 @@ impl Scenario {
                 None => Err(Objection::to(
                     "run.duration_s",
                     "the key `run.duration_s` is missing",
-                    "add `run.duration_s`: simulated time in seconds; a `playback` alone can do without, which ends with its log",
+                    "add `run.duration_s`: simulated time in seconds; only a `playback` can do without: it ends with its log",
                 )),
             };
         }
@@ -377,7 +377,7 @@ impl Scenario {
             return Err(Objection::to(
                 "run.duration_s",
                 format!(
-                    "`run.duration_s` = {} makes {rows:.1e} rows of the trace, where at most {most:.0e} are kept",
+                    "`run.duration_s` = {} makes {rows:.1e} rows, more than the {most:.0e} of the longest trace",
                     run.duration_s
                 ),
                 format!(
@@ -456,7 +456,7 @@ fn object_to_timing(tracked: &Tracked) -> Result<(), Objection> {
     let (key, message) = if is_timed && !is_path {
         (
             "reference.timing",
-            "`reference.timing` is of a path, and a pose that is held has none",
+            "`reference.timing` needs a path, but the reference holds one pose",
         )
     } else if !is_timed && tracked.share_of_limits.is_some() {
         (
@@ -561,7 +561,10 @@ mod tests {
             "{topic}"
         );
         let gain = told("file = \"a.csv\"\ndrives = \"twist\"\nangle_gain_per_s = 3");
-        assert!(gain.contains("does not drive them by angles"), "{gain}");
+        assert!(
+            gain.contains("does not drive the wheels by their angles"),
+            "{gain}"
+        );
     }
 
     #[test]
@@ -575,7 +578,7 @@ mod tests {
         ] {
             let (message, at) = told(&format!("{rapier}{key} = {value}\n"));
             assert!(
-                message.contains("says how ilon solves contacts"),
+                message.contains("is a setting of ilon's solver"),
                 "{message}"
             );
             assert_eq!(at, value);

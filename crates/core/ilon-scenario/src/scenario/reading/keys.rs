@@ -198,7 +198,8 @@ impl<'s> Checker<'s> {
                         self.key(),
                         places.join(", ")
                     ),
-                    "places count from 0; the place after the last one adds to the list, one at a time".to_owned(),
+                    "indices count from 0; the index after the last one appends an entry"
+                        .to_owned(),
                 ))
             }
             other => Err(self.wrong_type(other, span, &alternatives)),
@@ -518,7 +519,7 @@ impl<'s> Checker<'s> {
                 FaultKind::Value,
                 span,
                 format!(
-                    "`{}` is {number:e}, which is beyond what can be computed with",
+                    "`{}` is {number:e}, which is too large or too small to compute with",
                     self.key()
                 ),
                 format!("write 0 or a number whose size is between {least:e} and {most:e}"),

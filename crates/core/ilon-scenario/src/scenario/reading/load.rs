@@ -249,7 +249,7 @@ fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
                     "`{name}` is not a scenario: on line {line}, {}",
                     fault.message
                 ),
-                "the least scenario is `robot.file = \"robot.urdf\"`, `twist.vx_m_s = 0.3` and `run.duration_s = 5`, each on its line",
+                "the smallest scenario is `robot.file = \"robot.urdf\"`, `twist.vx_m_s = 0.3` and `run.duration_s = 5`, each on its line",
             )
         }
         other => other,

@@ -35,7 +35,7 @@ impl<'de> Visitor<'de> for Keys {
                 "share_of_grip" => share_of_grip = Some(map.next_value()?),
                 _ if path.is_some() => {
                     return Err(Error::custom(format!(
-                        "`{key}` is a second path, where exactly one can be followed"
+                        "`{key}` is a second path; a reference follows exactly one"
                     )));
                 }
                 _ => {

@@ -38,7 +38,7 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     if any(|wheel| wheel.made != RollersAsMade::default()) {
         list.add(
             "rollers.made",
-            "the shape that its rollers are made with",
+            "the made shape of its rollers",
             |_, robot| {
                 for wheel in &mut robot.wheels {
                     // Modelled rollers stay as they are.

@@ -60,7 +60,7 @@ impl World {
         Err(WorldError::FreeBody {
             name: body.name.clone(),
             reason: format!(
-                "it would begin {:.1} mm deep in {what}; move it, or leave out its height: then it is put down on what is beneath it",
+                "it would begin {:.1} mm deep in {what}; move it, or leave out its height to put it down on what is below",
                 -1e3 * gap_m
             ),
         })
