@@ -460,11 +460,6 @@ mod tests {
             assert_eq!(found, is_expected);
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     /// Of 4 m/s^2 by statics three quarters are held, and of those two thirds.
     #[test]

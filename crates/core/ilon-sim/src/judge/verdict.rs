@@ -33,7 +33,9 @@ impl std::fmt::Display for Verdict {
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         let Some(measured) = measured else {
-            return write!(f, "it does not apply to this run");
+            let why = quantities::needs(quantity).map(|why| format!(": {why}"));
+            let why = why.unwrap_or_default();
+            return write!(f, "it does not apply to this run{why}");
         };
         write!(f, "measured {}", readable(*measured, bound))?;
         match quantities::si_unit(quantity) {
