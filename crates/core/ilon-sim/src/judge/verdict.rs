@@ -33,8 +33,8 @@ impl std::fmt::Display for Verdict {
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         let Some(measured) = measured else {
-            let why = quantities::needs(quantity).map(|why| format!(": {why}"));
-            let why = why.unwrap_or_default();
+            let why =
+                quantities::needs(quantity).map_or_else(String::new, |why| format!(": {why}"));
             return write!(f, "it does not apply to this run{why}");
         };
         write!(f, "measured {}", readable(*measured, bound))?;

@@ -33,11 +33,7 @@ fn readable(robot: UrdfText) -> Result<UrdfText, RobotError> {
     if robot.text.len() <= MOST_BYTES {
         return Ok(robot);
     }
-    let in_mb = |bytes: usize| format!("{:.1} MB", bytes as f64 / f64::from(1 << 20));
-    let what = format!(
-        "links, joints and shapes of {} as URDF",
-        in_mb(robot.text.len())
-    );
-    let most = in_mb(MOST_BYTES);
+    let [length, most] = [robot.text.len(), MOST_BYTES].map(|bytes| format!("{} MB", bytes >> 20));
+    let what = format!("links, joints and shapes of over {length} as URDF");
     Err(RobotError::new(&robot.file, Fault::TooLarge { what, most }))
 }
