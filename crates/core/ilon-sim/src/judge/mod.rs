@@ -102,7 +102,7 @@ mod tests {
         assert!(!verdicts[0].held);
         assert_eq!(
             verdicts[0].to_string(),
-            "position_error_final_m <= 0.01 failed: it does not apply to this run"
+            "position_error_final_m <= 0.01 failed: it does not apply to this run: there is no path to follow; give the scenario a `[reference]`"
         );
     }
 }

@@ -342,9 +342,7 @@ mod tests {
         };
         assert!(!of(""));
         assert!(of("guidance.wheel_rate_limit_rad_s = 9"));
-        assert!(of(
-            "guidance.wheel_rate_limits_rad_s = { front_left = 9, front_right = 9, rear_left = 9, rear_right = 9 }"
-        ));
+        assert!(of("guidance.wheel_rate_limits_rad_s = [9, 9, 9, 9]"));
     }
 
     /// A period of 10 ms of steps of 1 ms is cut into ten parts, one of 12 ms into six, and one of
