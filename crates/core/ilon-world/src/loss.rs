@@ -1,4 +1,4 @@
-//! Losses that never become negative over several steps.
+//! Friction losses that never become negative over several steps.
 //!
 //! Friction's law holds for the velocity u_1 at the end of a step, its impulse p acts over the
 //! whole step, and the energy that it takes is exactly -p (u_0 + u_1) / 2. If the velocity reverses
@@ -9,17 +9,16 @@
 //!
 //! So energy added by a step's friction is not a loss of any kind. It is a debt: later friction
 //! repays it before anything counts as lost, and the remaining debt at the end is an error of the
-//! step, which no account explains. Likewise with impacts: a contact that a step presses too deep
-//! into the ground lifts the robot in the next.
+//! step, which no account explains.
 
-/// The energy that losses of one kind added in earlier steps and has not taken back yet.
+/// The energy that friction of one kind added in earlier steps and has not taken back yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Owed {
     owed_j: f64,
 }
 
 impl Owed {
-    /// The loss if this kind took this energy in a step, in J: never negative.
+    /// The loss if friction took this energy in a step, in J: never negative.
     pub fn lost_j(&mut self, taken_j: f64) -> f64 {
         let owed_j = self.owed_j - taken_j;
         self.owed_j = owed_j.max(0.0);

@@ -21,7 +21,6 @@ use ilon_robot::Pose as PlanarPose;
 use crate::contact::law::SolverEffort;
 use crate::contact::reactions::{ReactionSolver, Reactions};
 use crate::ground::Ground;
-use crate::loss::Owed;
 use crate::reference::Reference;
 use crate::robot::articulated::Articulated;
 pub use crate::robot::payload::Payload;
@@ -110,8 +109,6 @@ struct Energies {
     /// The positive part of that, motor by motor and step by step.
     motor_positive_j: f64,
     bearing_j: f64,
-    /// What impacts gave back in earlier steps and have not taken again.
-    impacts_owe: Owed,
     outside_j: f64,
     /// In the springs of rigid contacts, current.
     springs_j: f64,
@@ -196,7 +193,6 @@ impl World {
 
     /// Advances the world by one physics step; in parts if [`Settings::split_dt_s`] demands it.
     pub fn step(&mut self) {
-        let before_j = self.energies.impact_j;
         self.look_at_user_bodies();
         with_solver(|solver| {
             self.regroup(solver);
@@ -205,9 +201,6 @@ impl World {
             self.step_islands(solver);
         });
         self.step_user_bodies();
-        let energies = &mut self.energies;
-        let took_j = energies.impact_j - before_j;
-        energies.impact_j = before_j + energies.impacts_owe.lost_j(took_j);
         self.steps += 1;
     }
 

