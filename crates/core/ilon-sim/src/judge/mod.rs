@@ -78,9 +78,10 @@ mod tests {
     #[test]
     fn a_change_is_judged_against_the_baseline() {
         let expect: Expect = toml::from_str("slip_energy_j = \"+10 %\"").unwrap();
-        let with = |slip_energy_j| Summary {
-            slip_energy_j,
-            ..Summary::default()
+        let with = |slip_energy_j| {
+            let mut summary = Summary::default();
+            summary.slip_energy_j = slip_energy_j;
+            summary
         };
         let verdict = |now: Option<f64>, before: Option<f64>| {
             judge_changes(&expect, &with(now), &with(before)).remove(0)
@@ -101,7 +102,7 @@ mod tests {
         assert!(!verdicts[0].held);
         assert_eq!(
             verdicts[0].to_string(),
-            "position_error_final_m <= 0.01 failed: it does not apply to this run"
+            "position_error_final_m <= 0.01 failed: it does not apply to this run: there is no path to follow; give the scenario a `[reference]`"
         );
     }
 }

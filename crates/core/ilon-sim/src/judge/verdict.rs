@@ -33,7 +33,9 @@ impl std::fmt::Display for Verdict {
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         let Some(measured) = measured else {
-            return write!(f, "it does not apply to this run");
+            let why =
+                quantities::needs(quantity).map_or_else(String::new, |why| format!(": {why}"));
+            return write!(f, "it does not apply to this run{why}");
         };
         write!(f, "measured {}", readable(*measured, bound))?;
         match quantities::si_unit(quantity) {

@@ -6,7 +6,7 @@ use ilon_files::FileAccess;
 use ilon_trace::Quantity;
 use ilon_trace::file::write_text;
 
-use super::escape::path_in_line;
+use super::escape::{path_in_line, sentences};
 use super::json::pretty;
 use super::kind::{Kind, wants};
 use super::options::Sandbox;
@@ -65,8 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         console::data(&json(&comparison)?)?;
     } else {
         console::lines(&format!(
-            "{}\n\n{}\nwritten to {}\n",
-            report::compare::answers(&comparison).join("\n"),
+            "{}\n{}\nwritten to {}\n",
+            sentences(&report::compare::answers(&comparison)),
             table(&comparison),
             path_in_line(out)
         ))?;

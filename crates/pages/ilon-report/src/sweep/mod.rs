@@ -158,3 +158,32 @@ fn runs(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         1,
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A study without runs has no headings above nothing.
+    #[test]
+    fn what_a_study_has_none_of_has_no_heading() {
+        let headings =
+            |study: &StudyInput| html(study, &|run| run.to_string()).matches("<h2").count();
+        assert_eq!(headings(&StudyInput::default()), 0);
+        let study = StudyInput {
+            runs: vec![Run {
+                run: 0,
+                scenario: 0,
+                values: Vec::new(),
+                figures: vec![Some(1.0)],
+                has_failed: false,
+            }],
+            quantities: vec![Quantity {
+                name: "slip_energy_j".to_owned(),
+                bound: None,
+            }],
+            ..StudyInput::default()
+        };
+        let page = html(&study, &|run| run.to_string());
+        assert!(page.contains("Best and worst runs"), "{page}");
+    }
+}
