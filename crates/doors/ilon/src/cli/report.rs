@@ -94,8 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = load_robot(&run.scenario).ok();
     let context = context::of(&run, robot.as_ref(), &verdicts, &context::command_line());
     let answer = report::write_recorded(&out, &run.trace, &run.summary, &context)?;
-    let (answer, out_folder) = (sentences(&answer), path_in_line(&out));
-    console::lines(&format!("{answer}\nwritten to {out_folder}\n"))?;
+    let (answer, page) = (sentences(&answer), path_in_line(&out));
+    console::lines(&format!("{answer}\nwritten to {page}\n"))?;
     if arguments.open {
         open::page(&out);
     }
