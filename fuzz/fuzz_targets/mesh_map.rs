@@ -42,7 +42,7 @@ fn kind(bytes: &[u8]) -> &'static str {
 /// Loads a robot with a part of this shape, and what is shown of it.
 fn part(kind: &str, bytes: &[u8]) {
     let mesh = format!("mesh.{kind}");
-    let urdf = include_str!("../seeds/urdf/spheres.urdf").replacen(
+    let urdf = include_str!("../seeds/urdf/omni.urdf").replacen(
         "</link>",
         &format!(
             "<collision><origin xyz=\"0 0 0.3\"/><geometry><mesh filename=\"{mesh}\"/></geometry></collision>\
@@ -50,17 +50,15 @@ fn part(kind: &str, bytes: &[u8]) {
         ),
         1,
     );
-    for repair in [false, true] {
-        let mut options = LoadOptions::default();
-        options.repair = repair;
-        options.files = FileAccess::of_memory([(mesh.clone().into(), bytes.to_vec())]);
-        match Robot::from_urdf_str_with(&urdf, "robot.urdf", &options) {
-            Ok(loaded) => {
-                let _ = loaded.visual_meshes();
-                return ilon_fuzz::use_robot(&loaded.robot);
-            }
-            Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
+    let mut options = LoadOptions::default();
+    options.repair = ilon_fuzz::pick([false, true], bytes);
+    options.files = FileAccess::of_memory([(mesh.into(), bytes.to_vec())]);
+    match Robot::from_urdf_str_with(&urdf, "robot.urdf", &options) {
+        Ok(loaded) => {
+            let _ = loaded.visual_meshes();
+            ilon_fuzz::use_robot(&loaded.robot);
         }
+        Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
     }
 }
 

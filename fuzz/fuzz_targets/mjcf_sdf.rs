@@ -35,14 +35,13 @@ fuzz_target!(|text: &str| {
         .into_iter()
         .chain([(name.into(), text.as_bytes().to_vec())]);
     let files = FileAccess::of_memory(all);
-    for mut options in ilon_fuzz::ways() {
-        options.files = files.clone();
-        match Robot::load_with(name, &options) {
-            Ok(loaded) => {
-                let _ = loaded.visual_meshes();
-                return ilon_fuzz::use_robot(&loaded.robot);
-            }
-            Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
+    let mut options = ilon_fuzz::pick(ilon_fuzz::ways(), text.as_bytes());
+    options.files = files;
+    match Robot::load_with(name, &options) {
+        Ok(loaded) => {
+            let _ = loaded.visual_meshes();
+            ilon_fuzz::use_robot(&loaded.robot);
         }
+        Err(error) => assert!(!error.to_string().is_empty() && !error.help().is_empty()),
     }
 });

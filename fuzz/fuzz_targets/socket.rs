@@ -28,7 +28,7 @@ thread_local! {
 
 impl Sockets {
     fn new() -> Self {
-        let text = "robot.file = \"../fuzz/seeds/urdf/spheres.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\nguidance.wheel_rate_limit_rad_s = 20\n";
+        let text = "robot.file = \"../fuzz/seeds/urdf/omni.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\nguidance.wheel_rate_limit_rad_s = 20\n";
         let scenario = Scenario::from_toml(
             text,
             "live",

@@ -186,7 +186,7 @@ static SIDEWAYS: LazyLock<Scenario> = LazyLock::new(|| {
 
 /// A small robot that is loaded and simulated quickly.
 pub static SMALL: LazyLock<Robot> = LazyLock::new(|| {
-    let urdf = include_str!("../seeds/urdf/spheres.urdf");
+    let urdf = include_str!("../seeds/urdf/omni.urdf");
     Robot::from_urdf_str(urdf, "robot.urdf").expect("the robot is a good one")
 });
 
@@ -225,6 +225,15 @@ pub fn use_scenario(scenario: &Scenario, robot: &Robot) {
         }
         Err(error) => assert!(!error.to_string().is_empty()),
     }
+}
+
+/// Picks one of several ways of using an input by its bytes: an input costs one use, not all.
+pub fn pick<T>(ways: impl IntoIterator<Item = T>, bytes: &[u8]) -> T {
+    let mut ways: Vec<T> = ways.into_iter().collect();
+    let sum = bytes.iter().fold(0, |sum: usize, &b| {
+        sum.wrapping_mul(31).wrapping_add(b.into())
+    });
+    ways.swap_remove(sum % ways.len())
 }
 
 /// A folder of this process, for files that are read by their paths.

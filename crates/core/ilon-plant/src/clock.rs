@@ -153,4 +153,27 @@ mod tests {
         assert_eq!(instants, expected);
         assert_eq!(clock.time_s(), 1.0);
     }
+
+    /// A host may stop in the middle of a step: no control period begins there, and none is left out.
+    #[test]
+    fn no_control_period_begins_within_a_step() {
+        let run = scenario::Run {
+            duration_s: 1.0,
+            physics_dt_s: scenario::Step::default(),
+            control_dt_s: 0.2,
+            record_every: 1,
+            roller_angles_hz: None,
+            converge: false,
+        };
+        let mut clock = Clock::new(&run, 0.1);
+        let mut due = Vec::new();
+        for _ in 0..4 {
+            due.push(clock.control_is_due());
+            clock.tick_part(0.04);
+            due.push(clock.control_is_due());
+            clock.tick();
+        }
+        let expected = [true, false, false, false, true, false, false, false];
+        assert_eq!(due, expected);
+    }
 }

@@ -168,4 +168,21 @@ mod tests {
             "{turn:?}"
         );
     }
+
+    /// Speed grows evenly over the ramp, so that the way is v (T - ramp / 2).
+    #[test]
+    fn over_a_length_each_goes_that_length_and_the_diagonal_to_the_left() {
+        let robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        let motions = standard_motions(&robot).expect("four wheels");
+        for motion in motions.into_iter().flatten() {
+            let way = |of: StandardMotion| of.duration_s - 0.5 * RAMP_S;
+            for amount in [0.5, 3.0] {
+                let share = way(motion.over(amount)) / way(motion);
+                assert!((share - amount).abs() < 1e-12, "{motion:?} {share}");
+            }
+        }
+        let diagonal = motions[2].expect("on rollers").twist_in_body;
+        let heading_deg = libm::atan2(diagonal.vy_m_s, diagonal.vx_m_s).to_degrees();
+        assert!((heading_deg - 45.0).abs() < 1e-9, "{heading_deg}");
+    }
 }

@@ -473,3 +473,15 @@ fn ratio(real: Option<Twist>, modelled: Option<Twist>, driven: [bool; 3]) -> Twi
         omega: of(driven[2], real.omega_rad_s, modelled.omega_rad_s),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.3 / 0.1 is below 3 by rounding.
+    #[test]
+    fn steps_are_counted_whole_whatever_the_division_rounds_to() {
+        assert!(0.3 / 0.1 < 3.0);
+        assert_eq!([physics_steps(0.3, 0.1), physics_steps(0.3, 0.0)], [3, 0]);
+    }
+}

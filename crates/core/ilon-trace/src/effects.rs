@@ -366,4 +366,19 @@ mod tests {
         let summary = with_twins(|_| vec![Twin::new(without("a"), Err("it diverged".to_owned()))]);
         assert!(summary.effects.is_empty());
     }
+
+    /// A figure is known no better than its resolution, 0.04 mm of a wheel at 0.4 m, however little
+    /// half the step moves it.
+    #[test]
+    fn a_figure_is_known_to_its_resolution_at_best() {
+        for (half_m, known_m) in [(0.0, 4e-5), (3e-3, 3e-3)] {
+            let mut trace = made_up_trace(1, 40, true);
+            trace.header.wheels[0].position_m = [0.0, 0.4];
+            let alone = Summary::of(&trace, &Settings::default());
+            trace.header.twins = vec![twin(Change::HalfStep, &alone, half_m)];
+            let summary = Summary::of(&trace, &Settings::default());
+            let found_m = floor("end_x_m", &summary, &trace.header).expect("a twin");
+            assert!((found_m - known_m).abs() < 1e-12, "{found_m}");
+        }
+    }
 }

@@ -172,3 +172,19 @@ fn rounded(x: f64) -> f64 {
     let text = format!("{x:.3e}");
     text.parse().unwrap_or(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 3 mm ahead and 4 mm to the side are 5 mm.
+    #[test]
+    fn a_shifted_pose_is_named_by_its_distance() {
+        let shifted = FaultKind::PoseShifted {
+            by_m: [3e-3, -4e-3],
+            by_rad: 0.5,
+        };
+        let expected = "the pose sensor that is off by 5.0 mm and 28.65°";
+        assert_eq!(shifted.words(|_| None), expected);
+    }
+}

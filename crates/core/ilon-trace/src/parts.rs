@@ -6,7 +6,6 @@
 //! and by other Parquet readers (`trace.partial/*.parquet`).
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::TraceError;
@@ -18,8 +17,8 @@ use crate::trace::Trace;
 pub struct Parts {
     folder: PathBuf,
     parts: usize,
-    lock: OutputLock,
-    /// An interrupted process removes the folder, unless parts stand in it.
+    _lock: OutputLock,
+    /// In the end, and by an interrupted process, the folder is removed, unless parts stand in it.
     _passing: Passing,
 }
 
@@ -40,7 +39,7 @@ impl Parts {
         Ok(Self {
             folder,
             parts: 0,
-            lock,
+            _lock: lock,
             _passing: passing,
         })
     }
@@ -69,14 +68,7 @@ impl Parts {
     /// # Errors
     /// [`TraceError::Io`].
     pub fn remove(self) -> Result<(), TraceError> {
-        let Self { folder, lock, .. } = self;
-        remove_parts(&folder)?;
-        drop(lock);
-        match fs::remove_dir(&folder) {
-            // Something else was put there in the meantime.
-            Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(()),
-            removed => removed.map_err(io_error("remove", &folder)),
-        }
+        remove_parts(&self.folder)
     }
 }
 
@@ -166,7 +158,12 @@ mod tests {
         let fresh = Parts::begin(path.clone()).unwrap();
         let error = Trace::read_parquet(&path).unwrap_err().to_string();
         assert!(error.contains("holds no part of a trace"), "{error}");
-        fresh.remove().unwrap();
+        // Also after a failure before the first part, as on a full disk.
+        drop(fresh);
+        assert!(!path.exists());
+        let mut again = Parts::begin(path.clone()).unwrap();
+        again.write(&whole).unwrap();
+        again.remove().unwrap();
         assert!(!path.exists());
     }
 

@@ -7,12 +7,14 @@ use crate::metrics::Summary;
 
 mod accuracy;
 mod limits;
+mod needs;
 mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
 pub use accuracy::{Accuracy, Measure, accuracy, compared, stated};
 pub use limits::{Limits, limits};
+pub use needs::needs;
 pub use quantity::{Group, Quantity, Unit};
 pub use table::GROUPS;
 

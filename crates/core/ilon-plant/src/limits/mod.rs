@@ -317,10 +317,10 @@ impl Limiter {
         if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
             return Err(Error::invalid(
                 format!(
-                    "limits of acceleration are computed for robots on rollers, and `{}` rolls on a tyre",
+                    "limits of acceleration are where wheels begin to slide, and `{}` rolls on a tyre, which slides in every turn",
                     wheel.name
                 ),
-                "drive it in a scenario, and read the grip used",
+                "sweep `twist.ramp_s` (`ilon sweep`), and look at `friction_used_max` and the way's error",
             ));
         }
         // The limits are those on its plane.
@@ -796,5 +796,20 @@ mod tests {
         assert_eq!(left_out(&scenario, &robot), ["rolling resistance"]);
         let (scenario, robot) = of("");
         assert!(left_out(&scenario, &robot).is_empty());
+    }
+
+    #[test]
+    fn wheels_are_named_and_all_of_them_are_all_wheels() {
+        let (_, robot) = of("");
+        let name = |wheel: usize| format!("`{}`", robot.wheels[wheel].name);
+        assert_eq!(named(&robot, &[0, 1, 2, 3]), "all wheels");
+        assert_eq!(named(&robot, &[2]), format!("wheel {}", name(2)));
+        let some = format!(
+            "wheels {}, {}, {} at almost the same time",
+            name(0),
+            name(1),
+            name(3)
+        );
+        assert_eq!(named(&robot, &[0, 1, 3]), some);
     }
 }

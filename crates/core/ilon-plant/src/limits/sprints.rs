@@ -460,4 +460,15 @@ mod tests {
             assert_eq!(found, is_expected);
         }
     }
+
+    /// Of 4 m/s^2 by statics three quarters are held, and of those two thirds.
+    #[test]
+    fn a_limit_is_its_share_of_statics() {
+        let mut limit = LimitRow::from_rest(1.0).speeding_up;
+        limit.by_statics = 4.0;
+        limit.set_share(0.75);
+        assert_eq!((limit.share_held, limit.largest), (0.75, 3.0));
+        limit.lower(2.0 / 3.0);
+        assert!((limit.largest - 2.0).abs() < 1e-12, "{limit:?}");
+    }
 }

@@ -258,4 +258,16 @@ mod tests {
         }
         assert!(largest_share(0.9, |_| Err(Error::invalid("it falls over", "widen it"))).is_err());
     }
+
+    #[test]
+    fn a_share_that_is_less_than_may_be_taken_is_said_in_percent() {
+        let drive = Drive {
+            share: 0.8,
+            slid: 0.0,
+            takes_s: 1.0,
+        };
+        let said = drive.remark(0.9).expect("less than nine tenths");
+        let begins = "the path takes 80 % of grip and torques, not 90 %: at more";
+        assert!(said.starts_with(begins), "{said}");
+    }
 }

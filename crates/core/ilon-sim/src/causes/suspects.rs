@@ -567,3 +567,78 @@ fn dust(scenario: &mut Scenario, robot: &mut Robot, dusty: &str) {
         wheel.material = Some(DUSTY.to_owned());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    fn robot() -> Robot {
+        Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot")
+    }
+
+    /// At nine tenths of the rate the robot is a tenth of each turn behind, and at nine tenths of
+    /// the speed a tenth of each metre.
+    #[test]
+    fn a_slow_robot_is_behind_in_proportion_to_its_way() {
+        let drift = |asked: Twist, stands: bool, amount: f64| {
+            let mut summary = Summary::default();
+            summary.twist_asked_mean = Some(asked);
+            summary.twist_mean = Some(Twist::new(
+                0.9 * asked.vx_m_s,
+                0.9 * asked.vy_m_s,
+                0.9 * asked.omega_rad_s,
+            ));
+            drift_from_command(&summary, stands, amount)
+        };
+        for amount in [1.0, 2.5] {
+            let turned = drift(Twist::new(0.0, 0.0, 0.7), true, amount);
+            assert!((turned.turned_rad + 0.1 * TAU).abs() < 1e-12, "{turned:?}");
+            let gone = drift(Twist::new(0.3, 0.0, 0.0), false, amount);
+            assert!((gone.ahead_m + 0.1).abs() < 1e-12, "{gone:?}");
+        }
+    }
+
+    /// What cannot be told from zero is the same for the robot and for each of its defects.
+    #[test]
+    fn the_floor_is_that_of_a_metre_however_long_the_motion_is() {
+        let lengths = [Some(0.5), None, None, None, None];
+        let lineup = Lineup::of(&robot(), &[], &FileAccess::anywhere(), lengths);
+        let lineup = lineup.expect("it drives");
+        let healthy = lineup.healthy()[0].expect("ahead");
+        let heavy = lineup.in_amount(0, 1.0).drifts[0].expect("ahead");
+        assert_eq!(healthy.floor, heavy.floor);
+        // Nothing is told below a hundredth of a millimetre, here of half a metre.
+        assert!(healthy.floor[0] > 1.9 * ilon_trace::effects::FLOORS * 1e-5);
+    }
+
+    /// The words of a defect say what it changes.
+    #[test]
+    fn a_late_loop_and_a_shifted_mass_are_as_stated() {
+        let robot = robot();
+        let reach_m = robot.wheels.iter().map(|wheel| wheel.position_m().x.abs());
+        let reach_m = reach_m.fold(0.0, f64::max);
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1";
+        let mut seen = 0;
+        for usual in usual(&robot) {
+            let mut scenario = Scenario::from_toml(text, "test", "").expect("a scenario");
+            let mut changed = robot.clone();
+            let words = (usual.words)(1.5);
+            (usual.apply)(1.5, &mut scenario, &mut changed);
+            let moved_m =
+                changed.chassis.mass.center_of_mass_m - robot.chassis.mass.center_of_mass_m;
+            if words.ends_with("15 ms late") {
+                assert!((scenario.wheel_loop.latency_s() - 0.015).abs() < 1e-15);
+                seen += 1;
+            }
+            if words == "centre of mass 7.5 cm further ahead" {
+                assert!((moved_m.x - 0.075).abs() < 1e-15, "{moved_m}");
+                // It stays within four fifths of the way to the wheels.
+                assert!((0.05 * usual.times.1 - 0.8 * reach_m).abs() < 1e-12);
+                seen += 1;
+            }
+        }
+        assert_eq!(seen, 2);
+    }
+}

@@ -256,3 +256,60 @@ fn is_noisy(scenario: &Scenario) -> bool {
         || sensors.encoders.rate_noise_rad_s > 0.0
         || sensors.imu.is_some()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn causes(count: usize) -> Vec<(Cause, Null)> {
+        let cause = |k: usize| Cause {
+            key: format!("key {k}"),
+            words: format!("cause {k}"),
+        };
+        let null = || -> Null { Box::new(|scenario, _| scenario.sensors.seed += 1) };
+        (0..count).map(|k| (cause(k), null())).collect()
+    }
+
+    /// As many causes as are named stand alone; of one more, the last two are one, which removes both.
+    #[test]
+    fn the_rest_of_many_causes_is_one() {
+        let alone = with_the_rest_together(causes(MOST_NAMED));
+        assert_eq!(alone.last().map(|it| it.0.key.as_str()), Some("key 7"));
+        let together = with_the_rest_together(causes(MOST_NAMED + 1));
+        assert_eq!(together.len(), MOST_NAMED);
+        let (cause, null) = together.last().expect("eight");
+        assert_eq!(cause.words, "the 2 others (cause 7, cause 8)");
+        let (mut scenario, mut robot) = of("");
+        null(&mut scenario, &mut robot);
+        assert_eq!(scenario.sensors.seed, 2);
+    }
+
+    /// Half the parts are tried where that is asked for, and there they are half as long.
+    #[test]
+    fn the_parts_of_steps_are_halved_where_that_is_asked_for() {
+        let split = "world.solver.split_dt_s = 1e-3";
+        let has_half = |lines: &str| {
+            let (scenario, robot) = of(lines);
+            let resolved = crate::simulate::resolve(&scenario, &robot).expect("it can be driven");
+            let header = Header::default();
+            let twins = Twins::of(&resolved, &robot, &header, &[], Causes::All).expect("twins");
+            twins
+                .changes
+                .iter()
+                .any(|(change, _)| *change == Change::HalfSplit)
+        };
+        assert!(!has_half(split));
+        assert!(has_half(&format!("{split}\nrun.converge = true")));
+        let (mut scenario, mut robot) = of(split);
+        half_split()(&mut scenario, &mut robot);
+        assert_eq!(scenario.world.solver.split_dt_s, Some(5e-4));
+    }
+
+    fn of(lines: &str) -> (Scenario, Robot) {
+        use ilon_formats::LoadRobot;
+        let text = format!("robot.file = \"\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n{lines}");
+        let scenario = Scenario::from_toml(&text, "test", "").expect("a scenario");
+        let robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        (scenario, robot)
+    }
+}

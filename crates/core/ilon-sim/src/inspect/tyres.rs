@@ -133,3 +133,31 @@ fn place(point_m: Vector2<f64>) -> String {
     let [x, y] = [point_m.x, point_m.y].map(|x_m| (x_m * 1e4).round() / 1e4 + 0.0);
     format!("({x:.4}, {y:.4}) m")
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::RowVector3;
+
+    use super::*;
+
+    /// A tyre at p whose axle points along u holds n = u: u . (v + omega k x p) = 0, that is
+    /// m = u . (k x p). Axles through the point (0.3, -0.7) m turn about it.
+    #[test]
+    fn two_axles_meet_where_both_point() {
+        let about = Vector2::new(0.3, -0.7);
+        let held = |angle_rad: f64, away_m: f64| {
+            let axle = Vector2::new(libm::cos(angle_rad), libm::sin(angle_rad));
+            let at = about + away_m * axle;
+            HeldRow {
+                row: RowVector3::new(axle.x, axle.y, axle.dot(&Vector2::new(-at.y, at.x))),
+                wheels: Vec::new(),
+                is_steered: false,
+                axles_apart_m: 0.0,
+            }
+        };
+        let [one, other] = [held(0.4, 1.0), held(2.0, -0.5)];
+        let found = meeting(&one, &other).expect("they are not parallel");
+        assert!((found - about).norm() < 1e-12, "{found}");
+        assert!(meeting(&one, &held(0.4, 2.0)).is_none_or(|far| far.norm() > 1e9));
+    }
+}

@@ -33,7 +33,9 @@ impl std::fmt::Display for Verdict {
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         let Some(measured) = measured else {
-            return write!(f, "it does not apply to this run");
+            let why =
+                quantities::needs(quantity).map_or_else(String::new, |why| format!(": {why}"));
+            return write!(f, "it does not apply to this run{why}");
         };
         write!(f, "measured {}", readable(*measured, bound))?;
         match quantities::si_unit(quantity) {
@@ -56,7 +58,7 @@ impl std::fmt::Display for Verdict {
 }
 
 /// A value with six digits, or with all digits if six would look equal to the bound.
-fn readable(value: f64, bound: &str) -> String {
+pub(super) fn readable(value: f64, bound: &str) -> String {
     let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
     let rounded = number(rounded);
     match bound.contains(&rounded) {

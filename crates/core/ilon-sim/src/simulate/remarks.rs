@@ -361,4 +361,34 @@ mod tests {
         assert!(of_summary(&summary, true)[0].contains("swung"));
         assert!(of_summary(&summary, false).is_empty());
     }
+
+    /// What pushes from outside put in may be lost to sliding: 1 J of a push, of which 0.2 J is still
+    /// there. More than these 0.8 J cannot be lost.
+    #[test]
+    fn sliding_may_take_what_was_put_in_from_outside_and_no_more() {
+        let energy = |slip_j: f64| {
+            let mut energy = Energy::default();
+            (energy.outside_j, energy.stored_j) = (Some(1.0), Some(0.2));
+            energy.slip_j = Some(slip_j);
+            energy
+        };
+        assert_eq!(of_energy(&energy(0.7)), [""; 0]);
+        let [remark] = &of_energy(&energy(0.9))[..] else {
+            panic!("0.9 J were not there");
+        };
+        assert!(remark.contains("more than the 0.8000 J"), "{remark}");
+    }
+
+    /// A loss below zero by a hundredth of what was turned over is remarked, and rounding is not.
+    #[test]
+    fn a_loss_that_gives_energy_is_remarked() {
+        let remarks = |bearing_j: f64| {
+            let mut energy = Energy::default();
+            (energy.motor_j, energy.motor_positive_j) = (Some(10.0), Some(10.0));
+            energy.bearing_j = Some(bearing_j);
+            of_energy(&energy)
+        };
+        assert_eq!(remarks(-0.09), [""; 0]);
+        assert!(remarks(-0.11)[0].contains("bearings and gears took -0.1100 J"));
+    }
 }

@@ -32,6 +32,8 @@ impl Listing {
 impl Drop for Passing {
     fn drop(&mut self) {
         Listing::open().0.remove(&self.0);
+        // Removes a folder in which nothing is left, and no file.
+        let _ = fs::remove_dir(&self.0);
     }
 }
 

@@ -536,3 +536,21 @@ fn rows_that_are_far_apart_come_to_what_close_ones_do() {
         }
     }
 }
+
+/// Each row holds the mean of its control periods: the first of one, at the start, and each of ten
+/// others of five.
+#[test]
+fn a_row_counts_by_the_control_periods_that_it_holds() {
+    let whole = run(|t_s| {
+        let mut record = Record::default();
+        record.saturated_share = if t_s == 0.0 { 1.0 } else { 0.0 };
+        (record, WheelSample::default())
+    });
+    let mut rows = Trace::with_capacity(whole.header.clone(), 11);
+    for row in 0..11 {
+        rows.append(&whole.rows(5 * row..5 * row + 1));
+    }
+    let share = Summary::of(&rows, &Settings::default()).saturated_share;
+    let share = share.expect("a task");
+    assert!((share - 1.0 / 51.0).abs() < 1e-12, "{share}");
+}

@@ -290,6 +290,16 @@ mod tests {
             };
             let found_m = floor.highest_m(solid.center_m.xy(), 0.1);
             assert!((found_m - highest_m).abs() < 1e-15, "{found_m} {highest_m}");
+            // A circle beside it that a corner may reach into, and one out of its reach.
+            let reach_m = half_sides_m.norm();
+            for (off_m, expected_m) in [(reach_m + 0.09, highest_m), (reach_m + 0.11, 0.0)] {
+                let beside_m = solid.center_m.xy() + off_m * Vector2::new(0.6, 0.8);
+                let found_m = floor.highest_m(beside_m, 0.1);
+                assert!(
+                    (found_m - expected_m).abs() < 1e-15,
+                    "{off_m} m off: {found_m}"
+                );
+            }
         }
     }
 

@@ -70,7 +70,7 @@ fn the_plugin_is_built_where_gazebo_is() {
     let folder = tempfile::tempdir().unwrap();
     let configured = Command::new("cmake")
         .arg("-S")
-        .arg(root().join("crates/doors/ilon-c/gz"))
+        .arg(root().join("examples/gazebo"))
         .arg("-B")
         .arg(folder.path())
         .output();

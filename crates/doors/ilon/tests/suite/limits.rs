@@ -146,5 +146,8 @@ fn limits_are_drawn_and_given_as_a_polytope() {
     for shown in [&picture, &page] {
         assert!(shown.contains("accelerations without slip"));
     }
+    // From rest each piece has the colour of its wheel; at speed an outline is one thin line.
+    let pieces = picture.matches("stroke-linecap=\"round\"").count();
+    assert_eq!(Some(pieces), at_rest["points"].as_array().map(Vec::len));
     assert!(picture.contains("wheel_1") && page.contains("How hard it may be driven"));
 }

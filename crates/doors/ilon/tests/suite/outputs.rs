@@ -224,13 +224,16 @@ fn where_a_disk_is_full_the_file_and_the_reason_are_named() {
     }
 }
 
-/// The names of all files below a folder.
+/// The names of all files and empty folders below a folder.
 #[cfg(unix)]
 fn names_below(folder: &std::path::Path, names: &mut Vec<String>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
-        match entry.path() {
-            path if path.is_dir() => names_below(&path, names),
-            _ => names.push(entry.file_name().to_string_lossy().into_owned()),
+        let before = names.len();
+        if entry.path().is_dir() {
+            names_below(&entry.path(), names);
+        }
+        if names.len() == before {
+            names.push(entry.file_name().to_string_lossy().into_owned());
         }
     }
 }

@@ -164,6 +164,20 @@ fn of_wheels_of_which_only_some_have_a_torque_the_others_roll_along() {
     assert_eq!(efforts, [6.0, 0.0, 0.0]);
 }
 
+/// A caster's wheel on a tyre that nothing drives goes on to swivel freely: no servo steers it.
+#[test]
+fn a_caster_that_is_given_a_tyre_swivels_freely() {
+    let mut tyres = TyreOptions::default();
+    tyres.free = vec!["rear_caster_roll".to_owned()];
+    let mut options = LoadOptions::default();
+    options.tyres = Some(tyres);
+    let loaded = Robot::from_urdf_str_with(DIFFERENTIAL, "robot.urdf", &options);
+    let robot = loaded.expect("a robot on tyres").robot;
+    let swivels: Vec<bool> = robot.wheels.iter().map(|of| robot.swivels(of)).collect();
+    assert_eq!(names(&robot), ["left", "right", "rear_caster_roll"]);
+    assert_eq!(swivels, [false, false, true]);
+}
+
 /// A robot that speaks of mecanum wheels is none on tyres: it is asked for its rollers as before.
 #[test]
 fn what_calls_itself_mecanum_gets_no_tyres() {

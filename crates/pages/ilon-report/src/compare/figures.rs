@@ -422,4 +422,15 @@ mod tests {
             }
         }
     }
+
+    /// Bars keep their height up to twelve runs; more become thinner.
+    #[test]
+    fn bars_have_room_for_each_of_twelve_runs() {
+        let height_px = |count: usize| {
+            let runs = (0..count).map(|k| run(&format!("run {k}"), true));
+            energy(&Comparison::of(runs.collect(), &[]).expect("runs")).height_px
+        };
+        assert_eq!(height_px(5) - height_px(3), 2 * 46);
+        assert_eq!(height_px(14), height_px(12));
+    }
 }

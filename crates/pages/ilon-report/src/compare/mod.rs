@@ -15,6 +15,7 @@ mod ranking;
 
 pub(crate) use page::settings_row;
 pub use page::{answers, html};
+pub use ranking::{Named, change, verdicts};
 
 /// One of the compared runs.
 #[derive(Clone, Debug)]
@@ -403,5 +404,20 @@ mod tests {
     #[test]
     fn one_run_is_nothing_to_compare() {
         assert!(Comparison::of(vec![run("a", "")], &[]).is_err());
+    }
+
+    #[test]
+    fn a_folder_without_a_run_is_said_to_hold_none() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let empty = ComparedRun::load(&folder);
+        assert!(
+            matches!(empty, Err(CompareError::NoRun { .. })),
+            "{empty:?}"
+        );
+        let missing = ComparedRun::load(&folder.join("trace.parquet"));
+        assert!(
+            matches!(missing, Err(CompareError::Read { .. })),
+            "{missing:?}"
+        );
     }
 }

@@ -216,3 +216,17 @@ pub(super) fn legend(header: &Header, decoupling_point_m: Option<Vector2<f64>>) 
     }
     legend
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_digit_is_lowered() {
+        assert_eq!(subscript(0), "\u{2080}");
+        assert_eq!(
+            subscript(19_083),
+            "\u{2081}\u{2089}\u{2080}\u{2088}\u{2083}"
+        );
+    }
+}

@@ -127,3 +127,25 @@ pub(super) fn common_figures(wheels: &[WheelHeader]) -> Option<String> {
     let alike = wheels.iter().all(|wheel| size(wheel) == first);
     alike.then(|| format!("{first} on each wheel"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_said_once_where_all_wheels_have_it() {
+        let wheel = |radius_m: f64, roller_count: usize| {
+            let mut wheel = WheelHeader::default();
+            (wheel.radius_m, wheel.roller_count) = (radius_m, roller_count);
+            wheel
+        };
+        let of = |others: [WheelHeader; 2]| common_figures(&others);
+        let said = of([wheel(0.05, 9), wheel(0.05, 9)]);
+        assert_eq!(
+            said.as_deref(),
+            Some("\u{3c1} 50.0 mm, 9 rollers on each wheel")
+        );
+        assert_eq!(of([wheel(0.05, 9), wheel(0.06, 9)]), None);
+        assert_eq!(of([wheel(0.05, 9), wheel(0.05, 8)]), None);
+    }
+}

@@ -438,7 +438,7 @@ mod tests {
         super::super::plain(&sentences(&trace.header, &summary, &Posture::default())[0])
     }
 
-    /// On its way the run is known to 10 mm, at its end to 1 mm: 20 mm are left there.
+    /// On its way the run is known to 10 mm, at its end to 1 mm: 23 of 23.4 mm are left there.
     #[test]
     fn what_is_left_at_the_end_is_told_by_how_well_the_end_is_known() {
         let half = Apart {
@@ -449,13 +449,13 @@ mod tests {
         let without = Apart {
             most_m: 0.05,
             most_at_s: 1.0,
-            left_m: 0.02,
+            left_m: 0.0234,
             ..Apart::default()
         };
         let said = said_of("faults.0", half, without, 0.0);
         assert!(
             said.starts_with(
-                "The wind moved the robot by up to 50 mm at 1.00 s, and put the robot 20 mm to the left"
+                "The wind moved the robot by up to 50 mm at 1.00 s, and put the robot 23 mm to the left"
             ),
             "{said}"
         );

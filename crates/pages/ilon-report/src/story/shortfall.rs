@@ -769,4 +769,27 @@ mod tests {
         summary.travelled_m = 1.0;
         assert_eq!(said(&summary), "");
     }
+
+    /// A wheel that is 1 rad/s behind its target for a second, and then as much ahead of it, was off
+    /// by 2 rad in all.
+    #[test]
+    fn what_a_wheel_is_ahead_does_not_make_up_for_what_it_was_behind() {
+        let mut header = Header::default();
+        header.wheels.push(Default::default());
+        let at = |t_s: f64| {
+            let mut record = Record::default();
+            record.t_s = t_s;
+            record
+        };
+        let mut stretch = Stretch::default();
+        for (second, [target_rad_s, rate_rad_s]) in [(0.0, [3.0, 2.0]), (1.0, [2.0, 3.0])] {
+            let sample = WheelSample {
+                target_rad_s,
+                rate_rad_s,
+                ..WheelSample::default()
+            };
+            stretch.add(&header, [&at(second), &at(second + 1.0)], &[sample]);
+        }
+        assert_eq!((stretch.time_s, stretch.off_rad), (2.0, 2.0));
+    }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::sample::made_up_run;
+use ilon_trace::{Trace, WheelHeader};
 
 #[test]
 fn an_event_lasts_from_its_begin_to_its_end() {
@@ -46,4 +47,30 @@ fn the_way_of_a_run_begins_and_ends_where_the_run_does() {
     let f32_of = |pose: ilon_robot::Pose| [pose.x_m, pose.y_m, pose.heading_rad].map(|x| x as f32);
     assert_eq!(way.poses[0][1..], f32_of(first));
     assert_eq!(way.poses.last().expect("poses")[1..], f32_of(last));
+}
+
+/// A robot's file that has changed since the run is not shown moving: one with a wheel more, or with
+/// other rollers.
+#[test]
+fn a_robot_with_other_wheels_than_the_run_is_not_shown() {
+    let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+    let robot = Robot::from_urdf_str(urdf, "mecanum4").expect("a shipped robot");
+    let shown = |wheels: usize, roller_count: usize| {
+        let mut header = Header {
+            urdf: urdf.into(),
+            ..Header::default()
+        };
+        let wheel = WheelHeader {
+            roller_count,
+            ..WheelHeader::default()
+        };
+        header.wheels = vec![wheel; wheels];
+        let trace = Trace::with_capacity(header, 0);
+        let Ok(picture) = picture_of(&trace, Some(&robot), None, Vec::new());
+        picture.is_some()
+    };
+    let rollers = robot.wheels[0].rollers.len();
+    assert!(shown(4, rollers));
+    assert!(!shown(3, rollers));
+    assert!(!shown(4, rollers + 1));
 }

@@ -331,6 +331,20 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_limit_of_commanded_rates_is_a_cause_also_if_it_is_of_each_wheel() {
+        let of = |line: &str| {
+            let mut list = List::default();
+            of_drive(&scenario(line), &robot(), &mut list);
+            list.0
+                .iter()
+                .any(|(cause, _)| cause.key == "guidance.saturation")
+        };
+        assert!(!of(""));
+        assert!(of("guidance.wheel_rate_limit_rad_s = 9"));
+        assert!(of("guidance.wheel_rate_limits_rad_s = [9, 9, 9, 9]"));
+    }
+
     /// A period of 10 ms of steps of 1 ms is cut into ten parts, one of 12 ms into six, and one of
     /// 13 ms into none.
     #[test]

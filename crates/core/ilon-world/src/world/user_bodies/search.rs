@@ -248,4 +248,26 @@ mod tests {
             "{found_m}"
         );
     }
+
+    /// Where a body will be at the end of a step is within its box, whichever way it moves: a robot
+    /// there is found before it is reached.
+    #[test]
+    fn the_box_of_a_moving_body_holds_where_it_will_be() {
+        for velocity_m_s in [Vector::new(30.0, -20.0, 10.0), Vector::new(-5.0, 40.0, 0.0)] {
+            let mut rapier = UserBodies::new();
+            let body = RigidBodyBuilder::dynamic().linvel(velocity_m_s);
+            rapier.world.insert(body, ColliderBuilder::ball(0.1));
+            rapier.world.integration_parameters.dt = 0.0;
+            rapier.world.step();
+            let dt_s = 0.01;
+            let [bounds] = &rapier.moving(dt_s)[..] else {
+                panic!("one body moves");
+            };
+            let ends_m = dt_s * convert::to_vector(velocity_m_s);
+            for axis in 0..3 {
+                assert!(bounds.least_m[axis] <= ends_m[axis] - 0.1, "{bounds:?}");
+                assert!(bounds.most_m[axis] >= ends_m[axis] + 0.1, "{bounds:?}");
+            }
+        }
+    }
 }

@@ -266,6 +266,25 @@ fn tens_of_thousands_of_faults_end_soon() {
     assert!(took < 20.0, "{took} s");
 }
 
+/// A body of 50 characters of MJCF is 600 of URDF, so that a megabyte took 11 s of a release build.
+/// A scene of a thousand bodies is read.
+#[test_case("<body name=\"x{}\"><geom type=\"sphere\" size=\".01\"/></body>"; "bodies")]
+#[test_case("<geom type=\"sphere\" size=\".01\"/>"; "geoms")]
+#[test_case("<body><joint name=\"q{}\" type=\"slide\" axis=\"0 0 1\"/><geom size=\".01\"/></body>"; "joints")]
+fn a_megabyte_of_mjcf_is_too_much_and_a_thousand_parts_are_not(part: &str) {
+    let refused = |count: usize| {
+        let parts = (0..count).map(|k| part.replace("{}", &k.to_string()));
+        let parts: String = parts.collect();
+        let text = format!(
+            "<mujoco><worldbody><body name=\"b\"><freejoint/><geom type=\"box\" size=\".2 .2 .02\" mass=\"5\"/>{parts}</body></worldbody></mujoco>"
+        );
+        let error = Robot::from_urdf_str(&text, "many.xml").expect_err("no wheels");
+        matches!(error.fault(), Fault::TooLarge { .. })
+    };
+    assert!(refused((1 << 20) / part.len()));
+    assert!(!refused(1000));
+}
+
 #[test]
 fn a_declaration_that_comes_late_is_told_how_to_mend() {
     let error = Robot::from_urdf_str(

@@ -288,3 +288,23 @@ fn a_wall_that_pushes_aside_is_slid_along() {
         assert_eq!(lines(height_m, x_n, y_n), Vec::<String>::new());
     }
 }
+
+/// Something holds the robot back by the part of its force that is against the motion: 10 N against
+/// a motion along (0.6, 0.8), and none of 10 N beside it.
+#[test]
+fn what_is_in_the_way_holds_back_along_the_motion() {
+    for (force_n, held_back_n) in [([-6.0, -8.0], 10.0), ([-8.0, 6.0], 0.0)] {
+        let mut record = Record::default();
+        record.command_twist_in_body = ilon_robot::Twist::new(0.3, 0.4, 0.0);
+        record.truth.twist_in_body = ilon_robot::Twist::new(0.06, 0.08, 0.0);
+        let [obstacles_x_n, obstacles_y_n] = force_n;
+        record.support = Some(Support {
+            obstacles_x_n,
+            obstacles_y_n,
+            ..Support::default()
+        });
+        let (speed_m_s, found_n) = progress(&Header::default(), &record).expect("it is to move");
+        assert!((speed_m_s - 0.1).abs() < 1e-12, "{speed_m_s}");
+        assert!((found_n - held_back_n).abs() < 1e-12, "{found_n}");
+    }
+}
