@@ -74,7 +74,6 @@ fn a_control_step_allocates_nothing() {
         };
         let mut guidance = Guidance::new(kinematics.clone(), &settings).unwrap();
         let (mut angles, mut rates) = ([0.0; 4], [0.0; 4]);
-        let mut spins = [0.0; 4];
         let filter_settings = PoseFilterSettings {
             measured_position_m: 0.02,
             measured_heading_rad: 0.03,
@@ -89,7 +88,6 @@ fn a_control_step_allocates_nothing() {
                 let t_s = 0.03 * f64::from(k);
                 let desired = reference.at(t_s);
                 let twist = contact.twist(&angles, &rates);
-                contact.roller_spins_here(twist, &rates, &mut spins);
                 let seen = Pose {
                     x_m: -0.5,
                     y_m: 0.1,

@@ -113,6 +113,32 @@ pub struct ScenarioFault {
     /// The place in it.
     #[label("here")]
     pub span: SourceSpan,
+    /// The other faults of the same text.
+    #[related]
+    pub related: Vec<ScenarioFault>,
+}
+
+impl ScenarioFault {
+    /// A fault without others, in a text at a place.
+    pub fn new(
+        message: impl Into<String>,
+        help: impl Into<String>,
+        (source_code, span): (NamedSource<String>, SourceSpan),
+    ) -> Self {
+        Self {
+            message: message.into(),
+            help: help.into(),
+            source_code,
+            span,
+            related: Vec::new(),
+        }
+    }
+}
+
+impl From<ScenarioFault> for Error {
+    fn from(fault: ScenarioFault) -> Self {
+        Self::Scenario(Box::new(fault))
+    }
 }
 
 /// A fault in a robot's file, with its lines if they are known.
@@ -247,21 +273,22 @@ impl Error {
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
         let said = error.message();
+        let rest = error
+            .span()
+            .and_then(|span| source_code.inner().get(span.start..));
+        let is_comma = rest.is_some_and(|rest| rest.starts_with(','));
         let help = match said {
             said if said.contains("must be quoted") => {
                 "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
             }
+            _ if is_comma => "a number has a point, not a comma: `0.3`",
             "duplicate key" => "it is set above already: keep one of the two",
             _ => {
                 "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"
             }
         };
-        Self::Scenario(Box::new(ScenarioFault {
-            message: format!("not well-formed TOML: {said}"),
-            help: help.to_owned(),
-            source_code,
-            span: toml_span(error),
-        }))
+        let message = format!("not well-formed TOML: {said}");
+        ScenarioFault::new(message, help, (source_code, toml_span(error))).into()
     }
 
     /// Valid TOML with an unsuitable content, with message and place.
@@ -271,18 +298,17 @@ impl Error {
         span: SourceSpan,
     ) -> Self {
         let missing = message.strip_prefix("missing field ");
-        Self::Scenario(Box::new(ScenarioFault {
-            message: match missing {
-                Some(key) => format!("the key {key} is missing"),
-                None => message.to_owned(),
-            },
-            help: match missing {
-                Some(_) => "add it; `ilon schema` lists all keys".to_owned(),
-                None => "correct the value; `ilon schema` lists what each key takes".to_owned(),
-            },
-            source_code,
-            span,
-        }))
+        let (message, help) = match missing {
+            Some(key) => (
+                format!("the key {key} is missing"),
+                "add it; `ilon schema` lists all keys",
+            ),
+            None => (
+                message.to_owned(),
+                "correct the value; `ilon schema` lists what each key takes",
+            ),
+        };
+        ScenarioFault::new(message, help, (source_code, span)).into()
     }
 }
 

@@ -31,6 +31,10 @@ pub(crate) const FRICTIONS: std::ops::RangeInclusive<f64> = 0.0..=2.0;
 pub(crate) const PAYLOADS_KG: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
 /// Allowed speeds, in simulated seconds per second.
 pub(crate) const SPEEDS: std::ops::RangeInclusive<f64> = 0.05..=20.0;
+/// Limit of the force of a push, in N.
+const MOST_PUSH_N: f64 = 10_000.0;
+/// A push that is not repeated within this time ends.
+const PUSH_LASTS: Duration = Duration::from_millis(200);
 /// Allowed gains of the guidance, in 1/s.
 pub(crate) const GAINS_PER_S: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
@@ -74,6 +78,10 @@ pub struct Controls {
     joints: BTreeMap<String, (JointCommand, u64)>,
     /// Number of joint commands.
     joint_commands: u64,
+    /// The last push, along x and y of the world in N, and when it came.
+    push_n: Option<([f64; 2], Instant)>,
+    /// Whether the drive is recorded.
+    pub records: bool,
     /// Number of commands.
     pub commands: u64,
     /// What determines the motion.
@@ -113,6 +121,11 @@ pub struct Change {
     pub joint_rates: Option<BTreeMap<String, f64>>,
     /// Torques or forces of these joints, in N m or N, until the next command.
     pub joint_efforts: Option<BTreeMap<String, f64>>,
+    /// A push at the chassis's centre of mass, along x and y of the world in N. It lasts for a
+    /// fifth of a second, unless it is repeated.
+    pub push_n: Option<[f64; 2]>,
+    /// Whether the drive is recorded. A recording begins with a return to the start.
+    pub record: Option<bool>,
     /// What determines the motion.
     pub mode: Option<Mode>,
     /// Priority of the tasks.
@@ -230,6 +243,14 @@ impl Controls {
         if let Some(speed) = number("speed", change.speed, SPEEDS) {
             self.speed = speed;
         }
+        if let Some(push_n) = change.push_n {
+            let range = -MOST_PUSH_N..=MOST_PUSH_N;
+            let taken = push_n.map(|push_n| limited("push_n", push_n, range.clone(), &mut said));
+            if let [Some(x), Some(y)] = taken {
+                self.push_n = Some(([x, y], Instant::now()));
+            }
+        }
+        self.records = change.record.unwrap_or(self.records);
         self.mode = change.mode.unwrap_or(self.mode);
         self.priority = change.priority.or(self.priority);
         self.paused = change.paused.unwrap_or(self.paused);
@@ -241,6 +262,14 @@ impl Controls {
         self.command = command;
         self.commanded = Some(Instant::now());
         self.commands += 1;
+    }
+
+    /// The force of the push that acts now, along x and y of the world, in N.
+    pub fn push_n(&self) -> Option<[f64; 2]> {
+        let acting = self
+            .push_n
+            .filter(|(_, since)| since.elapsed() < PUSH_LASTS);
+        acting.map(|(push_n, _)| push_n)
     }
 
     /// The number of joint commands.

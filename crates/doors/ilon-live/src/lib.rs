@@ -54,6 +54,7 @@ pub mod observer;
 mod page;
 #[cfg(any(feature = "ros2", feature = "foxglove"))]
 mod parameters;
+mod recording;
 #[cfg(feature = "ros2")]
 pub mod ros2;
 pub mod server;

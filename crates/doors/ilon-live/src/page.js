@@ -2,7 +2,6 @@
   'use strict';
   const find = (id) => document.getElementById(id);
   const settings = JSON.parse(find('settings').textContent);
-  document.documentElement.dataset.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
   const scene = ilonScene(document.querySelector('canvas'), JSON.parse(find('data').textContent));
   const state = find('state');
   const note = find('note');
@@ -50,6 +49,7 @@
   }
 
   ilonDrive(document.querySelector('.stage'), (twist) => tell({ twist }), { top: () => Number(find('top').value) });
+  ilonPush(document.querySelector('.stage'), scene, (push_n) => tell({ push_n }), () => find('mouse').value === 'push');
   // Keys drive again once something is chosen.
   document.querySelectorAll('select').forEach((select) => select.addEventListener('change', () => select.blur()));
 
@@ -68,6 +68,12 @@
   find('priority').addEventListener('change', () => tell({ priority: find('priority').value }));
   find('speed').addEventListener('change', () => tell({ speed: Number(find('speed').value) }));
   find('reset').addEventListener('click', () => tell({ reset: true }));
+  find('record').addEventListener('click', () => {
+    const records = find('record').getAttribute('aria-pressed') === 'false';
+    find('record').setAttribute('aria-pressed', records);
+    find('record').textContent = records ? 'Stop recording' : 'Record';
+    tell({ record: records });
+  });
   find('pause').addEventListener('click', () => {
     const paused = find('pause').textContent === 'Pause';
     find('pause').textContent = paused ? 'Go on' : 'Pause';

@@ -17,7 +17,12 @@ pub(crate) fn html(session: &Session) -> Result<String, serde_json::Error> {
         "reference": session.has_reference(),
     });
     Ok(include_str!("page.html")
-        .replace("{{style}}", &[embed::STYLE, embed::DRIVE_STYLE].concat())
+        .replace(
+            "{{style}}",
+            &[embed::BRAND_STYLE, embed::STYLE, embed::DRIVE_STYLE].concat(),
+        )
+        .replace("{{mark}}", embed::MARK)
+        .replace("{{theme}}", embed::THEME)
         .replace("{{how}}", embed::HOW_TO_DRIVE)
         .replace("{{script}}", &embed::driving_script())
         .replace("{{live}}", include_str!("page.js"))

@@ -1,5 +1,6 @@
 //! The robot of a live run.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use ilon_control::{Gain, Guidance, GuidanceSettings, Reference, Saturation, Task};
@@ -15,10 +16,11 @@ use serde::Serialize;
 
 use crate::LiveError;
 use crate::control::{Command, Controls, Mode, Priority, WATCHDOG};
+use crate::recording::{self, Drive, MOST_ROWS};
 
 /// A robot that is driven during its simulation.
 pub struct Session {
-    name: String,
+    scenario: Scenario,
     urdf: Arc<str>,
     looks: VisualMeshes,
     plant: Plant,
@@ -50,6 +52,12 @@ pub struct Session {
     /// Number of joint commands.
     joints_heard: u64,
     watchdog_acts: bool,
+    /// The drive since its recording began, if it is recorded.
+    drive: Option<Drive>,
+    /// Whether a recording was requested last.
+    is_recorded: bool,
+    /// The folder of recordings.
+    records_into: PathBuf,
     notes: Vec<String>,
 }
 
@@ -108,7 +116,7 @@ impl Session {
         let kinematics = plant.kinematics().clone();
         let friction = plant.floor_friction();
         Ok(Self {
-            name: scenario.name.clone(),
+            scenario: scenario.clone(),
             recorder: Recorder::of_plant(&plant, &urdf)?,
             urdf,
             looks,
@@ -133,8 +141,16 @@ impl Session {
             heard: (0, 0.0),
             joints_heard: 0,
             watchdog_acts: false,
+            drive: None,
+            is_recorded: false,
+            records_into: PathBuf::from("."),
             notes: Vec::new(),
         })
+    }
+
+    /// Sets the folder of recordings; the current one unless set.
+    pub fn record_into(&mut self, folder: impl Into<PathBuf>) {
+        self.records_into = folder.into();
     }
 
     /// The robot.
@@ -144,7 +160,7 @@ impl Session {
 
     /// The scenario's name.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.scenario.name
     }
 
     /// Whether there is a reference to follow.
@@ -244,6 +260,10 @@ impl Session {
     pub fn advance(&mut self, controls: &Controls) -> Result<(), LiveError> {
         self.go_back(controls)?;
         self.adopt(controls)?;
+        self.record(controls)?;
+        if let Some([x_n, y_n]) = controls.push_n() {
+            self.plant.push([x_n, y_n, 0.0], None, self.control_dt_s)?;
+        }
         self.recorder.trace_mut().clear();
         let seen = self.plant.observe();
         self.recorder.reckon(&seen.wheel_angles_rad);
@@ -265,6 +285,9 @@ impl Session {
             }
             None => self.follow_hand(controls),
         };
+        if let Some(drive) = &mut self.drive {
+            drive.push((self.plant.time_s(), self.asked));
+        }
         let decided = Decided {
             desired,
             command_twist_in_body: self.asked,
@@ -285,6 +308,33 @@ impl Session {
             return Err(error.into());
         }
         self.t_s += self.control_dt_s;
+        Ok(())
+    }
+
+    /// Begins or ends the recording, if these controls request it. It begins at the start; its end
+    /// writes a scenario, with the floor's friction then.
+    fn record(&mut self, controls: &Controls) -> Result<(), LiveError> {
+        let is_full = |drive: &Drive| drive.len() >= MOST_ROWS;
+        let wanted = controls.records && !self.drive.as_ref().is_some_and(is_full);
+        match (wanted, self.drive.take()) {
+            (true, None) if !self.is_recorded => {
+                self.reset()?;
+                self.drive = Some(Drive::new());
+            }
+            (true, drive) => self.drive = drive,
+            (false, Some(mut drive)) => {
+                drive.push((self.plant.time_s(), Twist::default()));
+                let mut scenario = self.scenario.clone();
+                scenario.world.floor.friction = Some(self.friction);
+                let written = recording::write(&scenario, &drive, &self.records_into);
+                self.notes.push(match written {
+                    Ok(path) => format!("recorded; repeat it with: ilon run {}", path.display()),
+                    Err(error) => format!("the drive is not recorded: {error}"),
+                });
+            }
+            (false, None) => {}
+        }
+        self.is_recorded = controls.records;
         Ok(())
     }
 

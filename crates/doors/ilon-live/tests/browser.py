@@ -47,7 +47,7 @@ class Page:
         text = await self.value("[...document.querySelectorAll('#figures div')].map((tile) => tile.textContent).join('|')")
         number = r"(-?[\d.]+)"
         found = {}
-        for name in ("Asked", "Real"):
+        for name in ("Commanded", "Real"):
             match = re.search(rf"{name}{number}, {number} m/s, {number} deg/s", text)
             assert match, text
             found[name] = [float(part) for part in match.groups()]
@@ -100,14 +100,14 @@ async def drive(page):
         raise AssertionError("no frames come")
     await page.value("document.getElementById('mode').value = 'hand'; document.getElementById('mode').dispatchEvent(new Event('change'))")
     top = float(await page.value("document.getElementById('top').value"))
-    stands = lambda twists: all(abs(part) < 0.02 for part in twists["Asked"])
+    stands = lambda twists: all(abs(part) < 0.02 for part in twists["Commanded"])
 
     # Each key moves in its direction, and two at once; once released, the robot stops.
     await page.until(stands, "it stands at first")
     for keys, sign in (("w", (1, 0, 0)), ("s", (-1, 0, 0)), ("a", (0, 1, 0)), ("d", (0, -1, 0)), ("q", (0, 0, 1)), ("e", (0, 0, -1)), ("wa", (1, 1, 0))):
         for key in keys:
             await page.key("keyDown", key)
-        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))
+        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Commanded"], sign))
         await page.until(goes, f"key {keys}")
         # The robot follows; on the way its rates are below the command.
         follows = lambda twists: all(s == 0 or part * s > 0.3 * top for part, s in zip(twists["Real"], sign))
@@ -118,7 +118,7 @@ async def drive(page):
     # The space bar, and a page that loses the focus, stop it even with keys held.
     for stop in ("dispatchEvent(new Event('blur'))", "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: ' ', bubbles: true}))"):
         await page.key("keyDown", "w")
-        await page.until(lambda twists: twists["Asked"][0] > 0.9 * top, "key w")
+        await page.until(lambda twists: twists["Commanded"][0] > 0.9 * top, "key w")
         await page.value(stop)
         await page.until(stands, stop)
         await page.key("keyUp", "w")
@@ -136,7 +136,7 @@ async def drive(page):
         ]
         await page.ask("Input.dispatchTouchEvent", type="touchStart", touchPoints=fingers(0))
         await page.ask("Input.dispatchTouchEvent", type="touchMove", touchPoints=fingers(1))
-        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))
+        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Commanded"], sign))
         await page.until(goes, f"fingers at {moves}")
         await page.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
         await page.until(stands, "fingers lifted")
@@ -146,7 +146,7 @@ async def drive(page):
     # The sticks of a gamepad: left ahead and sideways, right turns, with a dead zone at the centre.
     for axes, sign in (([0, -1, 0], (1, 0, 0)), ([1, 0, 0], (0, -1, 0)), ([0, 0, -1], (0, 0, 1)), ([0.05, -0.05, 0.05], (0, 0, 0))):
         await page.value(f"window.pad = {{axes: {axes}, buttons: []}}")
-        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Asked"], sign))
+        goes = lambda twists: all((abs(part) < 0.02) if s == 0 else (part * s > 0.9 * top) for part, s in zip(twists["Commanded"], sign))
         await page.until(goes, f"sticks at {axes}")
         await page.value("window.pad = null")
         await page.until(stands, "sticks let go")

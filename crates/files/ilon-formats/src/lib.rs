@@ -84,6 +84,5 @@ pub use spec::{
 };
 pub use urdf::{WheelOutline, link_tree, mesh_triangles};
 pub use wheels::{
-    FittedRobot, Format, Ground, RollerShape, STEP_S, Shapes, contact_stiffness_n_m, fit,
-    write_fitted,
+    FittedRobot, Format, Ground, RollerShape, STEP_S, contact_stiffness_n_m, fit, write_fitted,
 };

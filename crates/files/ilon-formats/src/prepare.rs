@@ -335,28 +335,38 @@ fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
     format!("expanded with {}", shown.join(", "))
 }
 
-/// Returns files next to a xacro file that include it by name.
+/// Returns files that include a xacro file by name, next to it or in folders next to its own.
 fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
-    /// Largest number of files searched.
+    /// Largest number of files of a folder that are searched, and of folders.
     const MOST: usize = 200;
+    const MOST_FOLDERS: usize = 20;
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return Vec::new();
     };
     let name = name.to_string_lossy();
-    let names = options.files.names_in(folder, MOST);
-    let mut callers: Vec<String> = names
-        .into_iter()
-        .filter(|other| *other != *name && (other.ends_with(".xacro") || other.ends_with(".urdf")))
-        .filter(|other| {
-            let text = options.files.read_text(&folder.join(other), 1 << 20);
-            text.is_ok_and(|text| {
-                text.contains(&format!("/{name}\"")) || text.contains(&format!("\"{name}\""))
-            })
+    let above = folder.parent().unwrap_or(folder);
+    let beside = options.files.names_in(above, MOST_FOLDERS).into_iter();
+    let beside = beside
+        .map(|other| above.join(other))
+        .filter(|other| other != folder);
+    let all = std::iter::once(folder.to_owned()).chain(beside);
+    all.flat_map(|folder| {
+        let names = options.files.names_in(&folder, MOST);
+        names.into_iter().map(move |name| folder.join(name))
+    })
+    .filter(|other| {
+        let is_robot = |ending: &std::ffi::OsStr| ending == "xacro" || ending == "urdf";
+        other != path && other.extension().is_some_and(is_robot)
+    })
+    .filter(|other| {
+        let text = options.files.read_text(other, 1 << 20);
+        text.is_ok_and(|text| {
+            text.contains(&format!("/{name}\"")) || text.contains(&format!("\"{name}\""))
         })
-        .map(|other| folder.join(other).display().to_string())
-        .collect();
-    callers.truncate(3);
-    callers
+    })
+    .map(|other| other.display().to_string())
+    .take(3)
+    .collect()
 }
 
 /// Returns the texts with which a file compares an unset variable, as a message; empty for other

@@ -48,6 +48,13 @@ pub fn parse(text: &str) -> Result<Document<'_>, Fault> {
     })
 }
 
+/// The numbers of a text, between blanks; `None` if one is none or is not finite.
+pub fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split_whitespace()
+        .map(|word| word.parse::<f64>().ok().filter(|x| x.is_finite()))
+        .collect()
+}
+
 /// Returns the bytes of an element's opening tag.
 pub fn opening_tag(text: &str, node: Node) -> Range<usize> {
     let Range { start, end } = node.range();

@@ -231,25 +231,38 @@ fn facts(trace: &Trace, summary: &Summary, provenance: &Provenance) -> Vec<Strin
     facts
 }
 
+/// The gravity of scenarios that give none, in m/s^2.
+const STANDARD_GRAVITY_M_S2: f64 = 9.81;
+
+/// Returns the gravity of a run, in m/s^2.
+fn gravity_m_s2(header: &Header) -> f64 {
+    let given = resolved(header, "world", "gravity_m_s2").and_then(|value| value.as_float());
+    given.unwrap_or(STANDARD_GRAVITY_M_S2)
+}
+
+/// Returns the value of a key of the resolved scenario, if it has one.
+fn resolved(header: &Header, section: &str, key: &str) -> Option<toml::Value> {
+    let scenario: toml::Table = header.scenario_toml.parse().ok()?;
+    scenario.get(section)?.get(key).cloned()
+}
+
 /// Returns conditions other than the defaults, as HTML: slope, gravity, wheel law, tilting floor,
 /// and keys set in addition to the scenario.
 fn conditions(header: &Header, provenance: &Provenance) -> String {
-    let scenario: toml::Table = header.scenario_toml.parse().unwrap_or_default();
-    let part = |section: &str, key: &str| scenario.get(section)?.get(key).cloned();
+    let gravity_m_s2 = gravity_m_s2(header);
     let slope_rad = header
         .ground
         .as_ref()
         .map_or(0.0, |ground| ground.slope_rad);
-    let gravity = part("world", "gravity_m_s2").and_then(|value| value.as_float());
-    let law = part("wheel_loop", "law").and_then(|law| law.as_str().map(str::to_owned));
+    let law = resolved(header, "wheel_loop", "law");
     let tilts = header.faults.iter().flatten();
     let tilts = tilts.filter(|fault| matches!(fault.kind, FaultKind::Tilt { .. }));
     let found = [
         (slope_rad != 0.0).then(|| format!("slope {}", angle(slope_rad))),
-        gravity
-            .filter(|g| *g != 9.81)
-            .map(|g| format!("gravity {g} m/s²")),
-        law.filter(|law| law != "pid")
+        (gravity_m_s2 != STANDARD_GRAVITY_M_S2).then(|| format!("gravity {gravity_m_s2} m/s²")),
+        law.as_ref()
+            .and_then(toml::Value::as_str)
+            .filter(|law| *law != "pid")
             .map(|law| format!("wheel law {}", escape(&law.replace('_', " ")))),
         (tilts.count() > 0).then(|| "a floor that tilts".to_owned()),
     ];

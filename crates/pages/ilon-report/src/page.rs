@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use ilon_scene::embed::{BRAND_STYLE, MARK, THEME};
+
 use super::figure::{DashKind, Figure, Pen, Span};
+use super::html_table::{self, cell, heads, wide};
 
 const STYLE: &str = include_str!("web/style.css");
-const THEME: &str = include_str!("web/theme.js");
 /// Script that draws the figures of a page on canvases: curves over time, maps, areas, bars.
 /// Figures over time share their zoom and, if the page has a clock (`window.ilonClock`), its
 /// cursor; a click seeks.
@@ -19,8 +21,8 @@ const PLOT: &str = concat!(
     "})();\n"
 );
 
-/// The project's mark: a wheel with slanted rollers.
-const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
+/// The script of tables that sort.
+const SORT: &str = include_str!("web/sort.js");
 
 /// Escapes text for HTML content or attribute values.
 pub fn escape(text: &str) -> String {
@@ -104,21 +106,14 @@ pub struct Table {
 
 /// Returns a table as HTML; empty if it has no rows.
 pub fn table(table: &Table) -> String {
-    let cells = |tag: &str, words: &[String]| -> String {
-        let cell = |word: &String| format!("<{tag}>{}</{tag}>", escape(word));
-        words.iter().map(cell).collect()
-    };
     if table.rows.is_empty() {
         return String::new();
     }
-    let row = |row: &Vec<String>| format!("<tr>{}</tr>", cells("td", row));
+    let word = |word: &String| cell(Some(escape(word)));
+    let row = |row: &Vec<String>| format!("<tr>{}</tr>", row.iter().map(word).collect::<String>());
     let rows: String = table.rows.iter().map(row).collect();
-    format!(
-        "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr>{}</tr></thead>\
-         <tbody>{rows}</tbody></table></div>\n",
-        escape(&table.title),
-        cells("th", &table.head)
-    )
+    let heads = heads(table.head.iter().map(|word| escape(word)));
+    wide(&html_table::table(&escape(&table.title), &heads, &rows))
 }
 
 /// A section of the page.
@@ -179,7 +174,7 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
         html,
         "<!DOCTYPE html>\n<html lang=\"en\" data-theme=\"light\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{GENERATOR}\n\
-         <title>{title} · ilon</title>\n<style>\n{STYLE}{styles}</style>\n</head>\n<body>\n\
+         <title>{title} · ilon</title>\n<style>\n{STYLE}{BRAND_STYLE}{styles}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to the content</a>\n<header>\n\
          <div class=\"brand\"><span>{MARK}<strong>ilon</strong> · {kind}</span>\
          <button type=\"button\" class=\"theme\">Light / dark</button></div>\n\
@@ -207,12 +202,13 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
     } else {
         &[]
     };
-    for script in [THEME]
-        .iter()
-        .chain(parts.before)
-        .chain(plot)
-        .chain(parts.after)
-    {
+    let sort: &[&str] = if html.contains("class=\"sortable\"") {
+        &[SORT]
+    } else {
+        &[]
+    };
+    let scripts = [THEME].into_iter().chain(parts.before.iter().copied());
+    for script in scripts.chain([plot, sort, parts.after].concat()) {
         let _ = write!(html, "\n<script>\n{}</script>", compact(script));
     }
     html.push_str("\n</body>\n</html>\n");
@@ -342,7 +338,7 @@ mod tests {
 
     #[test]
     fn scripts_are_carried_without_their_comments_and_load_nothing() {
-        for script in [THEME, PLOT] {
+        for script in [THEME, PLOT, SORT] {
             let carried = compact(script);
             assert!(carried.len() < script.len() && !carried.contains("\n//"));
             for word in [

@@ -295,8 +295,10 @@ fn stage(of: &Viewer) -> String {
     };
     let remarks = match of.remarks {
         [] => String::new(),
+        [remark] => format!("<p class=\"stage-note\">{}.</p>", escape(remark)),
         remarks => format!(
-            "<p class=\"stage-note\">{}.</p>",
+            "<details class=\"help\"><summary>{} remarks on the picture</summary><p>{}.</p></details>",
+            remarks.len(),
             escape(&remarks.join(". "))
         ),
     };

@@ -6,6 +6,15 @@ use crate::description::Scene;
 /// The style sheet: the scene's colours by theme, and its elements.
 pub const STYLE: &str = include_str!("web/scene.css");
 
+/// The project's mark: a wheel with slanted rollers.
+pub const MARK: &str = r#"<svg viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="2.6" stroke-linecap="round"><circle cx="16" cy="16" r="13"/><path d="M9 20.5 14.5 9M14 24 21 9.5M19.5 24 24 14.5"/></svg>"#;
+
+/// The style of the line with the mark and the switch of the theme.
+pub const BRAND_STYLE: &str = include_str!("web/brand.css");
+
+/// The script of a page's light and dark theme, which a button of the class `theme` switches.
+pub const THEME: &str = include_str!("web/theme.js");
+
 /// The parts of the script, in order of dependency.
 const PARTS: [&str; 7] = [
     include_str!("web/math.js"),
@@ -34,7 +43,7 @@ pub fn script() -> String {
 }
 
 /// The script with controls for driving: it also defines `ilonDrive(stage, tell, options)`,
-/// `ilonWheels(box, scene)` and `ilonFigures(box)`.
+/// `ilonWheels(box, scene)`, `ilonFigures(box)` and `ilonPush(stage, scene, tell, isOn)`.
 pub fn driving_script() -> String {
     joined(&[&PARTS[..], &[include_str!("web/drive.js")]].concat())
 }

@@ -25,12 +25,8 @@ fn fault(
     message: impl Into<String>,
     help: impl Into<String>,
 ) -> Error {
-    Error::Scenario(Box::new(ScenarioFault {
-        message: message.into(),
-        help: help.into(),
-        source_code: NamedSource::new(path.display().to_string(), text.to_owned()),
-        span: span.into(),
-    }))
+    let source = NamedSource::new(path.display().to_string(), text.to_owned());
+    ScenarioFault::new(message, help, (source, span.into())).into()
 }
 
 /// Tried values have twelve digits, so no bracket is narrower than this share of them.

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, MatrixXx3, Vector2};
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, all_rows, scaled, singular_values, singularity_of,
 };
-use crate::kinematics::tyres::{HeldRow, held_rows, named_rows, steered};
+use crate::kinematics::tyres::{HeldRow, Mount, held_rows, mounts, named_rows};
 use crate::{ControlError, Kinematics, Singularity};
 
 /// Properties of any robot's M of eq. (8), singular or not. Rank, condition and singular values
@@ -42,19 +42,19 @@ impl Arrangement {
     pub fn of(robot: &Robot) -> Result<Self, ControlError> {
         let wheels = &robot.wheels;
         let count = wheels.len();
-        let steered = steered(robot);
-        let all = all_rows((wheels, &steered), Vector2::zeros());
+        let mounts = mounts(robot);
+        let all = all_rows((wheels, &mounts), Vector2::zeros());
         if all.nrows() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
         let m = MatrixXx3::from(all.rows(0, count));
         let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
         let mean_m = sum / count as f64;
-        let (about_mean, _) = scaled(&all_rows((wheels, &steered), mean_m), wheels, mean_m);
+        let (about_mean, _) = scaled(&all_rows((wheels, &mounts), mean_m), wheels, mean_m);
         let s = singular_values(&about_mean).map(|(s, _)| s);
         let rank = rank_of(&about_mean);
-        let each = wheels.iter().zip(steered.iter().copied());
-        let excluded = held_rows(each.filter(|(_, is_steered)| !is_steered), mean_m);
+        let each = wheels.iter().zip(mounts.iter().copied());
+        let excluded = held_rows(each.filter(|(_, mount)| *mount == Mount::Fixed), mean_m);
         let lost = match &excluded[..] {
             [] => 0,
             rows => rank_of(&scaled(&MatrixXx3::from_rows(rows), wheels, mean_m).0),
@@ -69,7 +69,7 @@ impl Arrangement {
                 f64::INFINITY
             },
             rank,
-            singularity: singularity_of(wheels, &steered),
+            singularity: singularity_of(wheels, &mounts),
             m,
         })
     }

@@ -28,7 +28,7 @@ use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, RowVector3, Unit, Vector2,
 
 use crate::error::finite;
 use crate::kinematics::matrix::multiply;
-use crate::kinematics::tyres::{held_rows, steered};
+use crate::kinematics::tyres::{Mount, held_rows, mounts};
 use crate::{ControlError, Kinematics};
 
 /// Where a wheel touches the ground.
@@ -67,8 +67,8 @@ pub struct ContactKinematics {
     lever_m: Vec<f64>,
     /// Row over lever: rad/s per twist.
     rate_matrix: MatrixXx3<f64>,
-    /// The wheels with tyres, each with whether it is steered.
-    tyres: Vec<(Wheel, bool)>,
+    /// The wheels with tyres, and how each stands.
+    tyres: Vec<(Wheel, Mount)>,
     /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
     held: Vec<RowVector3<f64>>,
 }
@@ -82,6 +82,8 @@ struct WheelContacts {
     radius_m: f64,
     rollers: Vec<RollerGeometry>,
     has_tyre: bool,
+    /// Whether it is a caster's, which says nothing of the motion.
+    swivels: bool,
 }
 
 /// A roller in its hub's frame.
@@ -188,11 +190,12 @@ impl ContactKinematics {
                 radius_m: w.radius_m,
                 rollers: w.rollers.iter().map(geometry).collect(),
                 has_tyre: w.has_tyre(),
+                swivels: robot.swivels(w),
             });
         }
-        let on_tyres = robot.wheels.iter().zip(steered(robot));
+        let on_tyres = robot.wheels.iter().zip(mounts(robot));
         let on_tyres = on_tyres.filter(|(wheel, _)| wheel.has_tyre());
-        let tyres: Vec<(Wheel, bool)> = on_tyres.map(|(wheel, of)| (wheel.clone(), of)).collect();
+        let tyres: Vec<(Wheel, Mount)> = on_tyres.map(|(wheel, of)| (wheel.clone(), of)).collect();
         let far = |w: &WheelContacts| w.body_from_hub.translation.vector.xy().norm();
         let length_m = wheels.iter().map(far).fold(0.0, f64::max);
         let contacts = wheels.iter().map(|w| w.touching(0.0)).collect();
@@ -339,37 +342,13 @@ impl ContactKinematics {
         }
     }
 
-    /// Computes the spin about its joint axis at which each touching roller rolls without slip, in
-    /// rad/s, one per wheel, if the body moves with `twist_in_body` and the wheels with these
-    /// rates; 0 for a tyre.
-    pub fn roller_spins_here(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
-        for (((contact, wheel), rate_rad_s), out) in self
-            .contacts
-            .iter()
-            .zip(&self.wheels)
-            .zip(rates_rad_s)
-            .zip(out)
-        {
-            if wheel.has_tyre {
-                *out = 0.0;
-                continue;
-            }
-            let v = wheel.material_velocity_m_s(
-                contact,
-                self.reference_point_m,
-                twist_in_body,
-                *rate_rad_s,
-            );
-            // The spin adds spin (d x -s k) to v; with e = d x k, across the axis on the ground: v
-            // . e = spin s e . e.
-            let e = contact.axis_in_body.cross(&Vector3::z());
-            *out = v.dot(&e) / (contact.radius_m * e.norm_squared());
-        }
-    }
-
     /// Updates rows, levers and rate matrix for the current contacts.
     fn refresh_rows(&mut self) {
         for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {
+            if wheel.swivels {
+                // Its row, lever and rate stay zero.
+                continue;
+            }
             let hub_m = wheel.body_from_hub.translation.vector;
             let n = wheel.body_from_hub.rotation * Vector3::z();
             let p = contact.point_in_body_m.xy() - self.reference_point_m;
@@ -393,11 +372,8 @@ impl ContactKinematics {
 }
 
 /// The rows that these tyres hold about a point.
-fn held_of(tyres: &[(Wheel, bool)], point_m: Vector2<f64>) -> Vec<RowVector3<f64>> {
-    held_rows(
-        tyres.iter().map(|(wheel, steered)| (wheel, *steered)),
-        point_m,
-    )
+fn held_of(tyres: &[(Wheel, Mount)], point_m: Vector2<f64>) -> Vec<RowVector3<f64>> {
+    held_rows(tyres.iter().map(|(wheel, mount)| (wheel, *mount)), point_m)
 }
 
 impl WheelContacts {
@@ -475,23 +451,6 @@ impl WheelContacts {
             axis_in_body: self.body_from_hub.rotation * axis,
             radius_m,
         }
-    }
-
-    /// Returns the velocity of the contact point as a point of the wheel with its rollers fixed, in
-    /// the body frame, in m/s.
-    fn material_velocity_m_s(
-        &self,
-        contact: &RollerContact,
-        reference_point_m: Vector2<f64>,
-        twist_in_body: Twist,
-        rate_rad_s: f64,
-    ) -> Vector3<f64> {
-        let p = contact.point_in_body_m;
-        let r = p.xy() - reference_point_m;
-        let hub_m = self.body_from_hub.translation.vector;
-        let n = self.body_from_hub.rotation * Vector3::z();
-        let v = twist_in_body.linear_m_s() + twist_in_body.omega_rad_s * Vector2::new(-r.y, r.x);
-        Vector3::new(v.x, v.y, 0.0) + rate_rad_s * n.cross(&(p - hub_m))
     }
 }
 

@@ -13,9 +13,9 @@ use nalgebra::{Matrix2, Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
-use crate::kinematics::matrix::{multiply, row_of_m, vector_of};
+use crate::kinematics::matrix::{multiply, rows_of_m, vector_of};
 use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
-use crate::kinematics::tyres::{held_rows, steered};
+use crate::kinematics::tyres::{Mount, held_rows, mounts};
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
@@ -32,8 +32,8 @@ pub struct Kinematics {
     twist_matrix: Matrix3xX<f64>,
     /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
     held: Vec<Vector3<f64>>,
-    /// Which wheels are steered, and the rows of tyres that are not.
-    steered: Vec<bool>,
+    /// How each wheel stands, and the rows of tyres that nothing turns.
+    mounts: Vec<Mount>,
     excluded: Vec<Vector3<f64>>,
 }
 
@@ -44,7 +44,7 @@ impl Kinematics {
     /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        Self::assemble((robot.wheels.clone(), steered(robot)), Vector2::zeros())
+        Self::assemble((robot.wheels.clone(), mounts(robot)), Vector2::zeros())
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -56,17 +56,20 @@ impl Kinematics {
     pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
         finite("x of the reference point", point_m.x)?;
         finite("y of the reference point", point_m.y)?;
-        Self::assemble((self.wheels.clone(), self.steered.clone()), point_m)
+        Self::assemble((self.wheels.clone(), self.mounts.clone()), point_m)
     }
 
     fn assemble(
-        (wheels, steered): (Vec<Wheel>, Vec<bool>),
+        (wheels, mounts): (Vec<Wheel>, Vec<Mount>),
         reference_point_m: Vector2<f64>,
     ) -> Result<Self, ControlError> {
         let count = wheels.len();
-        let each = || wheels.iter().zip(steered.iter().copied());
+        let each = || wheels.iter().zip(mounts.iter().copied());
         let held = held_rows(each(), reference_point_m);
-        let excluded = held_rows(each().filter(|(_, steered)| !steered), reference_point_m);
+        let excluded = held_rows(
+            each().filter(|(_, mount)| *mount == Mount::Fixed),
+            reference_point_m,
+        );
         if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
@@ -78,14 +81,11 @@ impl Kinematics {
         if !powerless.is_empty() {
             return Err(ControlError::NoControlAuthority { wheels: powerless });
         }
-        if let Some(singularity) = singularity_of(&wheels, &steered) {
+        if let Some(singularity) = singularity_of(&wheels, &mounts) {
             return Err(ControlError::Uncontrollable { singularity });
         }
 
-        let mut rows: Vec<_> = wheels
-            .iter()
-            .map(|w| row_of_m(w, reference_point_m))
-            .collect();
+        let mut rows = rows_of_m(&wheels, &mounts, reference_point_m);
         let m = MatrixXx3::from_rows(&rows);
         let lever_m: Vec<f64> = wheels
             .iter()
@@ -121,7 +121,7 @@ impl Kinematics {
             twist_matrix,
             held: held.iter().map(|row| row.transpose()).collect(),
             excluded: excluded.iter().map(|row| row.transpose()).collect(),
-            steered,
+            mounts,
         })
     }
 
@@ -148,7 +148,7 @@ impl Kinematics {
 
     /// Whether the wheel at this index rolls on a tyre that is steered, which turns to each twist.
     pub(crate) fn turns_to_twists(&self, wheel: usize) -> bool {
-        self.steered.get(wheel) == Some(&true) && self.wheels[wheel].has_tyre()
+        self.mounts.get(wheel) == Some(&Mount::Steered) && self.wheels[wheel].has_tyre()
     }
 
     /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).

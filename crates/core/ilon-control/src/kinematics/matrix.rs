@@ -1,5 +1,6 @@
 //! The rows of the matrix M, Indiveri 2009, eq. (8).
 
+use crate::kinematics::tyres::Mount;
 use ilon_robot::{Twist, Wheel};
 use nalgebra::{MatrixXx3, RowVector3, Vector2, Vector3};
 
@@ -8,6 +9,20 @@ pub(crate) fn row_of_m(wheel: &Wheel, reference_point_m: Vector2<f64>) -> RowVec
     let b = wheel.position_m().xy() - reference_point_m;
     let (n_g, u_g) = (wheel.roller_axis(), wheel.roller_rolling_direction());
     -RowVector3::new(n_g.x, n_g.y, b.dot(&u_g))
+}
+
+/// The rows of M of wheels about a reference point. A caster's wheel says nothing of the motion: its
+/// row is zero.
+pub(crate) fn rows_of_m(
+    wheels: &[Wheel],
+    mounts: &[Mount],
+    reference_point_m: Vector2<f64>,
+) -> Vec<RowVector3<f64>> {
+    let row = |(wheel, mount): (&Wheel, &Mount)| match mount {
+        Mount::Swivels => RowVector3::zeros(),
+        _ => row_of_m(wheel, reference_point_m),
+    };
+    wheels.iter().zip(mounts).map(row).collect()
 }
 
 /// out = matrix * twist, row by row.

@@ -18,8 +18,8 @@ use std::fmt;
 use ilon_robot::Wheel;
 use nalgebra::{MatrixXx3, Vector2, Vector3};
 
-use crate::kinematics::matrix::row_of_m;
-use crate::kinematics::tyres::held_rows;
+use crate::kinematics::matrix::rows_of_m;
+use crate::kinematics::tyres::{Mount, held_rows};
 
 /// Singular values below this share of the largest count as zero.
 ///
@@ -152,8 +152,8 @@ pub(crate) fn singular_values(m: &MatrixXx3<f64>) -> [(f64, Vector3<f64>); 3] {
 
 /// Returns the cause of M's singularity, or `None` if it has rank 3 with the rows that tyres hold.
 /// Needs three rows or more.
-pub(crate) fn singularity_of(wheels: &[Wheel], steered: &[bool]) -> Option<Singularity> {
-    let kind = kind_of(wheels, steered)?;
+pub(crate) fn singularity_of(wheels: &[Wheel], mounts: &[Mount]) -> Option<Singularity> {
+    let kind = kind_of(wheels, mounts)?;
     let reversed = |w: &Wheel| {
         let mut w = w.clone();
         w.gamma_rad = -w.gamma_rad;
@@ -162,7 +162,7 @@ pub(crate) fn singularity_of(wheels: &[Wheel], steered: &[bool]) -> Option<Singu
     let mended = |i: usize| {
         let mut wheels = wheels.to_vec();
         wheels[i] = reversed(&wheels[i]);
-        kind_of(&wheels, steered).is_none()
+        kind_of(&wheels, mounts).is_none()
     };
     let all: Vec<Wheel> = wheels.iter().map(reversed).collect();
     Some(Singularity {
@@ -172,18 +172,18 @@ pub(crate) fn singularity_of(wheels: &[Wheel], steered: &[bool]) -> Option<Singu
             .filter(|&i| mended(i))
             .map(|i| wheels[i].name.clone())
             .collect(),
-        repaired_by_reversing_all: kind_of(&all, steered).is_none(),
+        repaired_by_reversing_all: kind_of(&all, mounts).is_none(),
         on_tyres: wheels.iter().all(Wheel::has_tyre),
     })
 }
 
 /// Returns the geometry of a rank below 3, or `None`.
-fn kind_of(wheels: &[Wheel], steered: &[bool]) -> Option<SingularityKind> {
+fn kind_of(wheels: &[Wheel], mounts: &[Mount]) -> Option<SingularityKind> {
     // About the wheels' mean position, so that the verdict does not depend on where the body frame
     // sits.
     let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
     let mean_m = sum / wheels.len() as f64;
-    let (m, length_m) = scaled(&all_rows((wheels, steered), mean_m), wheels, mean_m);
+    let (m, length_m) = scaled(&all_rows((wheels, mounts), mean_m), wheels, mean_m);
     let [(s_1, _), (s_2, _), (s_3, free)] = singular_values(&m);
     if s_3 > RANK_TOLERANCE * s_1 {
         return None;
@@ -207,12 +207,12 @@ fn kind_of(wheels: &[Wheel], steered: &[bool]) -> Option<SingularityKind> {
 
 /// Returns M about a point, and below it the rows that tyres hold.
 pub(crate) fn all_rows(
-    (wheels, steered): (&[Wheel], &[bool]),
+    (wheels, mounts): (&[Wheel], &[Mount]),
     about_m: Vector2<f64>,
 ) -> MatrixXx3<f64> {
-    let driven = wheels.iter().map(|w| row_of_m(w, about_m));
-    let each = wheels.iter().zip(steered.iter().copied());
-    let rows: Vec<_> = driven.chain(held_rows(each, about_m)).collect();
+    let mut rows = rows_of_m(wheels, mounts, about_m);
+    let each = wheels.iter().zip(mounts.iter().copied());
+    rows.extend(held_rows(each, about_m));
     MatrixXx3::from_rows(&rows)
 }
 

@@ -10,6 +10,8 @@
 //! their mean, the row of a wheel in their middle: a robot of two axles is expected to turn about
 //! the middle of both. By how much less it turns, its contacts decide. A steered tyre has a row of
 //! its own.
+//!
+//! **Casters.** A tyre that swivels freely and has no motor turns to any motion. It has no rows.
 
 use ilon_robot::{Robot, Wheel};
 use nalgebra::{RowVector3, Vector2};
@@ -20,6 +22,16 @@ pub(crate) const ROUNDED: f64 = 1e-3;
 /// Axles count as parallel within this sine of the angle between them (chosen): tyres that are set
 /// to converge by a degree drive ahead all the same, and slide a little.
 const PARALLEL: f64 = 0.02;
+
+/// How a wheel stands on its robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mount {
+    Fixed,
+    /// A servo turns it about an upright axis.
+    Steered,
+    /// A caster's: it turns by itself.
+    Swivels,
+}
 
 /// A row n . v_h = 0 and the tyres that give it.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,12 +56,13 @@ struct Group<'w> {
     is_steered: bool,
 }
 
-/// Returns the tyres by the rows that they give, of `wheels` that are each with whether it is
-/// steered: each steered one alone, the others by the direction of their axles.
-fn grouped<'w>(wheels: impl Iterator<Item = (&'w Wheel, bool)>) -> Vec<Group<'w>> {
+/// Returns the tyres by the rows that they give: each steered one alone, the others by the
+/// direction of their axles.
+fn grouped<'w>(wheels: impl Iterator<Item = (&'w Wheel, Mount)>) -> Vec<Group<'w>> {
     let mut groups: Vec<Group<'w>> = Vec::new();
-    for (wheel, is_steered) in wheels.filter(|(wheel, _)| wheel.has_tyre()) {
-        let n = wheel.axis();
+    let holds = |(wheel, mount): &(&Wheel, Mount)| wheel.has_tyre() && *mount != Mount::Swivels;
+    for (wheel, mount) in wheels.filter(holds) {
+        let (n, is_steered) = (wheel.axis(), mount == Mount::Steered);
         let joins =
             |of: &&mut Group<'w>| !is_steered && !of.is_steered && of.n.perp(&n).abs() < PARALLEL;
         match groups.iter_mut().find(joins) {
@@ -88,9 +101,9 @@ impl Group<'_> {
 
 /// Returns the rows n . v_h = 0 of the tyres about a reference point, as functions of (v_x, v_y,
 /// omega): one for each steered tyre, and one for each direction of the others' axles; none for a
-/// robot on rollers. `wheels` are each with whether it is steered.
+/// robot on rollers.
 pub(crate) fn held_rows<'w>(
-    wheels: impl Iterator<Item = (&'w Wheel, bool)>,
+    wheels: impl Iterator<Item = (&'w Wheel, Mount)>,
     reference_point_m: Vector2<f64>,
 ) -> Vec<RowVector3<f64>> {
     let groups = grouped(wheels);
@@ -99,7 +112,7 @@ pub(crate) fn held_rows<'w>(
 
 /// Returns the same rows of a robot about its body's origin, with their wheels.
 pub(crate) fn named_rows(robot: &Robot) -> Vec<HeldRow> {
-    let groups = grouped(robot.wheels.iter().zip(steered(robot)));
+    let groups = grouped(robot.wheels.iter().zip(mounts(robot)));
     let named = groups.iter().map(|of| HeldRow {
         wheels: of.wheels.iter().map(|wheel| wheel.name.clone()).collect(),
         row: of.row(Vector2::zeros()),
@@ -109,12 +122,14 @@ pub(crate) fn named_rows(robot: &Robot) -> Vec<HeldRow> {
     named.collect()
 }
 
-/// Which wheels of a robot are steered.
-pub(crate) fn steered(robot: &Robot) -> Vec<bool> {
-    let wheels = robot.wheels.iter();
-    wheels
-        .map(|wheel| robot.steering_of(wheel).is_some())
-        .collect()
+/// How each wheel of a robot stands on it.
+pub(crate) fn mounts(robot: &Robot) -> Vec<Mount> {
+    let mount = |wheel| match robot.steering_of(wheel) {
+        Some(_) => Mount::Steered,
+        None if robot.swivels(wheel) => Mount::Swivels,
+        None => Mount::Fixed,
+    };
+    robot.wheels.iter().map(mount).collect()
 }
 
 /// Robots on tyres, for tests.
@@ -145,10 +160,11 @@ pub(crate) mod fixtures {
 #[cfg(test)]
 mod tests {
     use ilon_robot::Twist;
-    use nalgebra::Vector2;
+    use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
     use super::fixtures::on_tyres;
-    use super::held_rows;
+    use super::{Mount, held_rows};
+    use crate::joint_fixtures::joint;
     use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
 
     fn close(one: Twist, other: Twist) -> bool {
@@ -244,7 +260,8 @@ mod tests {
     fn steered_tyres_hold_a_row_each_where_they_stand_parallel() {
         let robot = on_tyres(&[[0.2, 0.2], [0.2, -0.2], [-0.1, 0.2], [-0.1, -0.2]]);
         let levers_m = |steered: [bool; 4]| -> Vec<f64> {
-            let rows = held_rows(robot.wheels.iter().zip(steered), Vector2::zeros());
+            let mounts = steered.map(|of| if of { Mount::Steered } else { Mount::Fixed });
+            let rows = held_rows(robot.wheels.iter().zip(mounts), Vector2::zeros());
             rows.iter().map(|row| row.z * row.y.signum()).collect()
         };
         let close = |one: Vec<f64>, other: &[f64]| {
@@ -278,6 +295,33 @@ mod tests {
         let turn = kinematics.reachable(Twist::new(0.4, 0.3, 0.5));
         assert!(kinematics.sideways_m_s(turn) < 1e-12 && turn.omega_rad_s == 0.5);
         assert!(close(kinematics.reachable(turn), turn));
+    }
+
+    /// A robot of two driven tyres and a caster's behind them, which stands across: its motion is
+    /// that of the two alone.
+    #[test]
+    fn a_caster_on_a_tyre_changes_no_motion() {
+        let bare = on_tyres(&[[0.0, 0.2], [0.0, -0.2]]);
+        let mut robot = on_tyres(&[[0.0, 0.2], [0.0, -0.2], [-0.3, 0.0]]);
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * 1.5);
+        robot.wheels[2].body_from_hub.rotation = turn * robot.wheels[2].body_from_hub.rotation;
+        let at_m = robot.wheels[2].position_m();
+        robot.joints = vec![joint(at_m, Vector3::z(), (0.1, Vector3::zeros()))];
+        robot.wheels[2].carrier = Some(0);
+        robot.wheels[2].motor.effort_n_m = 0.0;
+        let twist = Twist::new(0.4, 0.0, 0.7);
+        let [without, with] = [bare, robot].map(|robot| {
+            let kinematics = Kinematics::new(&robot).expect("it drives");
+            let mut contact = ContactKinematics::new(&robot).expect("it drives");
+            let mut rates = [0.0; 3];
+            kinematics.wheel_rates(twist, &mut rates);
+            assert_eq!(rates[2], 0.0);
+            let found = [kinematics.twist(&rates), contact.twist(&[0.0; 3], &rates)];
+            assert!(found.iter().all(|of| close(*of, twist)), "{found:?}");
+            assert!(close(kinematics.reachable(twist), twist));
+            (rates, Arrangement::of(&robot).expect("it drives").reachable)
+        });
+        assert_eq!(without, with);
     }
 
     #[test]

@@ -317,10 +317,10 @@ impl Limiter {
         if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
             return Err(Error::invalid(
                 format!(
-                    "limits of acceleration are computed for robots on rollers, and `{}` rolls on a tyre",
+                    "limits of acceleration are where wheels begin to slide, and `{}` rolls on a tyre, which slides in every turn",
                     wheel.name
                 ),
-                "drive it in a scenario, and read the grip used",
+                "sweep `twist.ramp_s` (`ilon sweep`), and look at `friction_used_max` and the way's error",
             ));
         }
         // The limits are those on its plane.

@@ -221,6 +221,16 @@ impl Robot {
         std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).find(steers)
     }
 
+    /// Whether a wheel is a caster's: nothing drives its tyre, and it swivels freely.
+    pub fn swivels(&self, wheel: &Wheel) -> bool {
+        let is_free = |at: usize| {
+            let joint = &self.joints[at];
+            joint.turns_upright() && joint.role == JointRole::Free
+        };
+        let mut way = std::iter::successors(wheel.carrier, |at| self.joints[*at].parent);
+        wheel.has_tyre() && wheel.motor.effort_n_m == 0.0 && way.any(is_free)
+    }
+
     /// Returns the joints of its casters, by their indices in [`Robot::joints`]: those that turn
     /// freely about an upright axis and carry no wheel of [`Robot::wheels`], and the free ones below
     /// them, on which the casters' own wheels roll.

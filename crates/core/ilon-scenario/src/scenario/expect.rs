@@ -19,6 +19,8 @@ use crate::Error;
 pub struct Expect {
     /// The bounds, by the quantity's dotted name.
     pub bounds: BTreeMap<String, Bound>,
+    /// Allowed changes against a baseline, by the quantity's dotted name: `"+10 %"`.
+    pub changes: BTreeMap<String, String>,
     /// Bounds on signals over time: `[[expect.signals]]`.
     pub signals: Vec<SignalBound>,
     /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be equal.
@@ -78,10 +80,12 @@ impl SignalBound {
     }
 }
 
-/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails.
+/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails. In their place a text
+/// bounds the change against the baseline of `ilon check --against`: `"+10 %"`, `"-10 %"`, or `"+-10 %"` for both ways.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(extend("type" = ["object", "string"]))]
 pub struct Bound {
     /// At least this.
     pub min: Option<f64>,
@@ -95,6 +99,27 @@ pub struct Bound {
 }
 
 impl Bound {
+    /// The bound of an allowed change from a baseline's value: `"+10 %"` allows a tenth more,
+    /// `"-10 %"` a tenth less, `"+-10 %"` both. `None` for another text.
+    pub fn of_change(change: &str, baseline: f64) -> Option<Self> {
+        let percent = change.trim().strip_suffix('%')?.trim_end();
+        let (digits, rises, falls) = match percent.strip_prefix("+-") {
+            Some(digits) => (digits, true, true),
+            None => match percent.split_at_checked(1)? {
+                ("+", digits) => (digits, true, false),
+                ("-", digits) => (digits, false, true),
+                _ => return None,
+            },
+        };
+        let share = 1e-2 * digits.trim().parse::<f64>().ok()?;
+        let room = share * baseline.abs();
+        (share.is_finite() && share >= 0.0).then(|| Self {
+            min: falls.then_some(baseline - room),
+            max: rises.then_some(baseline + room),
+            ..Self::default()
+        })
+    }
+
     /// Whether a value satisfies the bound. NaN never does.
     pub fn holds(&self, value: f64) -> bool {
         self.breach(value) <= 0.0
@@ -153,7 +178,10 @@ impl std::fmt::Display for Bound {
 impl Expect {
     /// Whether nothing is expected.
     pub fn is_empty(&self) -> bool {
-        self.bounds.is_empty() && self.signals.is_empty() && self.tolerances.is_empty()
+        self.bounds.is_empty()
+            && self.changes.is_empty()
+            && self.signals.is_empty()
+            && self.tolerances.is_empty()
     }
 
     /// Refuses meaningless expectations: bounds that can never be broken, and bounds that can never
@@ -170,6 +198,17 @@ impl Expect {
                 ));
             }
             object_to_bound(bound, name, &format!("expect.{name}"))?;
+        }
+        for (name, change) in &self.changes {
+            if Bound::of_change(change, 1.0).is_none() {
+                return Err(Objection::to(
+                    format!("expect.{name}"),
+                    format!(
+                        "`expect.{name}` is \"{change}\", which is no change against a baseline"
+                    ),
+                    "write \"+10 %\" for at most 10 % more, \"-10 %\" for at most 10 % less, \"+-10 %\" for both; or a bound, `{ max = 1.5 }`",
+                ));
+            }
         }
         for (index, signal) in self.signals.iter().enumerate() {
             object_to_signal(signal, &format!("expect.signals.{index}"))?;
@@ -353,45 +392,49 @@ impl TryFrom<Table> for Expect {
             Some(tolerances) => tolerances.try_into()?,
             None => BTreeMap::new(),
         };
-        let mut bounds = BTreeMap::new();
-        collect(table, "", &mut bounds)?;
-        Ok(Self {
-            bounds,
+        let mut expect = Self {
             signals,
             tolerances,
-        })
+            ..Self::default()
+        };
+        expect.collect(table, "")?;
+        Ok(expect)
     }
 }
 
-/// Collects the bounds of a table and its sub-tables under their dotted names.
-fn collect(
-    table: Table,
-    prefix: &str,
-    bounds: &mut BTreeMap<String, Bound>,
-) -> Result<(), toml::de::Error> {
-    for (key, value) in table {
-        let name = format!("{prefix}{key}");
-        match value {
-            Value::Table(inner) if quantities::by_key(&name).is_none() => {
-                collect(inner, &format!("{name}."), bounds)?;
-            }
-            value => {
-                let bound = value.try_into()?;
-                if bounds.contains_key(&name) {
+impl Expect {
+    /// Collects the bounds of a table and its sub-tables under their dotted names.
+    fn collect(&mut self, table: Table, prefix: &str) -> Result<(), toml::de::Error> {
+        for (key, value) in table {
+            let name = format!("{prefix}{key}");
+            match value {
+                Value::Table(inner) if quantities::by_key(&name).is_none() => {
+                    self.collect(inner, &format!("{name}."))?;
+                }
+                _ if self.bounds.contains_key(&name) || self.changes.contains_key(&name) => {
                     let message = format!("the bound on `{name}` stands twice");
                     return Err(serde::de::Error::custom(message));
                 }
-                bounds.insert(name, bound);
+                Value::String(change) => {
+                    self.changes.insert(name, change);
+                }
+                value => {
+                    self.bounds.insert(name, value.try_into()?);
+                }
             }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 impl From<Expect> for Table {
     fn from(expect: Expect) -> Self {
         let mut root = Table::new();
-        for (name, bound) in expect.bounds {
+        let bounds = expect.bounds.into_iter();
+        let bounds = bounds.filter_map(|(name, bound)| Some((name, Value::try_from(bound).ok()?)));
+        let changes = expect.changes.into_iter();
+        let changes = changes.map(|(name, change)| (name, Value::String(change)));
+        for (name, value) in bounds.chain(changes) {
             let (path, leaf) = name.rsplit_once('.').unwrap_or(("", &name));
             let mut table = &mut root;
             for part in path.split('.').filter(|part| !part.is_empty()) {
@@ -403,9 +446,7 @@ impl From<Expect> for Table {
                     None => return root,
                 }
             }
-            if let Ok(value) = Value::try_from(bound) {
-                table.insert(leaf.to_owned(), value);
-            }
+            table.insert(leaf.to_owned(), value);
         }
         if let Ok(tolerances) = Value::try_from(&expect.tolerances)
             && !expect.tolerances.is_empty()
@@ -483,6 +524,34 @@ mod tests {
         assert_eq!(bound.share_beyond(0.5), Some(0.5));
         assert_eq!(bound.share_beyond(3.0), Some(0.5));
         assert_eq!(bound.share_beyond(1.5), None);
+    }
+
+    /// A tenth of 5 is 0.5, and of -5 too.
+    #[test]
+    fn a_change_against_a_baseline_is_a_share_of_its_size() {
+        let of = |change: &str, baseline: f64| {
+            Bound::of_change(change, baseline).map(|bound| (bound.min, bound.max))
+        };
+        assert_eq!(of("+10 %", 5.0), Some((None, Some(5.5))));
+        assert_eq!(of("-10%", 5.0), Some((Some(4.5), None)));
+        assert_eq!(of(" +- 10 %", -5.0), Some((Some(-5.5), Some(-4.5))));
+        for wrong in ["10 %", "+10", "+ten %", "", "%", "+-5", "+-1 % %", "++5 %"] {
+            assert_eq!(of(wrong, 5.0), None, "{wrong}");
+        }
+        let text = "[expect]\nslip_energy_j = \"+10 %\"\nodometry_ideal.final_m = \"-5 %\"\n";
+        let scenario = scenario(text).expect("changes");
+        assert_eq!(scenario.expect.changes.len(), 2);
+        let again = Scenario::from_toml(&scenario.to_toml().expect("text"), "test", "");
+        assert_eq!(again.expect("the same").expect, scenario.expect);
+        let (message, place) = told("[expect]\nslip_energy_j = \"10 %\"\n");
+        assert!(
+            message.contains("no change against a baseline"),
+            "{message}"
+        );
+        assert!(
+            place.contains("10 %") || place == "slip_energy_j",
+            "{place}"
+        );
     }
 
     const RUN: &str = "robot.file = \"r.urdf\"\ntwist = {}\n[run]\nduration_s = 1.0\n";

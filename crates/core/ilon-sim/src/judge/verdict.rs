@@ -58,7 +58,7 @@ impl std::fmt::Display for Verdict {
 }
 
 /// A value with six digits, or with all digits if six would look equal to the bound.
-fn readable(value: f64, bound: &str) -> String {
+pub(super) fn readable(value: f64, bound: &str) -> String {
     let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
     let rounded = number(rounded);
     match bound.contains(&rounded) {

@@ -47,12 +47,12 @@ impl JointForce {
 }
 
 impl Articulated {
-    /// Sets the target of a joint's servo in the middle of the coming step, and its rate; returns
-    /// whether the joint has a servo.
-    pub fn aim(&mut self, joint: usize, position: f64, rate: f64) -> bool {
+    /// Sets the target of a joint's servo in the middle of the coming step, its rate and its
+    /// acceleration; returns whether the joint has a servo.
+    pub fn aim(&mut self, joint: usize, aim: [f64; 3]) -> bool {
         let is_driven = self.robot.joints[joint].servo().is_some();
         if is_driven {
-            self.servos[joint].aim = [position, rate];
+            self.servos[joint].aim = aim;
             self.servos[joint].effort = None;
         }
         is_driven
@@ -65,7 +65,7 @@ impl Articulated {
         if is_driven {
             let at = self.state.joint_positions()[joint];
             let servo = &mut self.servos[joint];
-            (servo.aim, servo.target, servo.effort) = ([at, 0.0], at, Some(effort));
+            (servo.aim, servo.target, servo.effort) = ([at, 0.0, 0.0], at, Some(effort));
         }
         is_driven
     }

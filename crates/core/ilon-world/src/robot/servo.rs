@@ -8,10 +8,10 @@
 //! effort limits it within the step, the difference from the line is a curve among the reactions. A
 //! servo with a commanded effort acts with that alone.
 //!
-//! **The target.** A servo is aimed once a step, and its aim is linear in time, through a position
-//! in the step's middle with a rate. The target follows that line, no faster than the rate limit,
-//! and each part of a step uses the target in the middle of that part: a step taken in parts ends
-//! at the same target as a whole one.
+//! **The target.** A servo is aimed once a step, through a position in the step's middle with a rate
+//! and an acceleration. The target follows that curve, no faster than the rate limit, and each part
+//! of a step uses the target in the middle of that part: a step taken in parts ends at the same
+//! target as a whole one.
 
 use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
 
@@ -21,9 +21,9 @@ use crate::{MotorTorque, TorqueBounds};
 /// The servo of a joint, or a placeholder for a joint without one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Servo {
-    /// The aim of its target in the middle of a step, and the aim's rate: in rad and rad/s, or m
-    /// and m/s.
-    pub aim: [f64; 2],
+    /// The aim of its target in the middle of a step, the aim's rate and its acceleration: in rad,
+    /// rad/s and rad/s^2, or m, m/s and m/s^2.
+    pub aim: [f64; 3],
     /// Its target after the last step, in rad or m.
     pub target: f64,
     /// Whether its rate limit keeps the target behind the aim.
@@ -47,7 +47,7 @@ impl Servo {
     pub fn of(joint: &BodyJoint, inertia: f64) -> Self {
         let at = joint.servo().map_or(0.0, |servo| servo.target);
         Self {
-            aim: [at, 0.0],
+            aim: [at, 0.0, 0.0],
             target: at,
             is_late: false,
             began: (at, false),
@@ -75,7 +75,8 @@ impl Servo {
             return [middle, by / dt_s];
         }
         self.target = end;
-        [self.aim_at(middle_s), self.aim[1].clamp(-limit, limit)]
+        let rate = self.aim_rate_at(middle_s).clamp(-limit, limit);
+        [self.aim_at(middle_s), rate]
     }
 
     /// Returns the target to the beginning of the last part of a step, to repeat it.
@@ -85,14 +86,19 @@ impl Servo {
 
     /// The aim at a time from the step's middle, in seconds.
     fn aim_at(&self, from_middle_s: f64) -> f64 {
-        self.aim[0] + self.aim[1] * from_middle_s
+        let [position, rate, acceleration] = self.aim;
+        position + (rate + 0.5 * acceleration * from_middle_s) * from_middle_s
+    }
+
+    fn aim_rate_at(&self, from_middle_s: f64) -> f64 {
+        self.aim[1] + self.aim[2] * from_middle_s
     }
 
     /// The time in seconds, from a time relative to the step's middle, until a target delayed by
     /// its rate limit reaches its aim.
     pub fn catches_up_s(&self, servo: &JointServo, from_middle_s: f64) -> Option<f64> {
         let behind = self.aim_at(from_middle_s) - self.target;
-        let closes = servo.rate_limit - self.aim[1] * behind.signum();
+        let closes = servo.rate_limit - self.aim_rate_at(from_middle_s) * behind.signum();
         (self.is_late && closes > 0.0).then(|| behind.abs() / closes)
     }
 

@@ -317,10 +317,22 @@ impl BodyMut<'_> {
     /// # Panics
     /// If the robot has no such joint.
     pub fn aim_joint(&mut self, joint: usize, position: f64, rate: f64) -> Result<(), WorldError> {
+        self.aim_joint_along(joint, [position, rate, 0.0])
+    }
+
+    /// Like [`BodyMut::aim_joint`], for a target that has this position, rate and acceleration in
+    /// the step's middle, in rad/s^2 or m/s^2.
+    ///
+    /// # Errors
+    /// Those of [`BodyMut::aim_joint`].
+    ///
+    /// # Panics
+    /// If the robot has no such joint.
+    pub fn aim_joint_along(&mut self, joint: usize, aim: [f64; 3]) -> Result<(), WorldError> {
         let robot = self.articulated();
         let of = &robot.robot.joints[joint];
-        let [lower, upper] = of.limits;
-        if !(position.is_finite() && rate.is_finite()) {
+        let ([lower, upper], position) = (of.limits, aim[0]);
+        if aim.iter().any(|number| !number.is_finite()) {
             return Err(of_joint(of, "its servo's target must be finite numbers"));
         }
         if !(lower..=upper).contains(&position) {
@@ -328,7 +340,7 @@ impl BodyMut<'_> {
                 format!("its servo cannot go to {position}: its limits are {lower} and {upper}");
             return Err(of_joint(of, reason));
         }
-        match robot.aim(joint, position, rate) {
+        match robot.aim(joint, aim) {
             true => Ok(()),
             false => Err(of_joint(&robot.robot.joints[joint], NOT_DRIVEN)),
         }

@@ -40,9 +40,10 @@ impl World {
     }
 
     /// Energy taken by the contacts' normal forces since the start, in J: inelastic impacts, less
-    /// the energy returned by pushing rollers out of the ground.
+    /// the energy returned by pushing rollers out of the ground. Never negative: more than was taken
+    /// cannot be returned, and would be an error of the steps.
     pub fn impact_energy_j(&self) -> f64 {
-        self.energies.impact_j
+        self.energies.impact_j.max(0.0)
     }
 
     /// Work of the motors on the wheels since the start, in J; negative if they braked.

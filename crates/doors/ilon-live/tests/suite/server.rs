@@ -346,6 +346,72 @@ fn ice_takes_the_grip_and_the_start_is_where_it_was() {
     );
 }
 
+/// A recording begins at the start, and `ilon run` repeats it: the same commands in the same world
+/// end in the same pose, to the last bit.
+#[test]
+fn a_recorded_drive_is_repeated_by_its_scenario() {
+    let folder = std::env::temp_dir().join(format!("ilon_drive_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let mut session = session(&[]);
+    session.record_into(&folder);
+    let mut controls = Controls::default();
+    let mut drive = |controls: &mut Controls, message: &str, periods: usize| {
+        for _ in 0..periods {
+            controls.take(message);
+            session.advance(controls).expect("a step");
+        }
+        session.frame().pose
+    };
+    drive(&mut controls, r#"{"twist": [0.3, 0, 0]}"#, 30);
+    drive(
+        &mut controls,
+        r#"{"record": true, "twist": [0.1, 0.3, 0]}"#,
+        50,
+    );
+    let end = drive(&mut controls, r#"{"twist": [0, 0, 0.8]}"#, 50);
+    drive(&mut controls, r#"{"record": false}"#, 1);
+    let notes: Vec<String> = session.take_notes().collect();
+    let path = folder.join("mecanum4_circle_1_driven.toml");
+    assert!(
+        notes.concat().contains("mecanum4_circle_1_driven.toml"),
+        "{notes:?}"
+    );
+    let scenario = Scenario::load(&path).expect("a scenario");
+    let run = ilon_sim::simulate::Simulation::new(&scenario)
+        .expect("a run")
+        .run();
+    let last = run.trace.records().last().expect("rows").truth.pose;
+    std::fs::remove_dir_all(&folder).expect("it is removed");
+    assert_eq!(run.summary.duration_s, 1.0);
+    assert_eq!(last, end);
+}
+
+/// A push of F for t gives a robot on ice at most F t / m, and most of it where friction is small:
+/// 50 N for 0.1 s on 11.36 kg are 0.44 m/s. It ends when it is not repeated.
+#[test]
+fn a_push_moves_the_robot_and_ends() {
+    let mut session = session(&["world.floor.friction=0.01"]);
+    let mut controls = Controls::default();
+    controls.take(r#"{"push_n": [0, 50]}"#);
+    let speed = |session: &Session, controls: &Controls| {
+        let [vx, vy, _] = session.figures(controls).real;
+        vx.hypot(vy)
+    };
+    for _ in 0..10 {
+        session.advance(&controls).expect("a step");
+    }
+    let pushed_m_s = speed(&session, &controls);
+    assert!((0.3..0.45).contains(&pushed_m_s), "{pushed_m_s}");
+    std::thread::sleep(Duration::from_millis(250));
+    assert_eq!(controls.push_n(), None);
+    session.advance(&controls).expect("a step");
+    assert!(speed(&session, &controls) <= pushed_m_s + 1e-3);
+    let said = controls
+        .take(r#"{"push_n": [1e9, 0]}"#)
+        .expect("it is limited");
+    assert!(said.contains("push_n"), "{said}");
+}
+
 #[test]
 fn a_port_that_is_taken_is_said() {
     let session = session(&[]);

@@ -1,11 +1,10 @@
 //! A robot driven by the user, recorded as a log with a scenario that repeats the drive bit for
 //! bit.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use ilon_robot::Twist;
-use ilon_sim::scenario::{Drives, Playback, Step};
+use ilon_sim::scenario::Step;
 use ilon_sim::{Scenario, Simulation};
 use serde_json::{Value, json};
 
@@ -107,34 +106,11 @@ impl PersonsDrive {
         if self.rows.last().is_none_or(|(last_s, _)| *last_s < end_s) {
             self.rows.push((end_s, Twist::default()));
         }
-        let mut log = "t_s,vx_m_s,vy_m_s,omega_rad_s\n".to_owned();
-        for (t_s, twist) in &self.rows {
-            let Twist {
-                vx_m_s,
-                vy_m_s,
-                omega_rad_s,
-            } = twist;
-            // Writing to a `String` cannot fail.
-            let _ = writeln!(log, "{t_s},{vx_m_s},{vy_m_s},{omega_rad_s}");
-        }
         let name = self.scenario.name.trim_end_matches("_driven").to_owned();
         let beside = |ending: &str| self.path.with_file_name(format!("{name}_driven.{ending}"));
         let (path, log_path) = (beside("toml"), beside("csv"));
-        let mut again = self.scenario;
-        (again.reference, again.twist) = (None, None);
-        again.playback = Some(Playback {
-            file: log_path.file_name().unwrap_or_default().into(),
-            drives: Drives::Twist,
-            topic: None,
-            pose_topic: None,
-            joint_topic: None,
-            joints_by: None,
-            names: Default::default(),
-            from_s: 0.0,
-            angle_gain_per_s: None,
-        });
-        again.expect = Default::default();
-        again.run.duration_s = end_s;
+        let file = log_path.file_name().unwrap_or_default();
+        let (mut again, log) = self.scenario.driven(file, &self.rows);
         again.run.physics_dt_s = Step::Seconds(self.physics_dt_s);
         again.world.solver.split_dt_s = self.split_dt_s;
         let text = format!(

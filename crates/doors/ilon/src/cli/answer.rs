@@ -10,6 +10,7 @@ use ilon_sim::judge::Verdict;
 use ilon_sweep::findings::Expectation;
 use ilon_sweep::{Findings, Study};
 
+use super::escape::sentence;
 use super::table::Table;
 
 /// The findings of a study as sentences and tables.
@@ -20,7 +21,7 @@ pub(super) fn of_study(study: &Study, findings: &Findings) -> String {
     };
     let mut text = format!("{}: {} runs{failed}\n", study.name(), findings.runs);
     for answer in sweep::answers(study, findings) {
-        text += &format!("\n{}\n", answer.text);
+        text += &format!("\n{}\n", sentence(&answer.text));
     }
     let mut table = Table::new();
     for one in &sweep::tables(study, findings) {
@@ -50,7 +51,7 @@ pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
 pub(super) fn of_identification(found: &Identified, in_full: bool) -> String {
     let mut text = format!("{}\n", found.study);
     for answer in identify::answers(found) {
-        text += &format!("\n{}\n", answer.text);
+        text += &format!("\n{}\n", sentence(&answer.text));
     }
     let mut table = Table::new();
     match in_full {
@@ -73,7 +74,7 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
         );
     }
     for line in identify::set(&found.controller, &Gains::default()) {
-        text += &format!("\n{line}\n");
+        text += &format!("\n{}\n", sentence(&line));
     }
     for held in &found.held {
         text += &format!(

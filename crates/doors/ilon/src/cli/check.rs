@@ -31,7 +31,7 @@ use super::reserve::{self, ReservedOutput};
 use super::{console, fault};
 use crate::Scenario;
 use crate::cli::failure::Failure;
-use crate::judge::{Difference, differences, judge_rows};
+use crate::judge::{Difference, differences, judge_changes, judge_rows};
 use crate::report::difference;
 use crate::simulate::{Run, Simulation};
 
@@ -357,24 +357,40 @@ fn run_and_judge(
     let baseline = baseline
         .map(|folder| baseline_in(folder, name))
         .transpose()?;
+    let changes = scenario.expect.changes.clone();
+    if let (Some(key), None, None) = (changes.keys().next(), &baseline, &arguments.save) {
+        return Err(Failure::usage(
+            format!("`expect.{key}` bounds a change against a baseline, and none is given"),
+            "write a baseline with --save DIR, and compare with it by --against DIR",
+        ));
+    }
     let simulation = Simulation::new(&scenario)?;
     let recording = Recording::temporary(simulation.trace().header.clone());
     let run = simulation.run_recorded(recording, |_, _| Ok::<(), Failure>(()))?;
-    let (mut differences, mut drawn, mut moved) = (None, None, Vec::new());
+    // A baseline that is written agrees with its run.
+    let is_first = arguments.save.is_some() && !changes.is_empty();
+    let mut differences = is_first.then(Vec::new);
+    let (mut drawn, mut moved) = (None, Vec::new());
+    let mut changed = Vec::new();
     if let Some(baseline) = baseline {
-        let (found, page) = against(&run, &baseline, name, arguments)?;
-        if !found.is_empty() {
-            moved = outcome::moved(
-                &run.summary,
-                &Summary::of_rows(&baseline, &Default::default())?,
-            );
+        let before = || Summary::of_rows(&baseline, &Default::default());
+        if changes.is_empty() {
+            let (found, page) = against(&run, &baseline, name, arguments)?;
+            if !found.is_empty() {
+                moved = outcome::moved(&run.summary, &before()?);
+            }
+            (differences, drawn) = (Some(found), page);
+        } else {
+            // Figures may change: their bounds say by how much, and the signals are not compared.
+            let before = before()?;
+            changed = judge_changes(&run.scenario.expect, &run.summary, &before);
+            moved = outcome::moved(&run.summary, &before);
         }
-        (differences, drawn) = (Some(found), page);
     }
     if let Some(folder) = &arguments.save {
         run.trace.write_parquet(&baseline_file(folder, name))?;
     }
-    let verdicts = judge_rows(&run)?;
+    let mut verdicts = judge_rows(&run)?;
     let update = match (arguments.update, arguments.init) {
         (Some(margin), _) => Some(Update::of(path, &verdicts, margin)?),
         (None, Some(margin)) if verdicts.is_empty() => {
@@ -382,6 +398,7 @@ fn run_and_judge(
         }
         _ => None,
     };
+    verdicts.extend(changed);
     let judged = Judged {
         verdicts,
         trace_hash: Some(run.summary.trace_hash.clone()),

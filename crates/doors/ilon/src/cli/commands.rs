@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
+use ilon_sim::scenario::nearest;
 
 #[cfg(feature = "live")]
 use super::live;
@@ -107,21 +108,33 @@ fn dispatch(command: Command) -> Result<Outcome, Failure> {
     }
 }
 
-/// The error for a file in the place of the command: `ilon robot.urdf`.
-fn file_for_command(error: &clap::Error) -> Option<Failure> {
+/// The error for a word in the place of the command: `ilon robot.urdf`, `ilon rn`.
+fn no_command(error: &clap::Error) -> Option<Failure> {
     let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else {
         return None;
     };
-    let file = path_in_line(Path::new(given));
-    Path::new(given).is_file().then(|| {
-        Failure::usage(
-            format!("`{file}` is a file, and a command belongs in its place"),
+    let shown = path_in_line(Path::new(given));
+    if Path::new(given).is_file() {
+        return Some(Failure::usage(
+            format!("`{shown}` is a file, and a command belongs in its place"),
             format!(
                 "write a command first, such as `ilon run {}`; `ilon --help` lists them",
                 flags::shell(given)
             ),
-        )
-    })
+        ));
+    }
+    let cli = Cli::command();
+    let commands = cli
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set());
+    let near = nearest(given, commands.map(clap::Command::get_name));
+    let near = near
+        .map(|near| format!("did you mean `ilon {near}`? "))
+        .unwrap_or_default();
+    Some(Failure::usage(
+        format!("ilon has no command `{shown}`"),
+        format!("{near}`ilon --help` lists the commands"),
+    ))
 }
 
 /// Runs the command in the arguments and returns its exit code. The first argument is the program's
@@ -130,7 +143,7 @@ pub fn run_arguments(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            if let Some(failure) = file_for_command(&error) {
+            if let Some(failure) = no_command(&error) {
                 fault::show(failure);
                 return 2;
             }

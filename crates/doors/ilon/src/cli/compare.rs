@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_trace::Quantity;
 use ilon_trace::file::write_text;
 
-use super::escape::path_in_line;
+use super::escape::{path_in_line, sentences};
 use super::json::pretty;
 use super::kind::{Kind, wants};
 use super::options::Sandbox;
@@ -64,8 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         console::data(&json(&comparison)?)?;
     } else {
         console::lines(&format!(
-            "{}\n\n{}\nwritten to {}\n",
-            report::compare::answers(&comparison).join("\n"),
+            "{}\n{}\nwritten to {}\n",
+            sentences(&report::compare::answers(&comparison)),
             table(&comparison),
             path_in_line(out)
         ))?;
@@ -145,6 +146,15 @@ fn table(comparison: &Comparison) -> Table {
             table.words(&row.key, &words.collect::<Vec<_>>());
         }
     }
+    for (verdict, all) in report::compare::verdicts(comparison) {
+        table.heading(verdict);
+        for named in all {
+            table.words(
+                &format!("{}: {}", named.heading, named.quantity.label),
+                &changes(comparison, named.quantity),
+            );
+        }
+    }
     for (heading, quantities) in comparison.groups() {
         table.heading(heading);
         for quantity in quantities {
@@ -162,6 +172,25 @@ fn table(comparison: &Comparison) -> Table {
         }
     }
     table
+}
+
+/// A figure of the first run, and those of the others with their change.
+fn changes(comparison: &Comparison, quantity: &Quantity) -> Vec<String> {
+    let shown = comparison
+        .runs
+        .iter()
+        .map(|run| quantity.shown(&run.summary));
+    let shown: Vec<Option<f64>> = shown.collect();
+    let change = |x: f64| report::compare::change(quantity, shown[0]?, x);
+    let word = |(index, x): (usize, &Option<f64>)| match x {
+        None => "-".to_owned(),
+        Some(x) => {
+            let change = change(*x).filter(|_| index > 0);
+            let change = change.map_or(String::new(), |change| format!(" ({change})"));
+            format!("{x:.*} {}{change}", quantity.decimals, quantity.unit.symbol)
+        }
+    };
+    shown.iter().enumerate().map(word).collect()
 }
 
 fn json(comparison: &Comparison) -> Result<String, Failure> {

@@ -68,6 +68,16 @@ pub(super) fn folded(line: &str) -> String {
     folded + copied
 }
 
+/// Escapes a sentence for the user, and folds it if it is long: later lines are indented.
+pub(super) fn sentence(text: &str) -> String {
+    folded(&one_line(text)).replace('\n', "\n    ")
+}
+
+/// Escapes sentences, each on lines of its own.
+pub(super) fn sentences(all: &[String]) -> String {
+    all.iter().map(|one| sentence(one) + "\n").collect()
+}
+
 /// Escapes a path for use within a line.
 pub(super) fn path_in_line(path: &Path) -> String {
     one_line(&path.display().to_string()).into_owned()

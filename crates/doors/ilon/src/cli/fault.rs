@@ -240,12 +240,8 @@ mod tests {
     use crate::ScenarioFault;
 
     fn shown(text: &str, span: std::ops::Range<usize>) -> String {
-        let error = ilon_sim::Error::Scenario(Box::new(ScenarioFault {
-            message: "wrong".to_owned(),
-            help: "right it".to_owned(),
-            source_code: NamedSource::new("a.toml", text.to_owned()),
-            span: span.into(),
-        }));
+        let place = (NamedSource::new("a.toml", text.to_owned()), span.into());
+        let error = ilon_sim::Error::from(ScenarioFault::new("wrong", "right it", place));
         let mut printed = String::new();
         GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
             .with_width(usize::MAX)

@@ -42,9 +42,9 @@ pub(super) fn run(
     let mut text = String::new();
     for exhibit in &exhibits {
         let became = match (&exhibit.robot, exhibit.faults.first()) {
-            (Some((robot, _)), None) => format!("{} wheels", robot.wheels.len()),
-            (Some((robot, _)), Some(_)) if exhibit.help.is_some() => {
-                format!("{} wheels, with options", robot.wheels.len())
+            (Some((loaded, _)), None) => format!("{} wheels", loaded.robot.wheels.len()),
+            (Some((loaded, _)), Some(_)) if exhibit.help.is_some() => {
+                format!("{} wheels, with options", loaded.robot.wheels.len())
             }
             (_, Some(fault)) => format!("refused: {fault}"),
             (None, None) => String::new(),
@@ -98,7 +98,7 @@ fn exhibit(file: &Path, place: &Path, options: &LoadOptions, sandbox: &str) -> E
             Exhibit {
                 file: shown,
                 faults: faults.collect(),
-                robot: Some((loaded.robot, inspection)),
+                robot: Some((loaded, inspection)),
                 help,
             }
         }

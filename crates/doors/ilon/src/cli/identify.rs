@@ -7,7 +7,7 @@ use ilon_identify::tape::Tape;
 use ilon_identify::{Progress, Study, identify};
 use ilon_trace::file::write_text;
 
-use super::escape::{one_line, path_in_line};
+use super::escape::{path_in_line, sentence};
 use super::json::pretty;
 use super::kind::{Kind, wants};
 use super::options::{Detail, Open, Out, Printing, Sandbox};
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         for odd in &found.doubts {
             let (doubt, file) = (&odd.doubt, &odd.file);
             let text = format!("note: {file}: {} ({})", doubt.message, doubt.help);
-            console::note(&one_line(&text));
+            console::note(&sentence(&text));
         }
     }
     let json = results::write_identified(&study, &found, &out)?;

@@ -7,7 +7,7 @@ use ilon_files::FileAccess;
 use ilon_formats::{LoadOptions, Loaded, WheelOutline};
 use ilon_trace::file::write_text;
 
-use super::escape::{folded, one_line, path_in_line};
+use super::escape::{path_in_line, sentence};
 use super::kind::{Kind, wants};
 use super::options::Sandbox;
 use super::outcome::Outcome;
@@ -379,14 +379,13 @@ fn text(robot: &Inspection) -> String {
         text.push_str(&format!("\nexcluded by tyres: {excluded}\n"));
     }
     if let Some(singularity) = &robot.singularity {
-        let singularity = one_line(singularity);
+        let singularity = sentence(singularity);
         text.push_str(&format!("\ncannot be controlled: {singularity}\n"));
     }
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
         for remark in gathered(&robot.remarks) {
-            let folded = folded(&one_line(&remark)).replace('\n', "\n    ");
-            text.push_str(&format!("  {folded}\n"));
+            text.push_str(&format!("  {}\n", sentence(&remark)));
         }
     }
     text

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::console;
-use super::escape::one_line;
+use super::escape::{one_line, sentence};
 use crate::simulate::Progress;
 
 /// Time before the first plain line, and between them; chosen.
@@ -108,7 +108,7 @@ impl Bar {
 
     /// Prints a line beside the bar.
     pub fn note(&self, text: &str) {
-        let note = || console::note(&one_line(text));
+        let note = || console::note(&sentence(text));
         match &self.output {
             Output::Nowhere => {}
             Output::Lines => note(),

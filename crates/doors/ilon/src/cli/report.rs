@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ilon_trace::file::is_trace;
 use ilon_trace::{Recorded, Settings, Summary};
 
-use super::escape::{one_line, path_in_line};
+use super::escape::{path_in_line, sentences};
 use super::options::Sandbox;
 use super::outcome::Outcome;
 use super::{compare, console, context, flags, open, reserve};
@@ -94,11 +94,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = load_robot(&run.scenario).ok();
     let context = context::of(&run, robot.as_ref(), &verdicts, &context::command_line());
     let answer = report::write_recorded(&out, &run.trace, &run.summary, &context)?;
-    let lines: String = answer
-        .iter()
-        .map(|line| format!("{}\n", one_line(line)))
-        .collect();
-    console::lines(&format!("{lines}\nwritten to {}\n", path_in_line(&out)))?;
+    console::lines(&format!(
+        "{}\nwritten to {}\n",
+        sentences(&answer),
+        path_in_line(&out)
+    ))?;
     if arguments.open {
         open::page(&out);
     }

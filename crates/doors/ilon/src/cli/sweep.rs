@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_sweep::{Findings, Options, Progress, Shard, Store, Study};
 
-use super::escape::{one_line, path_in_line};
+use super::escape::{one_line, path_in_line, sentence};
 use super::json::pretty;
 use super::kind::{Kind, wants};
 use super::options::{Open, Out, Printing, Sandbox};
@@ -138,7 +138,7 @@ fn show(
         .filter(|expectation| !expectation.held)
     {
         let words = ilon_report::answers::sweep::expectation(expectation);
-        console::note(&one_line(&format!("note: expected {words}")));
+        console::note(&sentence(&format!("note: expected {words}")));
     }
     arguments.open.page(&out.join("report.html"));
     Ok(outcome(findings))

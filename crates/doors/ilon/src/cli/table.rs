@@ -4,7 +4,7 @@ use std::fmt;
 
 use ilon_trace::{Quantity, Summary};
 
-use super::escape::one_line;
+use super::escape::{one_line, sentence};
 
 /// Rows of a name, numbers and a unit, under headings.
 #[derive(Debug, Default)]
@@ -31,7 +31,7 @@ impl Table {
     }
 
     pub fn heading(&mut self, text: &str) {
-        self.lines.push(Line::Heading(one_line(text).into_owned()));
+        self.lines.push(Line::Heading(sentence(text)));
     }
 
     /// Adds a table of text with its headings.

@@ -19,6 +19,8 @@ FINER = 8.0
 # keep their rates at each hand-over, as in ilon; those of a trace keep their angles, and take the jolts of its start softly.
 STRONGER, FOLLOWS = 10.0, 5.0
 OF_TRACE = 1.0, 25.0
+# Of the servos that steer: their gains over those in the file.
+STIFFER = 30.0
 # Of motors in the file: the time in which they settle, in seconds.
 SETTLES_S = 0.02
 
@@ -29,6 +31,9 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     if step_s:
         model.opt.timestep = step_s
     model.geom_solref[:, 0] /= stiffer
+    # Of tyres stiffness and damping, of all others the time in which they settle.
+    model.pair_solref *= np.array([stiffer**2, stiffer])
+    model.pair_solreffriction *= stiffer
     data = mujoco.MjData(model)
     wheels = about["wheels"]
     stronger, follows = (STRONGER, FOLLOWS) if angles is None else OF_TRACE
@@ -44,6 +49,10 @@ def drive(file, about, times, rates, angles=None, step_s=None, stiffer=1.0, stee
     model.actuator_biasprm[motor_of, 2] = -gains
     model.actuator_forcelimited[motor_of] = model.actuator_ctrllimited[motor_of] = 0
     for name, position in (steering or {}).items():
+        # Tyres that turn on the spot would push a servo of the file off by 0.2 % of the turn.
+        servo = model.actuator(name).id
+        model.actuator_gainprm[servo] *= STIFFER
+        model.actuator_biasprm[servo] *= STIFFER
         data.qpos[model.joint(name).qposadr[0]] = position
         data.ctrl[model.actuator(name).id] = position
     base = model.joint(0).qposadr[0]

@@ -4,9 +4,11 @@
 //! without slip is known before any simulator runs. [`Export::drive`] describes three drives for a
 //! simulator, whose measured ratios are shown beside these and ilon's own.
 
+use std::collections::BTreeSet;
+
 use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::{FittedRobot, Format, Ground, RollerShape, contact_stiffness_n_m, fit};
-use ilon_robot::{CollisionShape, JointRole, Pose, Robot, RollerSurface, Twist, Wheel, wrap_angle};
+use ilon_robot::{CollisionShape, JointRole, Pose, Robot, Twist, Wheel, wrap_angle};
 use ilon_sim::standard_motions::standard_motions;
 use ilon_trace::WheelSample;
 use serde::Serialize;
@@ -90,7 +92,7 @@ impl Export {
     /// simulation.
     pub fn new(scenario: &Scenario, robot: &Robot, format: Format) -> Result<Self, Error> {
         let plant = Plant::new(&resolve_for(scenario, robot, Driver::Own)?, robot)?;
-        let fitted = fit(robot, format.shapes());
+        let fitted = fit(robot, format);
         if format != Format::Mjcf && fitted.shapes.iter().flatten().any(is_hull) {
             return Err(Error::invalid(
                 "its rollers are convex hulls, which SDF and URDF have no shape for",
@@ -108,17 +110,12 @@ impl Export {
             let axis = ["ahead", "left", "turn"]
                 .iter()
                 .position(|name| *name == motion.name);
-            let (Some(axis), Some((twist_in_body, positions))) =
-                (axis, tyres::aimed(robot, &motion))
-            else {
+            let twist_in_body = motion.twist_in_body;
+            let positions = tyres::positions(robot, twist_in_body);
+            let (Some(axis), Some(positions)) = (axis, positions) else {
                 continue;
             };
-            let is_aimed = positions.iter().any(|position| *position != 0.0);
-            let aimed = |robot: &Robot| match is_aimed {
-                true => robot.posed(&positions),
-                false => robot.clone(),
-            };
-            let posed = aimed(robot);
+            let posed = robot.posed(&positions);
             let kinematics = Kinematics::new(&posed)?;
             let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
             kinematics.wheel_rates(kinematics.reachable(twist_in_body), &mut rates_rad_s);
@@ -137,7 +134,7 @@ impl Export {
             drives.push(Drive {
                 name: motion.name,
                 as_made: ratio(&posed)?,
-                expected: ratio(&aimed(&fitted.robot))?,
+                expected: ratio(&fitted.robot.posed(&positions))?,
                 ilon: None,
                 measured: None,
                 travel_mm: None,
@@ -309,7 +306,7 @@ impl Export {
              Speed over ideal kinematics, without slip, as made and on these shapes:{speeds}\n     \
              Motors hold the rates of wheels. Floor of friction {friction}. {all} meet the world, not their robot."
         );
-        if robot.has_tyres() {
+        if robot.has_tyres() && self.format != Format::Mjcf {
             text += "\n     A tyre's cylinder is as long as makes it resist a turn on the spot as the tyre does: mu N length / 2.";
         }
         let left_out = self.left_out();
@@ -326,38 +323,40 @@ impl Export {
 
     /// The kinds of shapes of its rollers, or of its tyres.
     pub fn shapes(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for shape in self.fitted.shapes.iter().flatten() {
-            let name = shape.name();
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names
+        let names: BTreeSet<String> = self
+            .fitted
+            .shapes
+            .iter()
+            .flatten()
+            .map(RollerShape::name)
+            .collect();
+        names.into_iter().collect()
     }
 
     /// What of the robot is not in the files.
     pub fn left_out(&self) -> Vec<&'static str> {
         let robot = &self.fitted.robot;
-        let wheels = |has: fn(&Wheel) -> bool| robot.wheels.iter().any(has);
-        let rollers = |has: fn(&RollerSurface) -> bool| {
-            let mut surfaces = robot.wheels.iter().map(|wheel| &wheel.surface);
-            surfaces.any(has)
-        };
+        let any = |has: fn(&Wheel) -> bool| robot.wheels.iter().any(has);
         let joints = |has: fn(&JointRole) -> bool| {
             self.format == Format::Urdf && robot.joints.iter().any(|of| has(&of.role))
         };
-        let resist = "rolling resistance of rollers";
-        let play = "play of rollers along their axles";
-        let axles = "friction of axles that grows with the load";
         let left_out = [
-            ("treads of rollers", rollers(|of| of.tread.is_some())),
-            (resist, rollers(|of| of.rolling_resistance != 0.0)),
-            (play, rollers(|of| of.axial_play_m != 0.0)),
-            (axles, rollers(|of| of.axle_friction != 0.0)),
+            ("treads of rollers", any(|of| of.surface.tread.is_some())),
+            (
+                "rolling resistance of rollers",
+                any(|of| of.surface.rolling_resistance != 0.0),
+            ),
+            (
+                "play of rollers along their axles",
+                any(|of| of.surface.axial_play_m != 0.0),
+            ),
+            (
+                "friction of axles that grows with the load",
+                any(|of| of.surface.axle_friction != 0.0),
+            ),
             (
                 "efficiency of gears",
-                wheels(|of| of.drive.gear_efficiency != 1.0),
+                any(|of| of.drive.gear_efficiency != 1.0),
             ),
             (
                 "springs of joints",

@@ -1,35 +1,16 @@
 //! Drives of robots on tyres: where their steering stands, and which wheels a motor drives.
 
-use ilon_control::{Arrangement, Kinematics, sharpest_turn};
+use ilon_control::{Arrangement, Kinematics};
 use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
-use ilon_sim::standard_motions::StandardMotion;
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 use std::f64::consts::PI;
 
 use crate::Error;
 
-/// The twist of a standard motion that the steering can reach, and the positions of all joints for
-/// it. The turn becomes the sharpest where it cannot turn on the spot; `None` for another motion out
-/// of reach.
-pub(super) fn aimed(robot: &Robot, motion: &StandardMotion) -> Option<(Twist, Vec<f64>)> {
-    let twist = motion.twist_in_body;
-    let rest = vec![0.0; robot.joints.len()];
-    if let Some(positions) = positions(robot, twist) {
-        return Some((twist, positions));
-    }
-    let turn = sharpest_turn(robot, &rest).filter(|_| motion.name == "turn")?;
-    let of = turn.twist_in_body;
-    let omega_rad_s = twist.omega_rad_s;
-    let vx_m_s = of.vx_m_s * omega_rad_s;
-    let twist = Twist::new(vx_m_s, of.vy_m_s * omega_rad_s, omega_rad_s);
-    let positions = positions(robot, twist)?;
-    Some((Twist::new(vx_m_s, 0.0, omega_rad_s), positions))
-}
-
 /// The positions of all joints as each steered wheel has turned to a twist of the body's origin;
 /// `None` where limits do not allow that.
-fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
+pub(super) fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
     /// Of a joint's range: a turn to its very limit is within.
     const ROUNDING_RAD: f64 = 1e-9;
     /// A hub beside its steering axis moves as its module turns; each pass is nearer by the share of

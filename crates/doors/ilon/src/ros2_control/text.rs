@@ -106,7 +106,7 @@ fn speeds(drive: &DriveParameters, limits: Option<&Limits>) -> String {
             .join(", ")
     };
     format!(
-        "    # Limits of the reference, from 6.8 of ros2_controllers on: boxes of which every corner can be driven.\n    \
+        "    # Limits of the reference, from ros2_controllers 6.8, 5.16 (Kilted) or 4.41 (Jazzy) on: boxes of which every corner can be driven.\n    \
          linear:\n      x: {{{}}}\n      y: {{{}}}\n    angular:\n      z: {{{}}}\n",
         of(0),
         of(1),

@@ -483,3 +483,38 @@ fn a_scenario_that_is_gone_since_the_baseline_is_named() {
     let one = [&against[..], &["--filter", "one"]].concat();
     assert!(!ended_with(0, &folder.ilon(&one)).contains("no scenario"));
 }
+
+/// A change is bounded against a baseline: without one the scenario is refused; the same run holds,
+/// and twice the speed slips by more than a tenth more, while the signals may differ.
+#[test]
+fn a_change_is_bounded_against_a_baseline() {
+    let folder = Folder::new();
+    folder.scenario("gate.toml", "[expect]\nslip_energy_j = \"+10 %\"\n");
+    let refused = folder.ilon(&["check", "gate.toml"]);
+    ended_with(2, &refused);
+    assert!(
+        stderr(&refused).contains("--save DIR"),
+        "{}",
+        stderr(&refused)
+    );
+    ended_with(0, &folder.ilon(&["check", "gate.toml", "--save", "base"]));
+    let gate = ["check", "gate.toml", "--against", "base"];
+    let held = ended_with(0, &folder.ilon(&gate));
+    assert!(held.contains("held   gate"), "{held}");
+    let slower = [&gate[..], &["--set", "twist.vx_m_s=0.11"]].concat();
+    let faster = [
+        &gate[..],
+        &[
+            "--set",
+            "world.floor.friction=0.05",
+            "--set",
+            "twist.vx_m_s=1",
+        ],
+    ]
+    .concat();
+    let said = ended_with(1, &folder.ilon(&faster));
+    assert!(said.contains("slip_energy_j within +10 % of "), "{said}");
+    assert!(said.contains(", was ") && said.contains(" %)"), "{said}");
+    assert!(!said.contains("signal"), "{said}");
+    ended_with(0, &folder.ilon(&slower));
+}

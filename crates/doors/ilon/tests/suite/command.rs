@@ -522,3 +522,31 @@ fn shells_and_manuals_are_served_with_every_command() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("one of demo, run"));
 }
+
+/// Whatever is said, notes and answers too: what is longer is folded between words.
+#[test]
+fn no_line_of_what_a_run_says_is_longer_than_240() {
+    let folder = Folder::new();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../assets/scenarios/mecanum4_flat_rollers_forward.toml");
+    let scenario = scenario.display().to_string();
+    let ran = folder.ilon(&[
+        "run",
+        &scenario,
+        "--set",
+        "run.duration_s=0.2",
+        "--out",
+        "a",
+    ]);
+    let said = stdout(&ran) + &String::from_utf8_lossy(&ran.stderr);
+    let longest = said.lines().map(|line| line.chars().count()).max();
+    assert!(longest.is_some_and(|most| most <= 240), "{said}");
+    // Folded, not cut.
+    let words: Vec<&str> = said.split_whitespace().collect();
+    assert!(
+        words
+            .join(" ")
+            .contains("who touches, and with it slip and heading"),
+        "{said}"
+    );
+}

@@ -94,11 +94,16 @@ fn exported(folder: &Folder, name: &str, options: &[&str]) -> Vec<Value> {
 #[test_case("swerve4.urdf", 4)]
 #[test_case("offset4.urdf", 4)]
 #[test_case("tricycle.urdf", 3)]
-fn tyres_are_exported_as_cylinders(name: &str, wheels: usize) {
+fn tyres_are_exported_by_where_they_touch(name: &str, wheels: usize) {
     let folder = Folder::new();
     for format in exported(&folder, name, &["--mjcf", "--sdf", "--urdf"]) {
-        assert_eq!(format["shapes"], serde_json::json!(["a cylinder"]));
-        // A cylinder's lowest line is the tyre's.
+        // MuJoCo's contacts of a cylinder are two, and a tyre touches at three places.
+        let shape = match format["format"] == "mjcf" {
+            true => "3 ellipsoids",
+            false => "a cylinder",
+        };
+        assert_eq!(format["shapes"], serde_json::json!([shape]));
+        // Their lowest line is the tyre's.
         assert!(format["fit_error_mm"].as_f64().expect("a number") < 1e-9);
         for drive in format["drives"].as_array().expect("drives") {
             let of = |key: &str| drive[key].as_f64().expect("a number");
@@ -123,8 +128,8 @@ fn tyres_are_exported_as_cylinders(name: &str, wheels: usize) {
     assert!((mass(&read) - mass(&there)).abs() < 1e-9);
 }
 
-/// MuJoCo at a step of 2 ms is within 1 % of ilon: in turns its contacts creep by up to 0.5 % of
-/// the sliding speed, and its cylinder touches in two places instead of three.
+/// MuJoCo at a step of 2 ms is within 0.1 % of ilon, also where tyres slide: a contact's friction
+/// there is Coulomb's as long as what slides hardly moves the load.
 #[test_case("differential.urdf")]
 #[test_case("skid4.urdf")]
 #[test_case("swerve4.urdf")]
@@ -136,7 +141,12 @@ fn mujoco_drives_a_robot_on_tyres_as_ilon_does(name: &str) {
     }
     let folder = Folder::new();
     let formats = exported(&folder, name, &["--mjcf", "--verify"]);
-    assert_eq!(formats[0]["verdict"]["agrees"], true, "{}", formats[0]);
+    for drive in formats[0]["drives"].as_array().expect("drives") {
+        let of = |key: &str| drive[key].as_f64().expect("a number");
+        assert!((of("measured") - of("ilon")).abs() < 1e-3, "{drive}");
+        // Nothing hops: 0.05 to 0.2 mm where contacts push apart as they slide.
+        assert!(of("travel_mm") < 0.01, "{drive}");
+    }
 }
 
 /// Geometry of the files: 0.34 m between the wheels; 0.45 m from the axle to the steered wheel.

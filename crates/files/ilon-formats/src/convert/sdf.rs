@@ -21,7 +21,7 @@ use crate::generate::elements::attribute as escaped;
 use crate::model::{JointSpring, Remark};
 use crate::options::LoadOptions;
 use crate::urdf::{UrdfText, child, text_of};
-use crate::xml;
+use crate::xml::{self, numbers};
 
 /// Deepest chain of frames that are each relative to another.
 const MOST_FRAMES: usize = 100;
@@ -101,12 +101,6 @@ fn number_of(node: Node, tag: &str) -> Option<f64> {
 fn vector_of(node: Node, tag: &str) -> Option<Vector3<f64>> {
     let values = numbers(text_of(node, tag)?)?;
     Some(Vector3::from(<[f64; 3]>::try_from(values).ok()?))
-}
-
-fn numbers(text: &str) -> Option<Vec<f64>> {
-    text.split_whitespace()
-        .map(|word| word.parse::<f64>().ok().filter(|x| x.is_finite()))
-        .collect()
 }
 
 struct Model<'a, 'i, 'f> {
@@ -319,6 +313,11 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 )
             });
             writer.inertial(inertial, &place, mass_kg, inertia.as_ref());
+        } else if child(link, "collision").is_some() {
+            // SDF's default; its inertia of 1 kg m^2 suits no shape.
+            writer.inertial(link, &frame_from_link, 1.0, None);
+            let text = "it has no `<inertial>`: it weighs 1 kg, as SDF says";
+            remarks.push(Remark::new(format!("link `{name}`"), text));
         }
         for tag in ["collision", "visual"] {
             for node in link.children().filter(|n| n.has_tag_name(tag)) {

@@ -108,12 +108,12 @@ pub enum Fault {
     #[error(
         "it defines macros and makes no link: {}{}",
         listed(macros),
-        if callers.is_empty() { String::new() } else { format!("; {} beside it includes it", listed(callers)) }
+        if callers.is_empty() { String::new() } else { format!("; {} includes it", listed(callers)) }
     )]
     MacrosOnly {
         /// The macros that are never called.
         macros: Vec<String>,
-        /// Files next to it that include it.
+        /// Files that include it, in its folder or in those beside it.
         callers: Vec<String>,
     },
     /// A xacro file in the syntax until 2014, without the prefix.

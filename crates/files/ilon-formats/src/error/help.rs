@@ -4,6 +4,7 @@ use super::fault::{Fault, Proposed};
 use super::named::MissingFile;
 use super::remedy::Remedy;
 use crate::options::{Handedness, LoadOptions, WheelOptions};
+use crate::xml;
 
 /// Help without a CAD program.
 const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
@@ -13,9 +14,8 @@ pub(crate) const NOT_SET: &str = "the environment variable `";
 
 /// Whether an attribute sets a shape's size to zero, as for links that are only frames.
 pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {
-    let numbers: Result<Vec<f64>, _> = value.split_whitespace().map(str::parse).collect();
     ["size", "radius", "length"].contains(&key)
-        && numbers.is_ok_and(|n| n.iter().all(|x| *x >= 0.0) && n.contains(&0.0))
+        && xml::numbers(value).is_some_and(|n| n.iter().all(|x| *x >= 0.0) && n.contains(&0.0))
 }
 
 /// Whether an argument only sets names.
@@ -111,12 +111,7 @@ impl Fault {
             Self::MissingArgument { name, .. } => {
                 return format!("give `{name}` a value, or a default where it is declared");
             }
-            Self::MacrosOnly { callers, .. } => {
-                return match callers.first() {
-                    Some(caller) => format!("give the file that calls them, such as {caller}"),
-                    None => "give the file that calls them".to_owned(),
-                };
-            }
+            Self::MacrosOnly { .. } => "give the file that calls them",
             Self::OldXacro { .. } => {
                 "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
             }

@@ -175,3 +175,24 @@ pub(super) fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Resu
     write_geometry(out, &origin, &geometry, "chassis", "0.35 0.40 0.45 1")?;
     writeln!(out, "  </link>")
 }
+
+/// The element that names the wheels on tyres, each with whether a motor drives it, and the width and
+/// shoulder radius in metres that all tyres share.
+pub(crate) fn tyres_element<'a>(
+    all: Option<(f64, Option<f64>)>,
+    wheels: impl Iterator<Item = (&'a str, bool)>,
+) -> String {
+    let (width_m, shoulder_m) = all.unzip();
+    let sizes = [
+        ("width", width_m),
+        ("shoulder_radius", shoulder_m.flatten()),
+    ];
+    let size = |(name, m): (&str, Option<f64>)| Some(format!(" {name}=\"{}\"", num(m?)));
+    let sizes: String = sizes.into_iter().filter_map(size).collect();
+    let wheel = |(name, driven)| {
+        let name = attribute(name);
+        format!("    <wheel joint=\"{name}\" driven=\"{driven}\"/>\n")
+    };
+    let wheels: String = wheels.map(wheel).collect();
+    format!("  <ilon_tyres{sizes}>\n{wheels}  </ilon_tyres>\n")
+}

@@ -8,8 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 use super::elements::{
-    Place, attribute, cylinder, cylinder_moments, num, write_chassis, write_dynamics,
-    write_geometry, write_inertial, write_joint,
+    Place, attribute, cylinder, cylinder_moments, num, tyres_element, write_chassis,
+    write_dynamics, write_geometry, write_inertial, write_joint,
 };
 use crate::error::{Fault, RobotError};
 use crate::spec::{CasterSpec, SpecOnTyres, SteeringSpec, TyredWheel};
@@ -42,20 +42,12 @@ fn write_robot(out: &mut String, spec: &SpecOnTyres) -> std::fmt::Result {
         write_caster(out, caster)?;
     }
     let t = &spec.tyres;
-    write!(out, "  <ilon_tyres width=\"{}\"", num(t.width_m))?;
-    if let Some(shoulder_m) = t.shoulder_radius_m {
-        write!(out, " shoulder_radius=\"{}\"", num(shoulder_m))?;
-    }
-    writeln!(out, ">")?;
-    for wheel in &spec.wheels {
-        let name = attribute(&wheel.name);
-        writeln!(
-            out,
-            "    <wheel joint=\"{name}\" driven=\"{}\"/>",
-            wheel.driven
-        )?;
-    }
-    writeln!(out, "  </ilon_tyres>\n</robot>")
+    let wheels = spec
+        .wheels
+        .iter()
+        .map(|wheel| (&wheel.name[..], wheel.driven));
+    let all = Some((t.width_m, t.shoulder_radius_m));
+    writeln!(out, "{}</robot>", tyres_element(all, wheels))
 }
 
 /// A link that is a solid cylinder about its y axis.

@@ -8,9 +8,10 @@
 use nalgebra::{Unit, Vector3};
 use urdf_rs::Geometry;
 
+use super::body::RigidBody;
 use super::names;
 use super::tree::{Motion, PlacedShape, Tree};
-use crate::model::{Collision, Remark, Robot, StandingPose, Wheel};
+use crate::model::{Collision, CollisionShape, Remark, Robot, StandingPose, Wheel};
 
 /// By how much a caster may reach below the wheels' floor in a file and still be taken to reach
 /// just down to it, in metres: files hold rounded numbers, and simulators with soft contacts press
@@ -83,6 +84,25 @@ fn trails(tree: &Tree, joint: usize) -> bool {
     })
 }
 
+/// Gives the balls that a file only shows, and that reach just down to the floor of its wheels,
+/// collision geometry: a pair of wheels stands on them. Returns a remark if there are any.
+pub(super) fn of_shown_balls(body: &mut RigidBody, wheels: &[Wheel]) -> Option<Remark> {
+    let bottoms = wheels.iter().map(|of| of.position_m().z - of.radius_m);
+    let floor_m = bottoms.fold(f64::INFINITY, f64::min);
+    let touches = |of: &&PlacedShape| {
+        let height_m = of.body_from_shape.translation.z - floor_m;
+        matches!(of.geometry, Geometry::Sphere { radius } if (height_m - radius).abs() < ROUNDED_M)
+    };
+    if body.shapes.iter().any(|of| touches(&of)) {
+        return None;
+    }
+    let before = body.shapes.len();
+    body.shapes
+        .extend(body.visuals.iter().filter(touches).cloned());
+    let text = "those without collision geometry carry it as they are shown";
+    (body.shapes.len() > before).then(|| Remark::new("balls", text))
+}
+
 /// Lets a robot on tyres that its wheels alone do not carry stand on the parts of its chassis that
 /// reach the floor. Returns whether it does.
 pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
@@ -93,7 +113,7 @@ pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
     let near_m = TOUCHES * least_radius_m(robot);
     let floor = Floor::of(robot);
     let mut places = Vec::new();
-    for shape in &mut robot.chassis.collisions {
+    for shape in carriers(robot) {
         if floor.height_m(shape) < near_m {
             shape.friction = Some(0.0);
             let at = shape.farthest(&-floor.up.into_inner());
@@ -125,6 +145,14 @@ pub(super) fn stand_on(robot: &mut Robot, remarks: &mut Vec<Remark>) -> bool {
     true
 }
 
+/// The shapes that may be casters: those of the chassis, and balls of bodies that joints move.
+fn carriers(robot: &mut Robot) -> impl Iterator<Item = &mut Collision> {
+    let bodies = robot.joints.iter_mut();
+    let moved = bodies.flat_map(|joint| &mut joint.body.collisions);
+    let balls = moved.filter(|of| matches!(of.shape, CollisionShape::Sphere { .. }));
+    robot.chassis.collisions.iter_mut().chain(balls)
+}
+
 /// Whether a robot rolls on two tyres alone, which do not carry it.
 pub(super) fn is_lone_pair(wheels: &[Wheel]) -> bool {
     wheels.len() < 3 && wheels.iter().any(Wheel::has_tyre)
@@ -149,12 +177,12 @@ fn raise_rounded(robot: &mut Robot) -> f64 {
     const EXACT_M: f64 = 1e-9;
     let floor_m = -robot.ride_height_m();
     let deep_m = |shape: &Collision| floor_m + shape.reach_m(&-Vector3::z());
-    let depths = robot.chassis.collisions.iter().map(deep_m);
+    let depths = carriers(robot).map(|of| deep_m(of));
     let most_m = depths.fold(0.0, f64::max);
     if !(EXACT_M..=ROUNDED_M).contains(&most_m) {
         return 0.0;
     }
-    for shape in &mut robot.chassis.collisions {
+    for shape in carriers(robot) {
         let by_m = deep_m(shape).max(0.0);
         shape.body_from_shape.translation.vector.z += by_m;
     }

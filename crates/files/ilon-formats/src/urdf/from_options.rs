@@ -39,6 +39,11 @@ impl BareWheel {
     pub(super) fn has_tyre(&self) -> bool {
         matches!(self.gives, Gives::Tyre(..))
     }
+
+    /// Whether it rolls on a tyre that nothing drives.
+    pub(super) fn rolls_along(&self) -> bool {
+        matches!(self.gives, Gives::Tyre(_, false))
+    }
 }
 
 /// What such a wheel is given.

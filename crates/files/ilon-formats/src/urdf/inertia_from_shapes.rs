@@ -8,6 +8,7 @@ use roxmltree::Node;
 use super::numbers::number;
 use super::source::child;
 use crate::model::MassProperties;
+use crate::xml;
 
 /// A solid of uniform density.
 #[derive(Clone, Debug)]
@@ -103,11 +104,5 @@ pub(super) fn origin(node: Node) -> Isometry3<f64> {
 }
 
 fn numbers(node: Node, attribute: &str) -> Option<[f64; 3]> {
-    let text = node.attribute(attribute)?;
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .filter_map(|s| s.parse().ok())
-        .collect();
-    let numbers: [f64; 3] = numbers.try_into().ok()?;
-    numbers.iter().all(|x| x.is_finite()).then_some(numbers)
+    xml::numbers(node.attribute(attribute)?)?.try_into().ok()
 }

@@ -467,17 +467,19 @@ fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
 }
 
 /// Whether a joint steers wheels on tyres: it turns about an upright axis, and carries nothing else
-/// that drives.
+/// that drives. A caster's whose tyre nothing drives swivels freely.
 fn steers(tree: &Tree, joint: usize, carried: &[usize], given: &[BareWheel]) -> bool {
     /// Cosine of the largest lean of an upright axis.
     const UPRIGHT: f64 = 0.99;
     let of = &tree.joints[joint];
     let turns = matches!(of.motion, Motion::Turning | Motion::Swinging);
-    let on_tyre = |hub: &usize| {
-        let mut wheels = given.iter();
-        wheels.any(|wheel| wheel.like.joint == *hub && wheel.has_tyre())
+    let all = |is: fn(&BareWheel) -> bool| {
+        let is_one = |hub| given.iter().any(|of| of.like.joint == hub && is(of));
+        carried.iter().copied().all(is_one)
     };
-    turns && of.axis.z.abs() > UPRIGHT && !carried.is_empty() && carried.iter().all(on_tyre)
+    let swivels = casters::swivels_freely(tree, joint) && all(BareWheel::rolls_along);
+    let is_upright = turns && of.axis.z.abs() > UPRIGHT;
+    is_upright && !carried.is_empty() && all(BareWheel::has_tyre) && !swivels
 }
 
 /// Whether loads on the wheels of a joint turn it in both directions, against each other.

@@ -9,6 +9,7 @@ use roxmltree::{Document, Node};
 use super::inertia_from_shapes::origin;
 use super::source::child;
 use crate::model::{CollisionShape, Link, LinkJoint, LinkTree, Visual, VisualShape};
+use crate::xml::numbers;
 
 /// Returns the links of a URDF; `None` if they do not form one tree.
 pub fn link_tree(urdf: &str) -> Option<LinkTree> {
@@ -88,10 +89,10 @@ fn visuals(link: Node, colors: &HashMap<&str, [f64; 4]>) -> Vec<Visual> {
 }
 
 fn shape(element: Node) -> Option<VisualShape> {
-    let one = |name| numbers(element, name)?.first().copied();
+    let one = |name| numbers(element.attribute(name)?)?.first().copied();
     let solid = match element.tag_name().name() {
         "box" => {
-            let sides_m: [f64; 3] = numbers(element, "size")?.try_into().ok()?;
+            let sides_m: [f64; 3] = numbers(element.attribute("size")?)?.try_into().ok()?;
             CollisionShape::Box {
                 half_extents_m: 0.5 * Vector3::from(sides_m),
             }
@@ -108,7 +109,8 @@ fn shape(element: Node) -> Option<VisualShape> {
             length_m: one("length")?,
         },
         "mesh" => {
-            let scale = numbers(element, "scale").and_then(|scale| scale.try_into().ok());
+            let scale = element.attribute("scale").and_then(numbers);
+            let scale = scale.and_then(|scale| scale.try_into().ok());
             return Some(VisualShape::Mesh {
                 name: element.attribute("filename")?.to_owned(),
                 scale: scale.unwrap_or([1.0; 3]),
@@ -126,15 +128,8 @@ fn placed(node: Node) -> Isometry3<f64> {
 
 /// Returns the colour of a `<material>` itself.
 fn color(material: Node) -> Option<[f64; 4]> {
-    let rgba: [f64; 4] = numbers(child(material, "color")?, "rgba")?
+    let rgba: [f64; 4] = numbers(child(material, "color")?.attribute("rgba")?)?
         .try_into()
         .ok()?;
     Some(rgba.map(|x| x.clamp(0.0, 1.0)))
-}
-
-/// Returns the numbers of an attribute, if all are finite.
-fn numbers(node: Node, attribute: &str) -> Option<Vec<f64>> {
-    let numbers = node.attribute(attribute)?.split_whitespace();
-    let numbers = numbers.map(|number| number.parse::<f64>().ok());
-    numbers.map(|n| n.filter(|n| n.is_finite())).collect()
 }

@@ -387,7 +387,7 @@ fn assemble(
     let (source, tree) = (loading.source, loading.tree);
     let mut moving = moving(candidates, given);
     moving.extend(linkage.joints());
-    let body = tree.rigid_body(tree.root, |j| moving.contains(&j));
+    let mut body = tree.rigid_body(tree.root, |j| moving.contains(&j));
     let hubs = candidates.iter().map(|candidate| candidate.hub);
     let hubs = hubs.chain(given.iter().map(|given| given.like.joint));
     let hubs: Vec<usize> = hubs.collect();
@@ -410,6 +410,11 @@ fn assemble(
     }
     // Meshes may show the casters on which a pair of wheels stands.
     let reads_meshes = casters::is_lone_pair(&wheels);
+    if reads_meshes {
+        loading
+            .remarks
+            .extend(casters::of_shown_balls(&mut body, &wheels));
+    }
     let chassis = check::chassis(&mut loading, body, reads_meshes)?;
     let (joints, couplings) = linkage::assemble(&mut loading, linkage, &moving, &mut wheels)?;
     remark_hubs(&mut loading, candidates, &moving);

@@ -13,6 +13,7 @@ use super::schema::GEOMETRIES;
 use super::source::{Source, child};
 use crate::generate::elements::attribute as escaped;
 use crate::model::Remark;
+use crate::xml::numbers;
 
 /// The attributes of `<origin>`.
 const PLACE: [&str; 3] = ["xyz", "rpy", "quat_xyzw"];
@@ -178,13 +179,8 @@ fn write_shape(out: &mut String, tag: &str, shape: Node) {
 /// Whether a visual has a supported geometry with valid numbers.
 fn is_good(kind: Node, origin: Option<Node>) -> bool {
     let numbers = |node: Node, attribute: &str, count: usize| {
-        let text = node.attribute(attribute);
-        let numbers: Option<Vec<f64>> = text.map(|text| {
-            text.split_whitespace()
-                .filter_map(|s| s.parse().ok())
-                .collect()
-        });
-        numbers.filter(|n| n.len() == count && n.iter().all(|x| x.is_finite() && x.abs() < 1e9))
+        let numbers = node.attribute(attribute).and_then(numbers);
+        numbers.filter(|n| n.len() == count && n.iter().all(|x| x.abs() < 1e9))
     };
     let positive = |attribute: &str, count: usize| {
         numbers(kind, attribute, count).is_some_and(|n| n.iter().all(|x| *x > 0.0))
@@ -259,11 +255,9 @@ fn write_joint(out: &mut String, joint: Node, limits_may_miss: bool) {
 /// Returns the axis of a joint, if stated and not zero.
 pub(super) fn stated_axis<'a, 'i>(joint: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     let axis = child(joint, "axis")?;
-    let text = axis.attribute("xyz")?;
-    let numbers = text.split_whitespace().map(str::parse::<f64>);
-    let numbers = numbers.collect::<Result<Vec<f64>, _>>().ok()?;
-    let length: f64 = numbers.iter().map(|x| x.abs()).sum();
-    (numbers.len() == 3 && length > 1e-6 && length < 1e9).then_some(axis)
+    let xyz = numbers(axis.attribute("xyz")?)?;
+    let length: f64 = xyz.iter().map(|x| x.abs()).sum();
+    (xyz.len() == 3 && length > 1e-6 && length < 1e9).then_some(axis)
 }
 
 /// Writes an element with its used attributes.

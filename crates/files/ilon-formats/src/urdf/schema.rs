@@ -13,6 +13,7 @@ use super::numbers::{check_numbers, remark_repeated};
 use super::source::{Source, child, describe};
 use crate::error::{Fault, RobotError};
 use crate::model::Remark;
+use crate::xml::numbers;
 
 const JOINT_TYPES: [&str; 7] = [
     "fixed",
@@ -208,12 +209,8 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
         && ["continuous", "revolute", "prismatic", "planar"].contains(&joint_type)
     {
         let xyz = axis.attribute("xyz").unwrap_or_default();
-        let length_squared: f64 = xyz
-            .split_whitespace()
-            .filter_map(|s| s.parse::<f64>().ok())
-            .map(|x| x * x)
-            .sum();
-        if length_squared < 1e-12 {
+        let xyz = numbers(xyz).unwrap_or_default();
+        if xyz.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
             faults.push(source.attribute_error(axis, "xyz", Fault::ZeroAxis));
         }
     }

@@ -6,10 +6,11 @@
 //! angles is the least, which is the largest error of the hub's height; further out the
 //! shape must end where the wheel rests on the neighbours.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Rotation3, Vector3};
 
+use super::Format;
 use crate::model::{
     Collision, CollisionShape, ModelledRoller, Profile, ProfilePart, Robot, Roller, RollerForm,
     SolidOfRevolution, Wheel,
@@ -19,26 +20,17 @@ use crate::model::{
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RollerShape {
-    /// An ellipsoid of revolution.
-    Ellipsoid {
+    /// Equal ellipsoids of revolution about the roller's axis.
+    Ellipsoids {
         /// Half axis across the roller's axis, in metres.
         radius_m: f64,
         /// Half axis along it, in metres.
         half_length_m: f64,
+        /// Where they stand along it, in metres.
+        at_m: Vec<f64>,
     },
     /// Solids: one capsule or cylinder, some spheres, or the collision shapes of its file.
     Solids(Vec<Collision>),
-    /// A convex mesh turned to a profile, `[place along the axis, radius]` in metres, with flat ends.
-    Mesh(Vec<[f64; 2]>),
-}
-
-/// Which shapes a format has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shapes {
-    /// Ellipsoids, capsules, cylinders, spheres and meshes: MJCF and SDF.
-    All,
-    /// Cylinders, spheres and meshes: URDF.
-    Plain,
 }
 
 /// A robot whose rollers have shapes of another simulator.
@@ -69,8 +61,6 @@ const CLEAR_PER_RAD: f64 = 0.03;
 const CLEAR: f64 = 2e-3;
 /// Angles at which supports are compared.
 const LOOKS: usize = 60;
-/// Corners of a mesh around its axis.
-pub(super) const CORNERS: usize = 64;
 
 /// A shape by two figures, in metres.
 struct Native {
@@ -82,9 +72,10 @@ struct Native {
 const NATIVE: [Native; 3] = [
     Native {
         support_m: |[p, q], w| (p * p * (1.0 - w * w) + q * q * w * w).sqrt(),
-        made: |[radius_m, half_length_m]| RollerShape::Ellipsoid {
+        made: |[radius_m, half_length_m]| RollerShape::Ellipsoids {
             radius_m,
             half_length_m,
+            at_m: vec![0.0],
         },
     },
     Native {
@@ -122,8 +113,8 @@ impl RollerShape {
     /// What it is called.
     pub fn name(&self) -> String {
         match self {
-            Self::Ellipsoid { .. } => "an ellipsoid".to_owned(),
-            Self::Mesh(_) => "a convex mesh".to_owned(),
+            Self::Ellipsoids { at_m, .. } if at_m.len() == 1 => "an ellipsoid".to_owned(),
+            Self::Ellipsoids { at_m, .. } => format!("{} ellipsoids", at_m.len()),
             Self::Solids(solids) => match &solids[..] {
                 [one] => match one.shape {
                     CollisionShape::Capsule { .. } => "a capsule".to_owned(),
@@ -156,9 +147,10 @@ impl RollerShape {
             Some([-half_m, half_m].map(|end| part([t_m + end, ring_m], ball_m)))
         };
         let parts = match self {
-            Self::Ellipsoid {
+            Self::Ellipsoids {
                 radius_m,
                 half_length_m,
+                ..
             } => {
                 let circle = |i| {
                     let (sin, cos) = libm::sincos(PI * (f64::from(i) / f64::from(CIRCLES) - 0.5));
@@ -166,7 +158,6 @@ impl RollerShape {
                 };
                 (0..=CIRCLES).map(circle).collect()
             }
-            Self::Mesh(points) => points.iter().map(|point| part(*point, 0.0)).collect(),
             Self::Solids(solids) => {
                 let ends: Vec<_> = solids.iter().map(of_solid).collect::<Option<_>>()?;
                 ends.concat()
@@ -177,7 +168,7 @@ impl RollerShape {
 }
 
 /// Gives each roller of a robot the nearest shape that a format has.
-pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
+pub fn fit(robot: &Robot, format: Format) -> FittedRobot {
     let mut fitted = robot.clone();
     let mut shapes = Vec::new();
     let (mut error_m, mut travel_m, mut travel_as_made_m) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -186,8 +177,8 @@ pub fn fit(robot: &Robot, format: Shapes) -> FittedRobot {
         let mut known: Vec<(RollerForm, [f64; 3], RollerShape)> = Vec::new();
         let mut of_wheel = Vec::new();
         for (index, roller) in wheel.rollers.iter().enumerate() {
-            if let Some(cylinder) = super::tyres::cylinder(roller) {
-                of_wheel.push(RollerShape::Solids(vec![cylinder]));
+            if let Some(tyre) = super::tyres::shape(roller, format) {
+                of_wheel.push(tyre);
                 continue;
             }
             let target = Target::new(wheel, index);
@@ -360,22 +351,20 @@ impl<'a> Target<'a> {
     }
 
     /// The simplest shape that is near enough, or the nearest.
-    fn nearest(&self, format: Shapes) -> RollerShape {
+    fn nearest(&self, format: Format) -> RollerShape {
         if let RollerForm::AsModelled(modelled) = &self.roller.form {
             return RollerShape::Solids(modelled.shapes.clone());
         }
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
+        // URDF has neither ellipsoids nor capsules. Meshes have flat sides, and each costs a rolling roller energy: in MuJoCo 64 of them
+        // take 8 % of the speed sideways.
         let native = match (format, is_turned) {
-            (Shapes::All, false) => &NATIVE[..2],
-            (Shapes::All, true) => &NATIVE[..],
-            (Shapes::Plain, false) => &[],
-            (Shapes::Plain, true) => &NATIVE[2..],
+            (Format::Urdf, false) => &[],
+            (Format::Urdf, true) => &NATIVE[2..],
+            (_, false) => &NATIVE[..2],
+            (_, true) => &NATIVE[..],
         };
-        // A mesh has flat sides, and each costs a rolling roller energy: in MuJoCo 64 of them take 8 % of the speed sideways.
-        let of_many = || match (format, &self.roller.form) {
-            (Shapes::Plain, RollerForm::Turned(turned)) => self.mesh(turned),
-            _ => self.spheres(OF_SPHERES * self.wheel.radius_m),
-        };
+        let of_many = || self.spheres(OF_SPHERES * self.wheel.radius_m);
         let of_one = native
             .iter()
             .map(|of| (of.made)(self.two_figures(of.support_m)));
@@ -445,29 +434,6 @@ impl<'a> Target<'a> {
             }
         }
         best.1
-    }
-
-    /// A mesh through places of the surface where it reaches furthest, more of them where it meets the ground.
-    fn mesh(&self, turned: &SolidOfRevolution) -> RollerShape {
-        let served = self.served().map(|of| libm::asin(of.w.clamp(-1.0, 1.0)));
-        let steep = (1..=12).map(|i| FRAC_PI_2 * f64::from(i) / 12.5);
-        let mut angles: Vec<f64> = served.chain(steep.flat_map(|x| [x, -x])).collect();
-        angles.sort_by(f64::total_cmp);
-        let mut points: Vec<[f64; 2]> = Vec::new();
-        for angle in angles {
-            let (sin, cos) = libm::sincos(angle);
-            let (part, _) = turned.profile().furthest(sin);
-            let point = [
-                part.t_m + part.ball_m * sin,
-                part.ring_m + part.ball_m * cos,
-            ];
-            // Corners that lie together are one.
-            let rises = points.last().is_none_or(|last| point[0] - last[0] > 1e-6);
-            if rises {
-                points.push(point);
-            }
-        }
-        RollerShape::Mesh(points)
     }
 }
 

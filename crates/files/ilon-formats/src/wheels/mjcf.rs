@@ -2,21 +2,26 @@
 
 use std::fmt::Write;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::fit::FittedRobot;
 use super::frame::{Ground, STEP_S, about_comment, filled};
 use super::parts::{Part, PartJoint, Role, Shape};
 
 use crate::generate::elements::{attribute, num, nums};
-use crate::model::{CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot};
+use crate::model::{
+    CollisionShape, Coupling, JointKind, JointRole, MassProperties, Robot, Roller, Wheel,
+};
 
 /// Time constant of contacts of rollers: two steps, the shortest that MuJoCo takes.
 const SETTLES_S: f64 = 2.0 * STEP_S;
-/// Of those of tyres: a tyre slides across its way in turns, and a contact that settles in two steps
-/// then opens and closes, so that its friction is not Coulomb's.
-const TYRE_SETTLES_S: f64 = 10.0 * STEP_S;
-const TYRE_IMPEDANCE: f64 = 0.98;
+/// Settings of tyres' contacts, which slide in turns. Where MuJoCo's contacts slide at v they push apart
+/// by friction times the damping of friction times v, as an acceleration: what slides faster carries
+/// more, and beyond (1 - d) / d of gravity it hops. So friction is damped little, which needs a pair
+/// of geoms, and impratio makes up for that; less, and a wheel that spins at a hard start slides for
+/// longer. In MuJoCo's form d^2 k and d b, of k = 4e5 /s^2, b = 833 /s, and 70 /s of friction.
+const TYRE: (&str, f64, &str) = ("-36000 -250", 0.3, "1000");
+const TYRE_FRICTION: &str = "0 -21";
 /// How deep a roller sinks, over the wheel's radius: as far as native shapes raise and lower hubs.
 /// Where contacts are much harder, wheels leave the ground at each hand-over.
 const SAG: f64 = 4e-4;
@@ -32,75 +37,60 @@ pub fn contact_stiffness_n_m(robot: &Robot) -> f64 {
 /// k = 1 / ((1 - d) a t^2), with its time constant t and the inverse mass a at the roller's centre.
 fn impedance(robot: &Robot, parts: &[Part]) -> f64 {
     let stiffness_n_m = contact_stiffness_n_m(robot);
-    let yields = stiffness_n_m * mean_inverse_mass_per_kg(parts) * SETTLES_S * SETTLES_S;
+    let yields = stiffness_n_m * mean_inverse_mass_per_kg(robot, parts) * SETTLES_S * SETTLES_S;
     (1.0 - 1.0 / yields).clamp(0.5, 0.99)
 }
 
 /// Inverse mass at a roller's centre, the mean over directions and rollers: of the robot as one
 /// body, on whose wheels nothing acts.
-fn mean_inverse_mass_per_kg(parts: &[Part]) -> f64 {
+fn mean_inverse_mass_per_kg(robot: &Robot, parts: &[Part]) -> f64 {
     let in_body = |part: &Part| part.mass.moved(&part.body_from_part);
     let bodies: Vec<MassProperties> = parts.iter().map(in_body).collect();
-    let inverse = MassProperties::merged(&bodies).and_then(|whole| {
-        let turning = whole.inertia_kg_m2.try_inverse()?;
-        Some((whole, turning))
-    });
-    let Some((whole, turning)) = inverse else {
+    let Some(whole) = MassProperties::merged(&bodies) else {
         return 0.0;
     };
-    let on_axle = |part: &Part| {
-        let carrier = part.parent?;
-        matches!(part.joint.as_ref()?.role, Role::Roller).then_some(carrier)
+    let Some(turning) = whole.inertia_kg_m2.try_inverse() else {
+        return 0.0;
     };
-    let spun = |wheel: usize| {
-        let wheel_from_body = parts[wheel].body_from_part.inverse();
-        let turns = parts.iter().enumerate();
-        let turns = turns.filter(|(at, part)| *at == wheel || on_axle(part) == Some(wheel));
-        let about_axle = |(at, _): (usize, &Part)| {
-            bodies[at]
-                .moved(&wheel_from_body)
-                .inertia_about(&Vector3::zeros())
-                .m33
-        };
-        let armature = parts[wheel]
-            .joint
-            .as_ref()
-            .map_or(0.0, |joint| joint.armature);
-        armature + turns.map(about_axle).sum::<f64>()
-    };
-    let of_roller = |part: &Part| {
-        let wheel = on_axle(part)?;
-        let lever =
-            (part.body_from_part.translation.vector - whole.center_of_mass_m).cross_matrix();
-        let ring_m = part.parent_from_part(parts).translation.vector.xy().norm();
+    let on_axle = |of: &MassProperties| of.inertia_about(&Vector3::zeros()).m33;
+    let of_roller = |(wheel, roller): (&Wheel, &Roller)| {
+        let rollers = wheel.rollers.iter();
+        let rollers: f64 = rollers.map(|roller| on_axle(&roller.mass_in_hub())).sum();
+        let spun = wheel.drive.reflected_inertia_kg_m2() + on_axle(&wheel.hub) + rollers;
+        let middle_m = roller.center_in_hub_m;
+        let place_m = (wheel.body_from_hub * Point3::from(middle_m)).coords;
+        let lever = (place_m - whole.center_of_mass_m).cross_matrix();
         let turned = (lever.transpose() * turning * lever).trace();
-        Some((3.0 / whole.mass_kg + turned + ring_m * ring_m / spun(wheel)) / 3.0)
+        (3.0 / whole.mass_kg + turned + middle_m.xy().norm_squared() / spun) / 3.0
     };
-    let each: Vec<f64> = parts.iter().filter_map(of_roller).collect();
+    let all = robot.wheels.iter();
+    let all = all.flat_map(|wheel| wheel.rollers.iter().map(move |roller| (wheel, roller)));
+    let each: Vec<f64> = all.map(of_roller).collect();
     each.iter().sum::<f64>() / each.len() as f64
 }
 
-/// The model. `meshes` names a file for each mesh of a roller.
-pub(super) fn write(
-    fitted: &FittedRobot,
-    parts: &[Part],
-    meshes: &[String],
-    ground: &Ground,
-    about: &str,
-) -> String {
+/// The model.
+pub(super) fn write(fitted: &FittedRobot, parts: &[Part], ground: &Ground, about: &str) -> String {
     let robot = &fitted.robot;
-    let (settles_s, impedance) = match robot.has_tyres() {
-        true => (TYRE_SETTLES_S, TYRE_IMPEDANCE),
-        false => (SETTLES_S, impedance(robot, parts)),
+    let friction = num(ground.friction);
+    let (solref, impedance, impratio) = match robot.has_tyres() {
+        true => TYRE,
+        false => (
+            &*format!("{} 1", num(SETTLES_S)),
+            impedance(robot, parts),
+            "10",
+        ),
     };
-    let mesh = |(index, file): (usize, &String)| {
-        let file = attribute(file);
-        format!("    <mesh name=\"roller_{index}\" file=\"{file}\"/>\n")
+    let settings =
+        format!("solref=\"{solref}\" solimp=\"{impedance:.4} {impedance:.4} 0.001 0.5 2\"");
+    let pair = match robot.has_tyres() {
+        true => format!(
+            "      <pair condim=\"3\" friction=\"{friction} {friction} 0.005 0.0001 0.0001\" {settings} solreffriction=\"{TYRE_FRICTION}\"/>\n"
+        ),
+        false => String::new(),
     };
-    let mut meshes: String = meshes.iter().enumerate().map(mesh).collect();
     let (mut hulls, mut bodies) = (String::new(), String::new());
     body(&mut bodies, &mut hulls, parts, 0, fitted.ride_height_m);
-    meshes += &hulls;
     let joints = parts.iter().filter_map(|part| part.joint.as_ref());
     let sensors = robot.wheels.iter().map(|wheel| {
         let name = attribute(&wheel.name);
@@ -112,10 +102,11 @@ pub(super) fn write(
         ("name", &attribute(&robot.name)[..]),
         ("step", &num(STEP_S)),
         ("gravity", &num(ground.gravity_m_s2)),
-        ("friction", &num(ground.friction)),
-        ("settles", &num(settles_s)),
-        ("impedance", &format!("{impedance:.4}")),
-        ("meshes", &meshes),
+        ("friction", &friction),
+        ("impratio", impratio),
+        ("settings", &settings),
+        ("pair", &pair),
+        ("hulls", &hulls),
         ("bodies", &bodies),
         ("couplings", &couplings(robot)),
         ("actuators", &joints.map(actuator).collect::<String>()),
@@ -125,10 +116,35 @@ pub(super) fn write(
 }
 
 /// A level floor to start on, around the model in a file of this name.
-pub(super) fn scene(file: &str, ground: &Ground) -> String {
+pub(super) fn scene(file: &str, parts: &[Part], ground: &Ground) -> String {
     let (file, friction) = (attribute(file), num(ground.friction));
-    let values = [("file", &file[..]), ("friction", &friction)];
+    let pair = |(place, part): (usize, &Part)| {
+        let name = tyre_name(part, place)?;
+        Some(format!(
+            "    <pair class=\"roller\" geom1=\"{name}\" geom2=\"floor\"/>\n"
+        ))
+    };
+    let tyres = parts
+        .iter()
+        .flat_map(|part| (0..part.shapes.len()).map(move |at| (at, part)));
+    let pairs: String = tyres.filter_map(pair).collect();
+    let pairs = match pairs.is_empty() {
+        true => pairs,
+        false => format!("  <contact>\n{pairs}  </contact>\n"),
+    };
+    let values = [
+        ("file", &file[..]),
+        ("friction", &friction),
+        ("pairs", &pairs),
+    ];
     filled(include_str!("scene.xml"), &values)
+}
+
+/// The name of a shape of a tyre, by which a scene pairs it with its floor.
+fn tyre_name(part: &Part, place: usize) -> Option<String> {
+    let joint = part.joint.as_ref()?;
+    let is_wheel = matches!(joint.role, Role::Wheel { .. });
+    is_wheel.then(|| format!("{}_tyre_{place}", attribute(joint.name)))
 }
 
 fn place(pose: &Isometry3<f64>) -> String {
@@ -177,12 +193,11 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
         out,
         "      <inertial pos=\"{at}\" mass=\"{kg}\" fullinertia=\"{moments}\"/>"
     );
-    for (at, shape) in &part.shapes {
+    for (number, (at, shape)) in part.shapes.iter().enumerate() {
         let shape = match shape {
             Shape::Ellipsoid([a, c]) => {
                 format!("type=\"ellipsoid\" size=\"{}\"", nums(&[*a, *a, *c]))
             }
-            Shape::Mesh(mesh) => format!("type=\"mesh\" mesh=\"roller_{mesh}\""),
             Shape::Solid(solid) => geom(&solid.shape, hulls) + &friction(solid.friction),
         };
         let mut at = *at;
@@ -190,9 +205,11 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
             // MuJoCo finds a cylinder deep in a plane to which its axis is normal but for rounding.
             at.rotation *= nalgebra::UnitQuaternion::from_euler_angles(1e-4, 0.0, 0.0);
         }
+        let name = tyre_name(part, number).map(|name| format!("name=\"{name}\" "));
         let _ = writeln!(
             out,
-            "      <geom class=\"{class}\" {shape} {}/>",
+            "      <geom {}class=\"{class}\" {shape} {}/>",
+            name.unwrap_or_default(),
             place(&at)
         );
     }

@@ -65,21 +65,6 @@ impl<'a> PartJoint<'a> {
 pub(super) enum Shape<'a> {
     Solid(&'a Collision),
     Ellipsoid([f64; 2]),
-    /// The mesh of a profile, by its place among [`meshes`].
-    Mesh(usize),
-}
-
-/// The profiles of all meshes of rollers, each once.
-pub(super) fn meshes(fitted: &FittedRobot) -> Vec<&[[f64; 2]]> {
-    let mut meshes: Vec<&[[f64; 2]]> = Vec::new();
-    for shape in fitted.shapes.iter().flatten() {
-        if let RollerShape::Mesh(points) = shape
-            && !meshes.contains(&&points[..])
-        {
-            meshes.push(points);
-        }
-    }
-    meshes
 }
 
 /// The robot's parts, parents before their children.
@@ -87,7 +72,6 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
     /// A wheel's servo of velocity settles in this time, in seconds.
     const SERVO_S: f64 = 0.02;
     let robot = &fitted.robot;
-    let meshes = meshes(fitted);
     // MuJoCo's own body.
     let mut names = std::collections::HashSet::from(["world".to_owned()]);
     let mut unique = |name: String| {
@@ -147,7 +131,6 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
             friction_n_m,
             ..wheel.joint
         };
-        let of_wheel = |shape| solids(shape, &meshes);
         parts.push(Part {
             name,
             parent: Some(wheel.carrier.map_or(0, |at| at + 1)),
@@ -159,7 +142,7 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
             }),
             // A tyre turns with its hub.
             shapes: match wheel.has_tyre() {
-                true => shapes.iter().flat_map(of_wheel).collect(),
+                true => shapes.iter().flat_map(solids).collect(),
                 false => Vec::new(),
             },
             hub_m: (!wheel.has_tyre()).then(|| [(ring_m - thick_m).max(0.3 * ring_m), thick_m]),
@@ -179,7 +162,7 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
                     inertia_kg_m2: nalgebra::Matrix3::from_diagonal(&moments),
                 },
                 joint: Some(joint),
-                shapes: of_wheel(shape),
+                shapes: solids(shape),
                 hub_m: None,
             });
         }
@@ -188,18 +171,18 @@ pub(super) fn parts(fitted: &FittedRobot) -> Vec<Part<'_>> {
 }
 
 /// The shapes of a roller or a tyre, in its frame.
-fn solids<'a>(shape: &'a RollerShape, meshes: &[&[[f64; 2]]]) -> Vec<(Isometry3<f64>, Shape<'a>)> {
-    let identity = Isometry3::identity();
+fn solids(shape: &RollerShape) -> Vec<(Isometry3<f64>, Shape<'_>)> {
     match shape {
-        RollerShape::Ellipsoid {
+        RollerShape::Ellipsoids {
             radius_m,
             half_length_m,
-        } => vec![(identity, Shape::Ellipsoid([*radius_m, *half_length_m]))],
-        RollerShape::Solids(solids) => solids.iter().map(solid).collect(),
-        RollerShape::Mesh(points) => {
-            let place = meshes.iter().position(|mesh| *mesh == &points[..]);
-            vec![(identity, Shape::Mesh(place.unwrap_or(0)))]
+            at_m,
+        } => {
+            let shape = || Shape::Ellipsoid([*radius_m, *half_length_m]);
+            let placed = |t_m: &f64| (Isometry3::translation(0.0, 0.0, *t_m), shape());
+            at_m.iter().map(placed).collect()
         }
+        RollerShape::Solids(solids) => solids.iter().map(solid).collect(),
     }
 }
 

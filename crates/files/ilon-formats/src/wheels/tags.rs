@@ -27,8 +27,6 @@ pub(super) struct Tags<'a> {
     pub(super) dialect: Dialect,
     pub(super) fitted: &'a FittedRobot,
     pub(super) parts: &'a [Part<'a>],
-    /// A file for each mesh of a roller.
-    pub(super) meshes: &'a [String],
     pub(super) ground: &'a Ground,
     pub(super) about: &'a str,
 }
@@ -140,14 +138,6 @@ impl Tags<'_> {
             Shape::Ellipsoid([a, c]) => {
                 let radii = nums(&[*a, *a, *c]);
                 return vec![(*at, self.element("ellipsoid", &[("radii", radii)]))];
-            }
-            Shape::Mesh(mesh) => {
-                let name = match self.dialect {
-                    Dialect::Sdf => "uri",
-                    Dialect::Urdf => "filename",
-                };
-                let file = attribute(&self.meshes[*mesh]);
-                return vec![(*at, self.element("mesh", &[(name, file)]))];
             }
             Shape::Solid(solid) => &solid.shape,
         };

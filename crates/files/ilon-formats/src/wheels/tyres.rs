@@ -1,30 +1,38 @@
-//! What stands for a tyre in other simulators: a cylinder about the hub axis.
+//! What stands for a tyre in other simulators.
 //!
-//! On a plane their cylinders touch at both ends of a line, each with half of the load, and resist a turn on the spot by mu N l / 2 with
-//! the cylinder's length l. A tyre touches in its middle and s from it on both sides, each with a third, by mu N 2 s / 3. The cylinder is
-//! therefore l = 4 s / 3 long: with the default shoulders, half of the tyre's width.
-
-use std::fmt::Write;
+//! A tyre touches in its middle and s from it on both sides, each with a third of the load, and resists a turn on the spot by mu N 2 s / 3.
+//! In MJCF an ellipsoid touches at each of these places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length
+//! l, and resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
 
 use nalgebra::Isometry3;
 
-use crate::generate::elements::{attribute, num};
+use super::{Format, RollerShape};
+use crate::generate::elements::tyres_element;
 use crate::model::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
 
-/// The cylinder that stands for a tyre; `None` of a roller.
-pub(super) fn cylinder(roller: &Roller) -> Option<Collision> {
+/// What stands for a tyre; `None` of a roller.
+pub(super) fn shape(roller: &Roller, format: Format) -> Option<RollerShape> {
     let RollerForm::Tyre(solid) = &roller.form else {
         return None;
     };
+    let radius_m = roller.radius_m;
     let shoulder_m = 0.5 * roller.length_m - solid.edge_radius_m();
-    Some(Collision {
+    if format == Format::Mjcf {
+        return Some(RollerShape::Ellipsoids {
+            radius_m,
+            half_length_m: shoulder_m / 3.0,
+            at_m: vec![-shoulder_m, 0.0, shoulder_m],
+        });
+    }
+    let shape = CollisionShape::Cylinder {
+        radius_m,
+        length_m: 4.0 / 3.0 * shoulder_m,
+    };
+    Some(RollerShape::Solids(vec![Collision {
         friction: None,
         body_from_shape: Isometry3::identity(),
-        shape: CollisionShape::Cylinder {
-            radius_m: roller.radius_m,
-            length_m: 4.0 / 3.0 * shoulder_m,
-        },
-    })
+        shape,
+    }]))
 }
 
 /// The element of URDF by which ilon reads the tyres as they are; empty on rollers.
@@ -39,17 +47,12 @@ pub(super) fn element(robot: &Robot) -> String {
     let Some((width_m, shoulder_m)) = tyres.first() else {
         return String::new();
     };
-    let mut out = "  <ilon_tyres".to_owned();
     // The element has one tyre for all; unequal ones are taken from the wheels' shapes.
-    if tyres.iter().all(|of| *of == tyres[0]) {
-        let [width, shoulder] = [width_m, shoulder_m].map(|m| num(*m));
-        let _ = write!(out, " width=\"{width}\" shoulder_radius=\"{shoulder}\"");
-    }
-    out += ">\n";
-    for wheel in &robot.wheels {
-        let driven = wheel.motor.effort_n_m > 0.0;
-        let name = attribute(&wheel.name);
-        let _ = writeln!(out, "    <wheel joint=\"{name}\" driven=\"{driven}\"/>");
-    }
-    out + "  </ilon_tyres>\n"
+    let all = tyres
+        .iter()
+        .all(|of| *of == tyres[0])
+        .then_some((*width_m, Some(*shoulder_m)));
+    let wheels = robot.wheels.iter();
+    let wheels = wheels.map(|wheel| (&wheel.name[..], wheel.motor.effort_n_m > 0.0));
+    tyres_element(all, wheels)
 }

@@ -452,6 +452,31 @@ fn a_part_of_an_mjcf_may_stand_in_another_file() {
     );
 }
 
+/// SDF gives a link without `<inertial>` 1 kg; its shapes say how it is spread.
+#[test]
+fn a_link_of_an_sdf_without_inertial_weighs_a_kilogram() {
+    let whole = sdf(&small(), Style::Modern);
+    let weighs = load(&whole, "small.sdf").mass_kg();
+    let (before, link) = whole.split_once("<inertial>").unwrap();
+    let (inertial, rest) = link.split_once("</inertial>").unwrap();
+    let (_, mass) = inertial.split_once("<mass>").unwrap();
+    let (mass, _) = mass.split_once("</mass>").unwrap();
+    let bare = format!("{before}{rest}");
+    assert!(rest.find("<collision") < rest.find("</link>"));
+    let refused = Robot::from_urdf_str(&bare, "small.sdf").unwrap_err();
+    assert!(
+        refused.to_string().contains("`<inertia>` is missing"),
+        "{refused}"
+    );
+    let mut options = ilon_formats::LoadOptions::default();
+    options.repair = true;
+    let robot = Robot::from_urdf_str_with(&bare, "small.sdf", &options)
+        .unwrap()
+        .robot;
+    let lost: f64 = mass.trim().parse().unwrap();
+    assert!((robot.mass_kg() - (weighs - lost + 1.0)).abs() < 1e-9);
+}
+
 /// A part alone points to the whole, and a joint that is locked by its damping is read as locked.
 #[test]
 fn parts_of_an_mjcf_are_named_and_joints_may_be_locked_by_damping() {

@@ -164,6 +164,20 @@ fn of_wheels_of_which_only_some_have_a_torque_the_others_roll_along() {
     assert_eq!(efforts, [6.0, 0.0, 0.0]);
 }
 
+/// A caster's wheel on a tyre that nothing drives goes on to swivel freely: no servo steers it.
+#[test]
+fn a_caster_that_is_given_a_tyre_swivels_freely() {
+    let mut tyres = TyreOptions::default();
+    tyres.free = vec!["rear_caster_roll".to_owned()];
+    let mut options = LoadOptions::default();
+    options.tyres = Some(tyres);
+    let loaded = Robot::from_urdf_str_with(DIFFERENTIAL, "robot.urdf", &options);
+    let robot = loaded.expect("a robot on tyres").robot;
+    let swivels: Vec<bool> = robot.wheels.iter().map(|of| robot.swivels(of)).collect();
+    assert_eq!(names(&robot), ["left", "right", "rear_caster_roll"]);
+    assert_eq!(swivels, [false, false, true]);
+}
+
 /// A robot that speaks of mecanum wheels is none on tyres: it is asked for its rollers as before.
 #[test]
 fn what_calls_itself_mecanum_gets_no_tyres() {
@@ -235,6 +249,41 @@ fn balls_fixed_to_the_chassis_are_casters() {
     let pose = robot.standing_pose().expect("on wheels and a ball");
     assert!(pose.tilt_rad() < 1e-9 && glides(&robot) == 1);
     assert!(said(&robot, "up to 0.40 mm below"));
+    // One that is only shown carries too, unlike one of a lamp.
+    let shown = on_balls(&[[-0.1, 0.0], [0.1, 0.2]]);
+    let ball = r#"<geometry><sphere radius="0.02"/></geometry></collision>"#;
+    let visual = ball.replace("collision", "visual");
+    let shown = shown.replace(&format!("<collision>{ball}"), &format!("<visual>{visual}"));
+    let robot = load(&shown);
+    let balls = robot.chassis.collisions.iter();
+    assert_eq!((glides(&robot), balls.count()), (1, 2));
+    assert!(said(&robot, "carry it as they are shown"));
+}
+
+/// Wheels and balls below a joint that turns them all under the chassis, the balls on joints of
+/// their own.
+#[test]
+fn balls_of_a_body_that_is_steered_are_casters() {
+    let module = r#"<link name="module"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+        <joint name="roll" type="continuous"><parent link="base"/><child link="module"/><axis xyz="0 0 1"/><limit effort="30" velocity="3"/></joint></robot>"#;
+    let balls = on_balls(&[[-0.1, 0.0], [0.25, -4e-4]]);
+    let urdf = balls
+        .replace(r#"<parent link="base"/>"#, r#"<parent link="module"/>"#)
+        .replace(
+            r#"type="fixed">"#,
+            r#"type="continuous"><axis xyz="1 0 0"/>"#,
+        )
+        .replace("</robot>", module);
+    let robot = load(&urdf);
+    assert_eq!(names(&robot), ["left_wheel", "right_wheel"]);
+    let shapes = &robot.joints[0].body.collisions;
+    assert!(robot.joints[0].name == "roll" && shapes.len() == 2);
+    for shape in shapes {
+        assert_eq!(shape.friction, Some(0.0));
+        let low_m = -shape.reach_m(&-nalgebra::Vector3::z());
+        assert!(low_m.abs() < 1e-12, "{low_m}");
+    }
+    assert!(said(&robot, "taken for ball casters"));
 }
 
 /// The ball's lowest point at (-0.2, -0.01) m from that of the axle: the robot pitches until both

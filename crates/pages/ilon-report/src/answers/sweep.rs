@@ -38,7 +38,15 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         Question::Table { .. } => {}
     }
     plain.extend(trade_offs(&findings.ranges, study));
-    plain.extend(findings.ranges.iter().map(|one| range(one, study)));
+    // What hardly changes stands last.
+    let (changing, still): (Vec<&RangeOf>, _) =
+        findings.ranges.iter().partition(|one| changes(one));
+    plain.extend(
+        changing
+            .into_iter()
+            .chain(still)
+            .map(|one| range(one, study)),
+    );
     for one in &findings.distributions {
         if let Some(median) = one.quantiles.get(2) {
             let most = one.quantiles.last().unwrap_or(median);
@@ -131,12 +139,7 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
 fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
     /// A cost whose means over an axis differ by less than this share is not traded. Chosen.
     const LEAST_GAIN: f64 = 0.1;
-    let costs = || {
-        let words = ["error", "slip", "drift", "torque", "energy"];
-        ranges
-            .iter()
-            .filter(move |one| words.iter().any(|word| one.quantity.contains(word)))
-    };
+    let costs = || ranges.iter().filter(|one| is_cost(&one.quantity));
     let mut keys: Vec<(&str, &str)> = Vec::new();
     for one in costs() {
         let axes = one
@@ -196,8 +199,20 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
     keys.into_iter().filter_map(of_axis).collect()
 }
 
+/// Whether less of a quantity is better.
+fn is_cost(quantity: &str) -> bool {
+    let words = ["error", "slip", "drift", "torque", "energy"];
+    words.iter().any(|word| quantity.contains(word))
+}
+
 /// The least share of the variation that a sentence names, of an axis or of an interaction.
 const LEAST_SHARE: f64 = 0.01;
+
+/// Whether a quantity changes by more than a hundredth.
+fn changes(one: &RangeOf) -> bool {
+    let [least, largest] = [one.least.value, one.largest.value];
+    largest - least > 0.01 * least.abs().max(largest.abs())
+}
 
 fn range(one: &RangeOf, study: &Study) -> String {
     let value = |value: f64| value_of(&one.quantity, value);
@@ -213,6 +228,10 @@ fn range(one: &RangeOf, study: &Study) -> String {
     if value(one.least.value) == value(one.largest.value) {
         let all = value(one.mean);
         return format!("{title} is {all} in all runs, to four digits.");
+    }
+    if !changes(one) {
+        let [least, largest] = [one.least.value, one.largest.value].map(value);
+        return format!("{title} hardly changes: {least} to {largest}.");
     }
     let mut text = format!(
         "{title}: from {} to {}.",
@@ -263,7 +282,10 @@ fn at_the_ends(one: &RangeOf, study: &Study) -> String {
         names.join(" and ")
     };
     let least = ends(&one.least, |level| level.least);
-    let largest = ends(&one.largest, |level| level.largest);
+    let largest = match is_cost(&one.quantity) {
+        true => String::new(),
+        false => ends(&one.largest, |level| level.largest),
+    };
     match (least, largest) {
         (least, largest) if least.is_empty() && largest.is_empty() => String::new(),
         (least, largest) if least == largest => {

@@ -15,6 +15,7 @@ mod ranking;
 
 pub(crate) use page::settings_row;
 pub use page::{answers, html};
+pub use ranking::{Named, change, verdicts};
 
 /// One of the compared runs.
 #[derive(Clone, Debug)]

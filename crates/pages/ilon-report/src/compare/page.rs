@@ -54,7 +54,7 @@ pub fn html(comparison: &Comparison) -> String {
         Section {
             id: "figures",
             title: "In figures",
-            lead: "In each row the first run is the measure for the others. What differs most stands first.".to_owned(),
+            lead: "In each row the first run is the measure for the others. What regressed stands first, then what improved.".to_owned(),
             body: ranked_table(comparison)
                 + &page::topic("All figures", "in the order of a run's own table", &figures_table(comparison)),
         },
@@ -132,19 +132,24 @@ pub(crate) fn settings_row(setting: &SettingRow) -> String {
     row(&format!("<code>{}</code>", escape(&setting.key)), &cells)
 }
 
-/// The table of the figures that differ most.
+/// The figures that differ, by verdict.
 fn ranked_table(comparison: &Comparison) -> String {
-    /// As many as can be read at a glance.
-    const MOST: usize = 8;
-    let ranked = ranking::most_different(comparison, MOST);
-    if ranked.is_empty() {
+    let verdicts = ranking::verdicts(comparison);
+    if verdicts.is_empty() {
         return "<p class=\"lead\">No main figure differs by more than 1 %.</p>\n".to_owned();
     }
-    let rows: String = ranked
-        .iter()
-        .map(|named| figure_row(comparison, named.quantity, Some(named.heading)))
-        .collect();
-    table("What differs most", comparison, &rows)
+    let columns = comparison.runs.len() + 1;
+    let mut rows = String::new();
+    for (verdict, all) in verdicts {
+        let _ = write!(
+            rows,
+            "<tr class=\"group\"><th scope=\"rowgroup\" colspan=\"{columns}\" class=\"{verdict}\">{verdict}</th></tr>"
+        );
+        for named in all {
+            rows.push_str(&figure_row(comparison, named.quantity, Some(named.heading)));
+        }
+    }
+    table("All other main figures agree within 1 %", comparison, &rows)
 }
 
 fn figures_table(comparison: &Comparison) -> String {
@@ -175,7 +180,7 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
         .map(|index| {
             cell(value(index).map(|x| {
                 let first = first.filter(|_| index > 0);
-                let against = first.and_then(|first| against(x, first, quantity.decimals));
+                let against = first.and_then(|first| ranking::change(quantity, first, x));
                 let against =
                     against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
                 format!("{x:.*}{against}", quantity.decimals)
@@ -185,20 +190,6 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
     let heading = heading.map_or_else(String::new, |heading| format!("{}: ", escape(heading)));
     let [label, unit] = [quantity.label, quantity.unit.symbol].map(escape);
     row(&format!("{heading}{label}, {unit}"), &cells)
-}
-
-/// Returns a figure relative to the first run's; `None` if that one is too close to zero.
-fn against(x: f64, first: f64, decimals: usize) -> Option<String> {
-    let last_digit = 10f64.powi(-(decimals as i32));
-    if first.abs() < 10.0 * last_digit {
-        return None;
-    }
-    let ratio = x / first;
-    Some(if (0.5..=2.0).contains(&ratio) {
-        format!("{:+.1} %", 100.0 * (ratio - 1.0))
-    } else {
-        format!("×{ratio:.2}")
-    })
 }
 
 /// A table with one column per run.
@@ -317,13 +308,6 @@ mod tests {
             .collect();
         assert!(!without_scripts.contains("<b>one") && !without_scripts.contains("two & <"));
         assert!(without_scripts.contains("&lt;b&gt;one"));
-    }
-
-    #[test]
-    fn a_figure_is_told_against_the_first_run_where_that_measures_anything() {
-        assert_eq!(against(1.5, 1.0, 2).as_deref(), Some("+50.0 %"));
-        assert_eq!(against(3.0, 1.0, 2).as_deref(), Some("×3.00"));
-        assert_eq!(against(3.0, 0.04, 2), None);
     }
 
     /// An unknown robot cannot be drawn in three dimensions, and the page omits the script for it.

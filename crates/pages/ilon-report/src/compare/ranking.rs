@@ -14,18 +14,87 @@ const SAME: f64 = 0.01;
 /// Number of figures in a sentence.
 const IN_A_SENTENCE: usize = 3;
 
+/// Largest number of figures of a verdict: as many as can be read at a glance.
+const OF_A_VERDICT: usize = 8;
+
+/// Parts of the names of figures that are better the smaller they are.
+const COSTS: [&str; 13] = [
+    "error",
+    "converged_s",
+    "torque_max",
+    "conflict",
+    "saturated",
+    "ripple",
+    "slip",
+    "friction_used",
+    "airborne",
+    "chassis_load",
+    "odometry",
+    "energy",
+    "ledger.total",
+];
+
 /// A figure with its heading.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Named {
+pub struct Named {
     /// The heading.
     pub heading: &'static str,
     /// The figure.
     pub quantity: &'static Quantity,
 }
 
+/// Returns the figures in which the runs differ from the first, under their verdicts: regressed in
+/// one of the runs, improved, or neither of the two. The largest differences stand first. The others
+/// are within the noise.
+pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
+    let verdict = |named: &Named| {
+        let others = comparison.runs.iter().skip(1);
+        let gains = others.filter_map(|run| {
+            let summaries = [&comparison.runs[0].summary, &run.summary];
+            let [first, other] = summaries.map(|summary| named.quantity.value(summary));
+            is_gain(named.quantity.key, first?, other?)
+        });
+        match gains.reduce(|all, one| all && one) {
+            Some(false) => "regressed",
+            Some(true) => "improved",
+            None => "changed",
+        }
+    };
+    let different = most_different(comparison, usize::MAX);
+    let of = |word: &'static str| {
+        let named = different.iter().filter(|named| verdict(named) == word);
+        (word, named.copied().take(OF_A_VERDICT).collect::<Vec<_>>())
+    };
+    let verdicts = ["regressed", "improved", "changed"].into_iter().map(of);
+    verdicts.filter(|(_, named)| !named.is_empty()).collect()
+}
+
+/// Whether a change of a figure is a gain; `None` where neither more nor less is better.
+fn is_gain(key: &str, first: f64, other: f64) -> Option<bool> {
+    if key.starts_with("twist_ratio") {
+        return Some((other - 1.0).abs() < (first - 1.0).abs());
+    }
+    let is_cost = COSTS.iter().any(|part| key.contains(part));
+    is_cost.then(|| other.abs() < first.abs())
+}
+
+/// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero.
+pub fn change(quantity: &Quantity, first: f64, other: f64) -> Option<String> {
+    let last_digit = 10f64.powi(-(quantity.decimals as i32));
+    if first.abs() < 10.0 * last_digit {
+        return None;
+    }
+    let ratio = other / first;
+    Some(if (0.5..=2.0).contains(&ratio) {
+        format!("{:+.1} %", 100.0 * (ratio - 1.0))
+    } else {
+        format!("×{ratio:.2}")
+    })
+}
+
 /// Returns the figures in which the runs differ from the first, the largest differences first; at
 /// most `most`.
-pub(super) fn most_different(comparison: &Comparison, most: usize) -> Vec<Named> {
+fn most_different(comparison: &Comparison, most: usize) -> Vec<Named> {
     let others = 1..comparison.runs.len();
     let weight = |named: &Named| {
         let weights = others
@@ -227,6 +296,40 @@ mod tests {
         let said = |to: f64| instead("x", 1.0, to, quantity);
         assert!(said(5.0).ends_with(" (+400 %)"), "{}", said(5.0));
         assert!(!said(20.0).contains('%'), "{}", said(20.0));
+    }
+
+    #[test]
+    fn a_figure_is_told_against_the_first_run_where_that_measures_anything() {
+        // Its last digit is a tenth of a millimetre.
+        let quantity = quantities::by_key("end_x_m").expect("it is a figure");
+        assert_eq!(quantity.decimals, 4);
+        assert_eq!(change(quantity, 1.0, 1.5).as_deref(), Some("+50.0 %"));
+        assert_eq!(change(quantity, 1.0, 3.0).as_deref(), Some("×3.00"));
+        assert_eq!(change(quantity, 0.0009, 3.0), None);
+    }
+
+    /// Less of an error is better, a ratio is better the closer it is to 1 from either side, and a
+    /// place is neither.
+    #[test]
+    fn a_change_is_judged_by_what_is_better() {
+        assert_eq!(is_gain("slip_energy_j", 2.0, 1.0), Some(true));
+        assert_eq!(is_gain("ledger.total.x_m", -1.0, -2.0), Some(false));
+        assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.01), Some(true));
+        assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.03), Some(false));
+        assert_eq!(is_gain("end_x_m", 1.0, 2.0), None);
+        assert_eq!(is_gain("ledger.guidance.path_m", 1.0, 2.0), None);
+        let compared = comparison(|summary| {
+            summary.position_error_max_m = summary.position_error_max_m.map(|m| 0.5 * m);
+            summary.slip_energy_j = Some(1e3);
+        });
+        let verdicts = verdicts(&compared);
+        let keys = |word: &str| {
+            let of = verdicts.iter().filter(|(verdict, _)| *verdict == word);
+            let named = of.flat_map(|(_, named)| named);
+            named.map(|named| named.quantity.key).collect::<Vec<_>>()
+        };
+        assert_eq!(keys("regressed"), ["slip_energy_j"]);
+        assert_eq!(keys("improved"), ["position_error_max_m"]);
     }
 
     #[test]

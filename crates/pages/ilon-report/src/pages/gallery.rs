@@ -1,12 +1,19 @@
-//! A page with several robots side by side: a drawing from above and the capabilities of each, and
-//! the faults of invalid files.
+//! A page with several robots side by side: each in three dimensions with its capabilities, a table
+//! that sorts, and the faults of invalid files.
 
-use ilon_robot::Robot;
+use ilon_formats::Loaded;
+use ilon_scene::{Description, Frame, Frames, Scene, embed};
 
 use crate::drawing;
-use crate::html_table::{cell, row};
-use crate::page::{self, Head, Section, escape, side_by_side};
+use crate::html_table::{cell, heads, row, table, wide};
+use crate::page::{self, Head, Parts, Section, escape};
 use ilon_sim::inspect::Inspection;
+
+/// Draws the robots one by one, as more than a browser's number of scenes may be on a page.
+const SCRIPT: &str = include_str!("../web/gallery.js");
+
+/// Largest size of all scenes of a page, in bytes; further robots are drawn from above.
+const MOST_SCENES: usize = 1 << 20;
 
 /// A robot's file and its result.
 #[derive(Debug)]
@@ -14,7 +21,7 @@ pub struct Exhibit {
     /// The displayed file name.
     pub file: String,
     /// The robot, if it was read.
-    pub robot: Option<(Robot, Inspection)>,
+    pub robot: Option<(Loaded, Inspection)>,
     /// The faults of the file; empty if the robot can drive.
     pub faults: Vec<String>,
     /// A remedy as text; with it the robot was read, if there is one.
@@ -69,31 +76,101 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
         facts: kinds.iter().map(fact).collect(),
         lead: String::new(),
     };
-    let section = |(kind, id, title, lead): (FileKind, &'static str, &'static str, &str)| Section {
-        id,
-        title,
-        lead: lead.to_owned(),
-        body: if kind == FileKind::Refused {
-            of(kind).map(refusal).collect()
-        } else {
-            side_by_side(&of(kind).map(card).collect::<String>())
-        },
-    };
+    let mut room = MOST_SCENES;
+    let mut section =
+        |(kind, id, title, lead): (FileKind, &'static str, &'static str, &str)| Section {
+            id,
+            title,
+            lead: lead.to_owned(),
+            body: if kind == FileKind::Refused {
+                of(kind).map(refusal).collect()
+            } else {
+                let cards: String = of(kind).map(|one| card(one, &mut room)).collect();
+                format!("<div class=\"grid robots\">\n{cards}</div>\n")
+            },
+        };
     let there = kinds.into_iter().filter(|(kind, ..)| of(*kind).count() > 0);
-    let sections: Vec<Section> = there.map(section).collect();
-    let footer = "<p>Each robot is drawn to its own scale, its x axis to the right. Top speeds are what the wheels' rates allow. \
+    let mut sections = vec![Section {
+        id: "all",
+        title: "All robots",
+        lead: "A click on a heading sorts, a click on a name leads to the robot.".to_owned(),
+        body: overview(exhibits),
+    }];
+    sections.extend(there.map(&mut section));
+    let footer = "<p>Each robot is drawn to its own scale; the arrow on it points ahead. Top speeds are what the wheels' rates allow. \
                   γ and M are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
                   Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
-    page::page(&head, &sections, footer, &page::Parts::default())
+    let parts = Parts {
+        styles: &[embed::STYLE],
+        before: &[&embed::script(), SCRIPT],
+        after: &[],
+    };
+    page::page(&head, &sections, footer, &parts)
 }
 
-fn card(exhibit: &Exhibit) -> String {
-    let Some((robot, seen)) = &exhibit.robot else {
+/// The table of all robots.
+fn overview(exhibits: &[Exhibit]) -> String {
+    const COLUMNS: [&str; 7] = [
+        "wheels",
+        "|γ|",
+        "rollers",
+        "tyres",
+        "mass",
+        "top speed",
+        "top yaw rate",
+    ];
+    let line = |exhibit: &Exhibit| {
+        let (_, seen) = exhibit.robot.as_ref()?;
+        let figures = figures(seen);
+        let value = |column: &&str| {
+            let figure = figures.iter().find(|(name, _)| name == column);
+            cell(figure.map(|(_, value)| escape(value)))
+        };
+        let name = escape(&exhibit.file);
+        let link = format!("<a href=\"#{}\">{name}</a>", anchor(exhibit));
+        Some(row(&link, &COLUMNS.iter().map(value).collect::<String>()))
+    };
+    let rows: String = exhibits.iter().filter_map(line).collect();
+    let heads = heads(["robot"].into_iter().chain(COLUMNS));
+    wide(&table("", &heads, &rows).replacen("<table>", "<table class=\"sortable\">", 1))
+}
+
+/// The address of a robot's card within the page.
+fn anchor(exhibit: &Exhibit) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    format!(
+        "robot-{}",
+        exhibit.file.chars().map(plain).collect::<String>()
+    )
+}
+
+/// A robot in three dimensions while there is `room`, in bytes, and from above without scripts.
+fn picture(loaded: &Loaded, seen: &Inspection, room: &mut usize) -> String {
+    let robot = &loaded.robot;
+    let flat = drawing::svg(robot, seen.decoupling_point_m.map(Into::into));
+    let scene = Scene::new(
+        Description::of_robot(robot, loaded.links().as_ref(), &loaded.visual_meshes()),
+        Frames::of(robot, [Frame::at_rest(robot)]),
+    );
+    match embed::data(&scene) {
+        Ok(data) if data.len() <= *room => {
+            *room -= data.len();
+            let name = escape(&seen.name);
+            format!(
+                "<div class=\"thumb\" data-name=\"{name}\"><script type=\"application/json\">{data}</script></div>\n<noscript>{flat}</noscript>"
+            )
+        }
+        _ => flat,
+    }
+}
+
+fn card(exhibit: &Exhibit, room: &mut usize) -> String {
+    let Some((loaded, seen)) = &exhibit.robot else {
         return String::new();
     };
-    let rows: String = figures(seen)
+    let facts: String = figures(seen)
         .into_iter()
-        .map(|(name, value)| row(name, &cell(Some(escape(&value)))))
+        .map(|(name, value)| format!("<li>{name} <b>{}</b></li>", escape(&value)))
         .collect();
     let trouble = if exhibit.faults.is_empty() {
         String::new()
@@ -114,11 +191,12 @@ fn card(exhibit: &Exhibit) -> String {
         )
     };
     format!(
-        "<figure><figcaption><h3>{name}</h3><p><code>{file}</code></p></figcaption>\n{drawing}\n\
-         <table><tbody>{rows}</tbody></table>\n{trouble}{remarks}</figure>\n",
+        "<figure id=\"{id}\"><figcaption><h3>{name}</h3><p><code>{file}</code></p></figcaption>\n{picture}\n\
+         <ul class=\"facts\">{facts}</ul>\n{trouble}{remarks}</figure>\n",
+        id = anchor(exhibit),
         name = escape(&seen.name),
         file = escape(&exhibit.file),
-        drawing = drawing::svg(robot, seen.decoupling_point_m.map(Into::into)),
+        picture = picture(loaded, seen, room),
     )
 }
 

@@ -4,6 +4,7 @@ use ilon_trace::{Header, Record};
 
 use super::phrases::list;
 use super::spells::{Spell, Spells};
+use crate::gravity_m_s2;
 use crate::page::escape;
 use crate::text::{energy, length, percent, time};
 
@@ -15,6 +16,7 @@ pub(crate) struct Touches {
     /// Work of robots on each body up to the previous row, in J.
     work_before_j: Vec<f64>,
     falls: Vec<Fall>,
+    gravity_m_s2: f64,
 }
 
 /// The deepest free fall of a body.
@@ -30,13 +32,15 @@ impl Fall {
     /// A body that moves down faster than this falls, in m/s: rolling down a slope is slower.
     const FALLS_M_S: f64 = 0.7;
 
-    fn add(&mut self, t_s: f64, height_m: f64, rate_m_s: f64) {
+    /// Adds a row of a body under a gravity in m/s^2.
+    fn add(&mut self, t_s: f64, height_m: f64, rate_m_s: f64, gravity_m_s2: f64) {
         if rate_m_s > -Self::FALLS_M_S {
             self.from_m = None;
             return;
         }
         // Before it reached this speed it had fallen by v^2 / 2 g already.
-        let from_m = *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * 9.81));
+        let from_m =
+            *(self.from_m).get_or_insert(height_m + rate_m_s * rate_m_s / (2.0 * gravity_m_s2));
         if from_m - height_m > self.most_m {
             (self.most_m, self.at_s) = (from_m - height_m, t_s);
         }
@@ -49,13 +53,15 @@ impl Touches {
             bodies: vec![Spells::default(); header.bodies.len()],
             work_before_j: vec![0.0; header.bodies.len()],
             falls: vec![Fall::default(); header.bodies.len()],
+            gravity_m_s2: gravity_m_s2(header),
         }
     }
 
     pub fn add(&mut self, header: &Header, record: &Record) {
         let (t_s, dt_s) = (record.t_s, header.row_span_s(record.t_s));
         for (sample, fall) in record.bodies.iter().zip(&mut self.falls) {
-            fall.add(t_s, sample.place_m[2], sample.velocity_m_s[2]);
+            let (height_m, rate_m_s) = (sample.place_m[2], sample.velocity_m_s[2]);
+            fall.add(t_s, height_m, rate_m_s, self.gravity_m_s2);
         }
         let before = self.bodies.iter_mut().zip(&mut self.work_before_j);
         for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
@@ -182,11 +188,10 @@ mod tests {
         assert!(!took(4.0, Some(1.0)).contains("put in"));
     }
 
-    /// A body that falls freely from 1 s on by 0.3 m, and then lies: v = g t, and rows of 10 ms at
-    /// 2.4 m/s.
-    #[test]
-    fn a_body_that_falls_is_told_of() {
+    /// A body that falls freely from 1 s on by 0.3 m, and then lies: v = g t. Returns the sentence.
+    fn told_of_a_fall(gravity_m_s2: f64) -> String {
         let header = Header {
+            scenario_toml: format!("[world]\ngravity_m_s2 = {gravity_m_s2:?}\n"),
             control_dt_s: 0.01,
             bodies: vec![BodyHeader {
                 name: "cargo".to_owned(),
@@ -200,17 +205,31 @@ mod tests {
         for row in 0..=200 {
             let t_s = 0.01 * f64::from(row);
             let for_s = (t_s - 1.0).max(0.0);
-            let fell_m = 0.5 * 9.81 * for_s * for_s;
+            let fell_m = 0.5 * gravity_m_s2 * for_s * for_s;
             let mut record = Record {
                 t_s,
                 ..Record::default()
             };
             record.bodies[0].place_m[2] = 0.4 - fell_m.min(0.3);
-            record.bodies[0].velocity_m_s[2] = if fell_m < 0.3 { -9.81 * for_s } else { 0.0 };
+            record.bodies[0].velocity_m_s[2] = if fell_m < 0.3 {
+                -gravity_m_s2 * for_s
+            } else {
+                0.0
+            };
             touches.add(&header, &record);
         }
-        let said = touches.falls(&header).unwrap_or_default();
-        // The last row of the fall is at 0.24 s: 0.2825 m.
-        assert_eq!(said, "<b>cargo</b> fell by <b>282.5 mm</b> until 1.24 s.");
+        touches.falls(&header).unwrap_or_default()
+    }
+
+    /// On earth the last row of the fall is at 0.24 s: 0.2825 m. On the moon at 0.60 s: 0.2916 m,
+    /// of which 0.151 m before the body is faster than 0.7 m/s.
+    #[test]
+    fn a_body_that_falls_is_told_of() {
+        for (gravity_m_s2, said) in [
+            (9.81, "<b>cargo</b> fell by <b>282.5 mm</b> until 1.24 s."),
+            (1.62, "<b>cargo</b> fell by <b>291.6 mm</b> until 1.60 s."),
+        ] {
+            assert_eq!(told_of_a_fall(gravity_m_s2), said);
+        }
     }
 }

@@ -121,8 +121,14 @@ fn svg(label: &str, content: &str) -> String {
 }
 
 fn svg_of(label: &str, height: f64, content: &str) -> String {
+    // Links inside a picture would be out of reach of screen readers.
+    let role = if content.contains("<a ") {
+        "group"
+    } else {
+        "img"
+    };
     format!(
-        "<svg viewBox=\"0 0 {} {height}\" role=\"img\" aria-label=\"{}\" style=\"width:100%;height:auto;font-size:11px\" \
+        "<svg viewBox=\"0 0 {} {height}\" role=\"{role}\" aria-label=\"{}\" style=\"width:100%;height:auto;font-size:11px\" \
          fill=\"var(--muted)\">{content}</svg>",
         SIZE.0,
         escape(label)
@@ -213,6 +219,15 @@ fn lines(drawn: &Figure) -> String {
     }
     match &drawn.content {
         Content::Curves(curves) => {
+            let points = || curves.iter().flat_map(|curve| &curve.points);
+            let least = points().min_by(|a, b| a.mean.total_cmp(&b.mean));
+            if let Some(point) = least.filter(|point| points().any(|p| p.mean > point.mean)) {
+                let (x, y) = (x.at(point.x), y.at(point.mean));
+                let _ = write!(
+                    content,
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"none\" stroke=\"var(--fg)\"><title>least</title></circle>"
+                );
+            }
             for (index, curve) in curves.iter().enumerate() {
                 let color = format!("var(--w{})", index % 8);
                 let place = |at: f64, value: f64| format!("{:.1},{:.1} ", x.at(at), y.at(value));
@@ -236,11 +251,13 @@ fn lines(drawn: &Figure) -> String {
                     for point in &curve.points {
                         let _ = write!(
                             content,
-                            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{color}\"><title>{}: {}</title></circle>",
+                            "<a href=\"#run-{run}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\">\
+                             <title>{}: {}, run {run}</title></circle></a>",
                             x.at(point.x),
                             y.at(point.mean),
                             figure(point.x),
-                            figure(point.mean)
+                            figure(point.mean),
+                            run = point.run
                         );
                     }
                 }
@@ -287,15 +304,15 @@ fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// Draws a heat map: a field for each pair of values, stronger in colour the larger.
-fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
+fn heat(drawn: &Figure, fields: &[(f64, f64, Option<(f64, u64)>)]) -> String {
     let (left, right, top, bottom) = AREA;
-    let values = || fields.iter().filter_map(|field| field.2);
+    let values = || fields.iter().filter_map(|field| Some(field.2?.0));
     let (least, largest) = (
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     );
-    let ordered = |of: fn(&(f64, f64, Option<f64>)) -> f64| ascending(fields.iter().map(of));
-    let (xs, ys) = (ordered(|field| field.0), ordered(|field| field.1));
+    let xs = ascending(fields.iter().map(|field| field.0));
+    let ys = ascending(fields.iter().map(|field| field.1));
     let (width, height) = (
         (right - left) / xs.len() as f64,
         (bottom - top) / ys.len() as f64,
@@ -305,7 +322,7 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
         let place = |all: &[f64], value: &f64| {
             all.iter().position(|known| known == value).unwrap_or(0) as f64
         };
-        let Some(value) = value else {
+        let Some((value, run)) = value else {
             continue;
         };
         let share = if largest > least {
@@ -316,8 +333,8 @@ fn heat(drawn: &Figure, fields: &[(f64, f64, Option<f64>)]) -> String {
         let is_beyond = drawn.bound.is_some_and(|bound| *value > bound);
         let _ = write!(
             content,
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--{})\" opacity=\"{:.2}\">\
-             <title>{}: {}</title></rect>",
+            "<a href=\"#run-{run}\"><rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--{})\" opacity=\"{:.2}\">\
+             <title>{}: {}, run {run}</title></rect></a>",
             left + place(&xs, x) * width,
             bottom - (1.0 + place(&ys, y)) * height,
             (width - 1.0).max(0.5),

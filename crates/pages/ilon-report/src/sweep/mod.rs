@@ -11,10 +11,11 @@ mod shape;
 use std::fmt::Write;
 
 pub use self::input::{Bar, Quantity, Run, Sensitivity, StudyInput, Varied, figure};
+use crate::html_table::{self, cell, heads, wide};
 use crate::page::{self, Head, Section, answers, escape, side_by_side, table};
 
-/// Number of runs listed at each end of a quantity.
-const LISTED: usize = 5;
+/// Largest number of runs in the table, so that the page stays small.
+const MOST_LISTED: usize = 400;
 
 /// Number of quantities with figures.
 const DRAWN: usize = 6;
@@ -33,7 +34,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         sections.push(Section {
             id: "curves",
             title: "Effects",
-            lead: "Each quantity over what was varied. A dashed line is its bound.".to_owned(),
+            lead: "Each quantity over what was varied. A ring marks the least, a dashed line the bound.".to_owned(),
             body: side_by_side(&figures.iter().map(chart::card).collect::<String>()),
         });
     }
@@ -62,13 +63,12 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             body: shown.tables.iter().map(table).collect(),
         });
     }
-    let listed = listed(shown, command);
-    if !listed.is_empty() {
+    if !shown.runs.is_empty() {
         sections.push(Section {
             id: "runs",
-            title: "Best and worst runs",
-            lead: "With the command that runs each again, to look at it.".to_owned(),
-            body: listed,
+            title: "The runs",
+            lead: runs_lead(shown),
+            body: runs(shown, command),
         });
     }
     let footer = "<p>All runs are in <code>runs.parquet</code>, one row each, which pandas, polars and DuckDB read; what was found \
@@ -80,67 +80,83 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     page::page(&head, &sections, footer, &parts)
 }
 
-/// The runs at both ends of each quantity, after failed ones.
-fn listed(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
-    let mut html = String::new();
-    let mut list = |title: String, runs: &[&Run], quantity: Option<usize>| {
-        if runs.is_empty() {
-            return;
-        }
-        let mut rows = String::new();
-        for run in runs {
-            let values: String = (run.values.iter().enumerate())
-                .map(|(key, value)| format!("<td>{}</td>", escape(&shown.value(key, *value))))
-                .collect();
-            let figure = quantity
-                .and_then(|quantity| run.figures[quantity])
-                .map_or("failed".to_owned(), figure);
-            let _ = write!(
-                rows,
-                "<tr><td>{}</td><td>{figure}</td>{values}<td style=\"text-align:left\"><code>{}</code></td></tr>",
-                run.run,
-                escape(&command(run.run))
-            );
-        }
-        let keys: String = shown
-            .varied
-            .iter()
-            .map(|varied| format!("<th>{}</th>", escape(&varied.key)))
-            .collect();
-        let name = quantity.map_or("", |quantity| shown.quantities[quantity].name.as_str());
-        let _ = writeln!(
-            html,
-            "<div class=\"card scroll\" tabindex=\"0\" style=\"margin-top:1rem\"><table><caption>{}</caption><thead><tr><th>run</th>\
-             <th>{}</th>{keys}<th>again</th></tr></thead><tbody>{rows}</tbody></table></div>",
-            escape(&title),
-            escape(name)
-        );
-    };
-    for (index, quantity) in shown.quantities.iter().enumerate().take(DRAWN) {
-        let mut ranked: Vec<(&Run, f64)> = shown
-            .runs
-            .iter()
-            .filter_map(|run| Some((run, run.figures[index]?)))
-            .collect();
-        ranked.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.run.cmp(&b.0.run)));
-        let ranked: Vec<&Run> = ranked.into_iter().map(|(run, _)| run).collect();
-        let count = LISTED.min(ranked.len().div_ceil(2));
-        list(
-            format!("{}: least", quantity.name),
-            &ranked[..count],
-            Some(index),
-        );
-        let largest: Vec<&Run> = ranked[count..].iter().rev().take(LISTED).copied().collect();
-        list(format!("{}: largest", quantity.name), &largest, Some(index));
+/// The runs of the table: all, or the failed ones and those at both ends of the first quantity.
+fn listed(shown: &StudyInput) -> Vec<&Run> {
+    let mut ranked: Vec<&Run> = shown.runs.iter().collect();
+    if ranked.len() <= MOST_LISTED {
+        return ranked;
     }
-    let failed: Vec<&Run> = shown
-        .runs
-        .iter()
-        .filter(|run| run.has_failed)
-        .take(LISTED)
+    let key = |run: &Run| {
+        run.figures
+            .first()
+            .copied()
+            .flatten()
+            .unwrap_or(f64::NEG_INFINITY)
+    };
+    ranked.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    ranked.drain(MOST_LISTED / 2..ranked.len() - MOST_LISTED / 2);
+    ranked
+}
+
+fn runs_lead(shown: &StudyInput) -> String {
+    let which = match shown.runs.len() > MOST_LISTED {
+        true => {
+            format!("The {MOST_LISTED} runs at both ends of the first quantity, and failed ones. ")
+        }
+        false => String::new(),
+    };
+    format!(
+        "{which}The command of a row simulates its run again and writes its report. A click on a point above leads to its row; a \
+         click on a heading sorts. The least and the largest of a column are bold."
+    )
+}
+
+/// The table of the runs, each with its command.
+fn runs(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
+    let quantities = &shown.quantities[..shown.quantities.len().min(DRAWN)];
+    let ends: Vec<(f64, f64)> = (0..quantities.len())
+        .map(|index| {
+            let values = shown.runs.iter().filter_map(|run| run.figures[index]);
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| {
+                (least.min(x), largest.max(x))
+            })
+        })
         .collect();
-    list("failed: the first".to_owned(), &failed, None);
-    html
+    let mut rows = String::new();
+    for run in listed(shown) {
+        let values = run.values.iter().enumerate();
+        let values = values.map(|(key, value)| cell(Some(escape(&shown.value(key, *value)))));
+        let figures = ends.iter().zip(&run.figures).map(|((least, largest), x)| {
+            cell(x.map(
+                |x| match least < largest && (x == *least || x == *largest) {
+                    true => format!("<b>{}</b>", figure(x)),
+                    false => figure(x),
+                },
+            ))
+        });
+        // Writing to a string cannot fail.
+        let _ = write!(
+            rows,
+            "<tr id=\"run-{number}\"><td>{number}{failed}</td>{cells}<td class=\"words command\"><code>{command}</code></td></tr>",
+            number = run.run,
+            failed = if run.has_failed { " failed" } else { "" },
+            cells = values.chain(figures).collect::<String>(),
+            command = escape(&command(run.run)),
+        );
+    }
+    let keys = shown.varied.iter().map(|varied| &varied.key);
+    let names = keys.chain(quantities.iter().map(|quantity| &quantity.name));
+    let heads = heads(
+        ["run".to_owned()]
+            .into_iter()
+            .chain(names.map(|name| escape(name))),
+    );
+    let command = "<th scope=\"col\" class=\"words\">command</th>";
+    wide(&html_table::table("", &(heads + command), &rows).replacen(
+        "<table>",
+        "<table class=\"sortable\">",
+        1,
+    ))
 }
 
 #[cfg(test)]

@@ -42,8 +42,8 @@ pub(super) enum Content {
     Curves(Vec<Curve>),
     /// One point per run.
     Cloud(Vec<(f64, f64)>),
-    /// A field for each pair of values: x, y and the mean.
-    Heat(Vec<(f64, f64, Option<f64>)>),
+    /// A field for each pair of values: x, y, and the mean with its first run.
+    Heat(Vec<(f64, f64, Option<(f64, u64)>)>),
 }
 
 /// One curve.
@@ -60,6 +60,8 @@ pub(super) struct Point {
     pub mean: f64,
     pub least: f64,
     pub largest: f64,
+    /// The first of its runs.
+    pub run: u64,
 }
 
 impl Content {
@@ -236,16 +238,16 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    let mut curves: Vec<(String, Vec<(f64, f64, u64)>)> = Vec::new();
     for run in &shown.runs {
         let (Some(x), Some(value)) = (run.values.get(key), run.figures[quantity]) else {
             continue;
         };
         let name = name(run);
         match curves.iter().position(|(known, _)| *known == name) {
-            Some(at) => curves[at].1.push((*x, value)),
+            Some(at) => curves[at].1.push((*x, value, run.run)),
             None if curves.len() > MOST_CURVES => {}
-            None => curves.push((name, vec![(*x, value)])),
+            None => curves.push((name, vec![(*x, value, run.run)])),
         }
     }
     let curves = curves.into_iter().map(|(name, points)| Curve {
@@ -261,11 +263,11 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
 }
 
 /// Merges points of equal x, in the order of x.
-fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
+fn gathered(mut points: Vec<(f64, f64, u64)>) -> Vec<Point> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut gathered: Vec<Point> = Vec::new();
     let mut count = 0.0;
-    for (x, value) in points {
+    for (x, value, run) in points {
         match gathered.last_mut().filter(|last| last.x == x) {
             Some(last) => {
                 count += 1.0;
@@ -280,6 +282,7 @@ fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
                     mean: value,
                     least: value,
                     largest: value,
+                    run,
                 });
             }
         }
@@ -289,7 +292,7 @@ fn gathered(mut points: Vec<(f64, f64)>) -> Vec<Point> {
 
 fn heat(shown: &StudyInput, quantity: usize, a: usize, b: usize) -> Figure {
     let (xs, ys) = (distinct(shown, a), distinct(shown, b));
-    let mut sums = vec![(0.0, 0.0); xs.len() * ys.len()];
+    let mut sums = vec![(0.0, 0.0, 0); xs.len() * ys.len()];
     for run in &shown.runs {
         let at =
             |values: &[f64], value: f64| values.binary_search_by(|known| known.total_cmp(&value));
@@ -299,17 +302,18 @@ fn heat(shown: &StudyInput, quantity: usize, a: usize, b: usize) -> Figure {
             run.figures[quantity],
         ) {
             let sum = &mut sums[i * ys.len() + j];
-            *sum = (sum.0 + value, sum.1 + 1.0);
+            let first = if sum.1 > 0.0 { sum.2 } else { run.run };
+            *sum = (sum.0 + value, sum.1 + 1.0, first);
         }
     }
-    let fields = sums.iter().enumerate().map(|(at, (sum, count))| {
-        let mean = (*count > 0.0).then(|| sum / count);
+    let fields = sums.iter().enumerate().map(|(at, (sum, count, run))| {
+        let mean = (*count > 0.0).then(|| (sum / count, *run));
         (xs[at / ys.len()], ys[at % ys.len()], mean)
     });
     let means = || {
         sums.iter()
             .filter(|sum| sum.1 > 0.0)
-            .map(|(sum, count)| sum / count)
+            .map(|(sum, count, _)| sum / count)
     };
     let caption = format!(
         "{} upward. Pale is {}, strong {}; empty fields failed.",
@@ -388,6 +392,7 @@ mod tests {
             mean: x + 1.0,
             least: x,
             largest: x + 2.0,
+            run: 3 * x as u64,
         };
         assert_eq!(
             curves[0].points,
@@ -429,7 +434,8 @@ mod tests {
             panic!()
         };
         assert_eq!(fields.len(), 15);
-        assert!(fields.contains(&(4.0, 2.0, Some(24.0))));
+        // Its run is the last of five times three.
+        assert!(fields.contains(&(4.0, 2.0, Some((24.0, 14)))));
     }
 
     #[test]

@@ -176,16 +176,16 @@ function ilonFigures(box) {
   // A zero has no minus sign.
   const written = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]*$)/, '');
   const twist = ([vx, vy, omega]) => `${written(vx, 2)}, ${written(vy, 2)} m/s, ${written(omega * 180 / Math.PI, 0)} deg/s`;
-  const millimetres = (m) => `${(1000 * m).toFixed(1)} mm`;
+  const length = (m) => (m < 1 ? `${(1000 * m).toFixed(1)} mm` : `${m.toFixed(2)} m`);
   const tiles = [
     ['Time', 't_s', (t_s) => `${t_s.toFixed(1)} s`],
-    ['Pace', 'real_time_factor', (factor) => `${factor.toFixed(2)} of real time`],
-    ['Asked', 'asked', twist],
+    ['Simulated', 'real_time_factor', (factor) => `${factor.toFixed(2)} times real time`],
+    ['Commanded', 'asked', twist],
     ['Real', 'real', twist],
-    ['Fastest sliding', 'slip_m_s', (m_s) => `${(1000 * m_s).toFixed(1)} mm/s`],
+    ['Fastest sliding', 'slip_m_s', (m_s) => `${length(m_s)}/s`],
     ['Grip used', 'friction_used', (share) => `${(100 * share).toFixed(0)} %`],
-    ['Odometry is off by', 'odometry_error_m', millimetres],
-    ['Reference is away', 'reference_error_m', millimetres],
+    ['Odometry error', 'odometry_error_m', length],
+    ['Distance to the reference', 'reference_error_m', length],
   ].map(([name, key, write]) => {
     const tile = document.createElement('div');
     const label = Object.assign(document.createElement('span'), { textContent: name });
@@ -202,4 +202,43 @@ function ilonFigures(box) {
   return (figures) => tiles.forEach((show) => show(figures));
 }
 
-Object.assign(window, { ilonDrive, ilonWheels, ilonFigures });
+// Pushing the robot with the mouse or a finger, while `isOn()`: an arrow from the robot to the
+// pointer shows the force, which grows with its length up to the robot's weight; `tell` gets the
+// force along x and y of the world, in N.
+function ilonPush(stage, scene, tell, isOn) {
+  const { mass_kg: mass, reach_m: reach } = scene.robot;
+  const weight = 9.81 * mass;
+  const words = document.createElement('output');
+  words.className = 'ilon-push';
+  stage.append(words);
+  let to = null;
+  const push = () => {
+    if (!to || !scene.state) return;
+    const way = sub(scene.floorAt(...to), scene.state.at);
+    const length = Math.hypot(way[0], way[1]) || 1;
+    const force = weight * Math.min(1, 0.3 * length / reach);
+    words.textContent = `${force.toFixed(0)} N`;
+    words.style.translate = `${to[0] + 12}px ${to[1]}px`;
+    scene.set({ push: to });
+    tell([force * way[0] / length, force * way[1] / length]);
+  };
+  setInterval(push, AGAIN_MS / 2);
+  const drag = (event) => {
+    if (!isOn() || event.target.tagName !== 'CANVAS' || (event.type === 'pointermove' && !to)) return;
+    event.stopPropagation();
+    if (event.type === 'pointerdown') event.target.setPointerCapture(event.pointerId);
+    to = [event.offsetX, event.offsetY];
+    push();
+  };
+  const end = () => {
+    if (!to) return;
+    to = null;
+    words.textContent = '';
+    scene.set({ push: null });
+    tell([0, 0]);
+  };
+  for (const name of ['pointerdown', 'pointermove']) stage.addEventListener(name, drag, true);
+  for (const name of ['pointerup', 'pointercancel', 'lostpointercapture']) stage.addEventListener(name, end, true);
+}
+
+Object.assign(window, { ilonDrive, ilonWheels, ilonFigures, ilonPush });

@@ -226,7 +226,8 @@ function ilonScene(canvas, data, given) {
       ribbon('planned', colors.reference, 0.05, 1, 0.5), ribbon('wanted', colors.reference, 0.07, 1, 0.75),
       ...(options.ghost ? [ribbon(options.way === null ? 'dreamt' : `way${options.way}`, colors.ghost, 0.06, 0.12, 0.8)] : []), ribbon('path', colors.path, 0.09, 0.15, 0.95),
     ];
-    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, options), bands, [0.1, 1]);
+    const pushed = options.push && floorAt(...options.push);
+    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, { ...options, pushed }), bands, [0.1, 1]);
 
     if (inset) {
       const [x, y, w, h] = insetBox();
@@ -262,6 +263,16 @@ function ilonScene(canvas, data, given) {
       return { index, ahead, off: norm(sub(to, times(way, ahead))) };
     }).filter(({ index, ahead, off }) => ahead > 0 && off < model.robot.wheels[index].radius_m);
     return met.length ? met.reduce((a, b) => (a.ahead < b.ahead ? a : b)).index : null;
+  }
+
+  // The point of the floor under a place of the canvas; in the sky it is far away.
+  function floorAt(x, y) {
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    const [right, up] = shift();
+    const ray = camera.ray(2 * x / w - 1 - right, 1 - 2 * y / h - up, w / h);
+    const floorFromLevel = fromAngles(0, 0, 0, 0, -slope, 0);
+    const [eye, way] = [apply(floorFromLevel, ray.eye), turn(floorFromLevel, ray.way)];
+    return add(eye, times(way, eye[2] / Math.max(-way[2], 0.02)));
   }
 
   function free() {
@@ -319,7 +330,7 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: ghost, way (the index of the ghost's alternative motion, or null), wanted,
+    /// Changes options: push (the place on the canvas that a push's arrow points at, or null), ghost, way (the index of the ghost's alternative motion, or null), wanted,
     /// follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
     /// The robot from the side ('follow'), the whole run ('whole'), from above ('top').
@@ -349,6 +360,10 @@ function ilonScene(canvas, data, given) {
       if (renderer) renderer.dispose();
       renderer = null;
     },
+    /// The point of the floor under a place of the canvas, in metres.
+    floorAt,
+    /// The robot's mass and size.
+    get robot() { return { mass_kg: data.robot.mass_kg, reach_m: reach }; },
     /// The last drawn state: time, body, wheels with contact, force and slip.
     get state() { return state; },
     get options() { return { ...options }; },

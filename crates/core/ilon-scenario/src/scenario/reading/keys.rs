@@ -51,25 +51,19 @@ pub(crate) enum FaultKind {
     Value,
 }
 
-/// The first fault of a document, in the order of the keys.
-pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Result<(), KeyFault> {
-    let mut checker = Checker {
-        root: schema,
-        path: Vec::new(),
-    };
-    checker.table(
-        document.get_ref(),
-        document.span(),
-        &checker.alternatives(schema),
-    )
+/// All faults of a document, in the order of the text but for missing keys, which follow what is in
+/// their table.
+pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Vec<KeyFault> {
+    let mut checker = Checker::of(schema);
+    let alternatives = checker.alternatives(schema);
+    let last = checker.table(document.get_ref(), document.span(), &alternatives);
+    checker.faults.extend(last.err());
+    checker.faults
 }
 
 /// Whether a key, given from the outermost table in, holds a list and nothing else with keys.
 pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
-    let checker = Checker {
-        root: schema,
-        path: Vec::new(),
-    };
+    let checker = Checker::of(schema);
     let mut alternatives = checker.alternatives(schema);
     for part in path {
         let is_place = part.parse::<usize>().is_ok();
@@ -91,23 +85,35 @@ pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
 /// The most similar known name, if it is similar enough to be meant.
 pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
-    // this length, and little else.
+    // this length, and little else. In short names a single letter counts more: `rn` for `run`.
+    let is_slip = |name: &str| unknown.len() > 1 && strsim::osa_distance(unknown, name) == 1;
+    // `kg` is meant for `mass_kg`.
+    let is_unit = |name: &str| {
+        name.strip_suffix(unknown)
+            .is_some_and(|rest| rest.ends_with('_'))
+    };
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(unknown, name), name))
-        .filter(|(likeness, _)| *likeness > 0.75)
+        .filter(|(likeness, name)| *likeness > 0.75 || is_slip(name) || is_unit(name))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
+}
+
+/// The factor between a key in degrees and one in radians.
+fn of_angles(given: &str, meant: &str) -> &'static str {
+    match (given.contains("deg"), meant.contains("deg")) {
+        (true, false) if meant.contains("rad") => " A degree is 0.01745 rad",
+        (false, true) if given.contains("rad") => " A radian is 57.3 degrees",
+        _ => "",
+    }
 }
 
 /// The whole key below a table that an unknown key is meant for: `world.floor.friction` by
 /// `world.friction`.
 fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
     let within: String = within.iter().map(|part| format!(".{part}")).collect();
-    let checker = Checker {
-        root,
-        path: Vec::new(),
-    };
+    let checker = Checker::of(root);
     let mut level = vec![(String::new(), root)];
     // Sections hold tables, which hold keys.
     for _ in 0..3 {
@@ -133,9 +139,19 @@ fn elsewhere(unknown: &str, within: &[String], root: &Json) -> Option<String> {
 struct Checker<'s> {
     root: &'s Json,
     path: Vec<String>,
+    /// What was found so far.
+    faults: Vec<KeyFault>,
 }
 
 impl<'s> Checker<'s> {
+    fn of(root: &'s Json) -> Self {
+        Self {
+            root,
+            path: Vec::new(),
+            faults: Vec::new(),
+        }
+    }
+
     /// The schemas that a value may match: references resolved, choices listed.
     fn alternatives(&self, schema: &'s Json) -> Vec<&'s Json> {
         if let Some(target) = schema.get("$ref").and_then(Json::as_str) {
@@ -228,7 +244,8 @@ impl<'s> Checker<'s> {
         for (index, item) in items.iter().enumerate() {
             self.path.push(index.to_string());
             if let Some(item_schema) = item_schema {
-                self.value(item, item_schema)?;
+                let fault = self.value(item, item_schema).err();
+                self.faults.extend(fault);
             }
             self.path.pop();
         }
@@ -268,6 +285,7 @@ impl<'s> Checker<'s> {
         let (key, wanted) = (self.key(), wanted(alternatives));
         let is_table_for_list =
             matches!(value, DeValue::Table(_)) && accepts(alternatives, "array");
+        let is_number = wanted == "a number" || wanted == "a whole number";
         let help = match (
             wanted_words(alternatives).as_slice(),
             wanted_keys(alternatives).as_slice(),
@@ -275,11 +293,23 @@ impl<'s> Checker<'s> {
             ([], []) if is_table_for_list => {
                 format!("write it with two brackets, `[[{key}]]`: there may be several")
             }
+            ([], []) if is_number => {
+                format!(
+                    "write {wanted}, without quotes and unit: `{} = 0.5`",
+                    self.last()
+                )
+            }
             ([], []) => format!("write {wanted} here"),
-            ([], keys) => format!(
-                "write a table, `{{ ... }}`, with what you need of its keys: {}",
-                quoted(keys)
-            ),
+            ([], keys) => {
+                let text = match accepts(alternatives, "string") {
+                    true => "; or a change against a baseline, `\"+10 %\"`",
+                    false => "",
+                };
+                format!(
+                    "write a table, `{{ ... }}`, with what you need of its keys: {}{text}",
+                    quoted(keys)
+                )
+            }
             (words, _) => format!("write one of {}", quoted(words)),
         };
         let message = format!("`{key}` is {}, but must be {wanted}", found(value));
@@ -307,16 +337,22 @@ impl<'s> Checker<'s> {
         // In the order of the text, so that the first reported fault is the first in the file.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
+        let mut has_unknown = false;
         for (key, value) in entries {
             self.path.push(key.get_ref().to_string());
             let schema = known
                 .iter()
                 .find(|(name, _)| *name == key.get_ref())
                 .map(|(_, schema)| *schema);
-            match (schema, any_other) {
-                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema)?,
-                (None, None) => return Err(self.unknown_key(key, table, &known)),
-            }
+            let fault = match (schema, any_other) {
+                (Some(schema), _) | (None, Some(schema)) => self.value(value, schema).err(),
+                (None, None) if has_unknown => None,
+                (None, None) => {
+                    has_unknown = true;
+                    Some(self.unknown_key(key, table, &known))
+                }
+            };
+            self.faults.extend(fault);
             self.path.pop();
         }
         // With several kinds of tables, the required keys depend on the kind: serde reports those.
@@ -328,8 +364,13 @@ impl<'s> Checker<'s> {
             .filter_map(|schema| schema.get("required").and_then(Json::as_array))
             .flatten()
             .filter_map(Json::as_str);
+        // An unknown key that is meant for a missing one says so.
+        let is_meant = |key: &str, name: &str| {
+            let names = || known.iter().map(|(known, _)| *known);
+            key == name || !names().any(|known| known == key) && nearest(key, names()) == Some(name)
+        };
         let missing: Vec<&str> = required
-            .filter(|name| !table.keys().any(|key| key.get_ref() == name))
+            .filter(|name| !table.keys().any(|key| is_meant(key.get_ref(), name)))
             .collect();
         if missing.is_empty() {
             return Ok(());
@@ -396,6 +437,11 @@ impl<'s> Checker<'s> {
         self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
     }
 
+    /// The last part of the key.
+    fn last(&self) -> &str {
+        self.path.last().map_or("", String::as_str)
+    }
+
     /// What an unknown key may be meant for.
     fn meant(&self, name: &str, table: &DeTable<'_>, known: &[(&'s str, &'s Json)]) -> String {
         let mut names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
@@ -416,7 +462,7 @@ impl<'s> Checker<'s> {
                             self.first_of(begun, known)
                         )
                     }
-                    None => format!("did you mean `{near}`?"),
+                    None => format!("did you mean `{near}`?{}", of_angles(name, near)),
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),
@@ -428,7 +474,15 @@ impl<'s> Checker<'s> {
                     .or_else(beneath)
                     .or_else(|| elsewhere(name, &[], self.root))
                 {
-                    Some(meant) => format!("did you mean `{meant}`?"),
+                    Some(meant) if around.is_empty() || names.len() > 8 => {
+                        format!("did you mean `{meant}`?")
+                    }
+                    Some(meant) => {
+                        format!(
+                            "did you mean `{meant}`? The keys here are {}",
+                            quoted(&names)
+                        )
+                    }
                     None => format!("the keys here are {}", quoted(&names)),
                 }
             }
@@ -625,7 +679,7 @@ fn wanted_words<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
 
 /// The keys of the table that a value must be, if it may be nothing else.
 fn wanted_keys<'s>(alternatives: &[&'s Json]) -> Vec<&'s str> {
-    if wanted(alternatives) != "a table" {
+    if !wanted(alternatives).ends_with("a table") {
         return Vec::new();
     }
     let properties = |schema: &&'s Json| schema.get("properties").and_then(Json::as_object);

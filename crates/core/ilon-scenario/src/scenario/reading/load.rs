@@ -1,18 +1,19 @@
 //! Converts a file and settings to a checked [`Scenario`], and back to text.
 
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
 
 use ilon_files::toml::{decode, encode};
 use ilon_files::{FileAccess, normal};
-use miette::NamedSource;
+use miette::{NamedSource, SourceSpan};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
 
 use super::keys;
-use super::keys::FaultKind;
+use super::keys::{FaultKind, KeyFault};
 use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
 use super::source::Source;
 use crate::scenario::{Scenario, Tracked};
@@ -93,9 +94,10 @@ impl Scenario {
         let name = path.display().to_string();
         let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
         let (document, _) = merged(text, &name, &lines).ok()?;
-        let fault = keys::check(&document, schema()).err()?;
-        let is_of_shape = matches!(fault.kind, FaultKind::Key | FaultKind::Type);
-        is_of_shape.then_some((fault.message, fault.help))
+        let faults = keys::check(&document, schema()).into_iter();
+        let is_of_shape = |fault: &KeyFault| matches!(fault.kind, FaultKind::Key | FaultKind::Type);
+        let mut misshapen = faults.filter(is_of_shape);
+        misshapen.next().map(|fault| (fault.message, fault.help))
     }
 
     /// Reads a scenario from text; its relative paths start from `folder`.
@@ -205,18 +207,30 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     let source = || NamedSource::new(path.display().to_string(), text.to_owned());
     let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
     let schema = schemars::schema_for!(T).to_value();
-    keys::check(&document, &schema).map_err(|fault| {
-        Error::Scenario(Box::new(ScenarioFault {
-            message: fault.message,
-            help: fault.help,
-            source_code: source(),
-            span: fault.span.into(),
-        }))
+    refuse(keys::check(&document, &schema), |_, span| {
+        (source(), span.into())
     })?;
     decode(document).map_err(|error| {
         let span = error.span.unwrap_or_default();
         Error::toml_value(&error.message, source(), span.into())
     })
+}
+
+/// Reports all faults of keys at once; `place` returns the text that holds a key, and a span in it.
+fn refuse(
+    faults: Vec<KeyFault>,
+    place: impl Fn(&[String], Range<usize>) -> (NamedSource<String>, SourceSpan),
+) -> Result<(), Error> {
+    let placed = |fault: KeyFault| {
+        let place = place(&fault.path, fault.span);
+        ScenarioFault::new(fault.message, fault.help, place)
+    };
+    let mut faults = faults.into_iter().map(placed);
+    let Some(mut first) = faults.next() else {
+        return Ok(());
+    };
+    first.related = faults.collect();
+    Err(first.into())
 }
 
 /// The relative path from one absolute folder to an absolute path; the path itself if they share no
@@ -295,15 +309,8 @@ fn schema() -> &'static serde_json::Value {
 fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error> {
     let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
     let (document, origins) = merged(text, name, &lines)?;
-    keys::check(&document, schema()).map_err(|fault| {
-        let (source, span) = origins.of(&fault.path, fault.span);
-        Error::Scenario(Box::new(ScenarioFault {
-            message: fault.message,
-            help: fault.help,
-            source_code: source,
-            span,
-        }))
-    })?;
+    let place = |path: &[String], span| origins.of(path, span);
+    refuse(keys::check(&document, schema()), place)?;
     let mut scenario: Scenario = decode(document.clone()).map_err(|error| {
         let (source, span) = origins.of(&error.path, error.span.unwrap_or_default());
         Error::toml_value(&error.message, source, span)
@@ -316,13 +323,8 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
         // A missing key may be added at the head of the file.
         let place = objection.place(document.get_ref());
         let (path, span) = place.unwrap_or_default();
-        let (source_code, span) = origins.of(&path, span);
-        Error::Scenario(Box::new(ScenarioFault {
-            message: objection.message,
-            help: objection.help,
-            source_code,
-            span,
-        }))
+        let place = origins.of(&path, span);
+        Error::from(ScenarioFault::new(objection.message, objection.help, place))
     })?;
     Ok(scenario)
 }

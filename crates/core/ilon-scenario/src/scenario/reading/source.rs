@@ -32,12 +32,9 @@ impl Source {
     pub fn placed(&self, error: Error) -> Error {
         match error {
             Error::Invalid { message, help } => match self.find(&message) {
-                Some((source_code, span)) => Error::Scenario(Box::new(ScenarioFault {
-                    message,
-                    help,
-                    source_code,
-                    span: span.into(),
-                })),
+                Some((source_code, span)) => {
+                    ScenarioFault::new(message, help, (source_code, span.into())).into()
+                }
                 None => Error::Invalid { message, help },
             },
             Error::Robot(fault) => {

@@ -82,7 +82,7 @@ fn what_is_given_up_leaves_no_trace() {
                 *torque = MotorTorque::constant(if wheel % 2 == 0 { 0.3 } else { -0.2 });
             }
             for joint in 0..body.servos.len() {
-                body.aim(joint, 0.4, 0.0);
+                body.aim(joint, [0.4, 0.0, 0.0]);
             }
             if gives_up {
                 for tried_s in [2.0 * dt_s, dt_s] {

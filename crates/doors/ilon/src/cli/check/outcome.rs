@@ -7,7 +7,7 @@ use ilon_trace::{Convergence, Summary, quantities, to_microseconds};
 
 use super::update::Update;
 use crate::cli::converge;
-use crate::cli::escape::one_line;
+use crate::cli::escape::{one_line, path_in_line, sentence};
 use crate::cli::failure::Failure;
 use crate::cli::flags::shell;
 use crate::cli::json::pretty;
@@ -102,7 +102,9 @@ impl Judged {
         /// Relative to the largest difference.
         const ROUNDING: f64 = 1e-6;
         let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
-        let mut lines: Vec<String> = failed.map(|verdict| shown(&verdict.to_string())).collect();
+        let mut lines: Vec<String> = failed
+            .map(|verdict| sentence(&verdict.to_string()))
+            .collect();
         let differences = self.differences.as_deref().unwrap_or_default();
         let mut by_size: Vec<&Difference> = differences.iter().collect();
         by_size.sort_by(|a, b| {
@@ -112,7 +114,7 @@ impl Judged {
         let most = by_size.first().map_or(0.0, |one| one.share);
         by_size.retain(|one| one.share > ROUNDING * most.min(1.0));
         by_size.truncate(DIFFERENCES_SHOWN);
-        lines.extend(by_size.iter().map(|one| shown(&one.to_string())));
+        lines.extend(by_size.iter().map(|one| sentence(&one.to_string())));
         match differences.len() - by_size.len() {
             0 => {}
             more => {
@@ -126,7 +128,7 @@ impl Judged {
             }
         }
         if let Some(drawn) = &self.drawn {
-            lines.push(shown(&format!("drawn in {}", drawn.display())));
+            lines.push(format!("drawn in {}", path_in_line(drawn)));
         }
         lines
     }
@@ -209,7 +211,7 @@ impl Checked {
         let judged = match &self.result {
             Ended::Skipped => return format!("skip   {label}\n"),
             Ended::Refused(error) => {
-                return format!("ERROR  {label}: {}\n", shown(&error.to_string()));
+                return format!("ERROR  {label}: {}\n", one_line(&error.to_string()));
             }
             Ended::Judged(judged) => judged,
         };
@@ -232,7 +234,7 @@ impl Checked {
                 let verb = if judged.is_study { "sweep" } else { "run" };
                 let path = shell(&self.path.display().to_string());
                 let command = format!("ilon {verb} {path}{settings}");
-                text.push_str(&format!("         to see it: {}\n", shown(&command)));
+                text.push_str(&format!("         to see it: {}\n", one_line(&command)));
                 text.push_str(&judged.changes());
                 text
             }
@@ -298,7 +300,7 @@ pub(super) fn markdown(checked: &[Checked]) -> String {
                 cells.extend(judged.moved.iter().cloned());
                 cells.extend(judged.failures());
             }
-            Ended::Refused(error) => cells.push(shown(&error.to_string())),
+            Ended::Refused(error) => cells.push(one_line(&error.to_string()).into_owned()),
             Ended::Skipped => {}
         }
         let cells: Vec<String> = cells.iter().map(|cell| in_cell(cell)).collect();
@@ -362,8 +364,4 @@ fn bounds(count: usize) -> String {
         1 => "1 bound".to_owned(),
         count => format!("{count} bounds"),
     }
-}
-
-fn shown(text: &str) -> String {
-    one_line(text).into_owned()
 }

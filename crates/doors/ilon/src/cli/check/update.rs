@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_report::short;
 use ilon_trace::Summary;
 use ilon_trace::quantities::{Quantity, by_key, headlines, limits};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
@@ -107,8 +108,9 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Fail
             false => String::new(),
         };
         changes.push_str(&format!(
-            "         {}: {bound} (measured {measured}{widened})\n",
-            quantity.key
+            "         {}: {bound} (measured {}{widened})\n",
+            quantity.key,
+            short(measured, 6)
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
         let mut parts: Vec<&str> = std::iter::once("expect")
@@ -206,8 +208,9 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
                     *value.decor_mut() = decor;
                 }
                 changes.push_str(&format!(
-                    "         {}.{key}: {old} -> {new} (measured {measured})\n",
-                    verdict.quantity
+                    "         {}.{key}: {old} -> {new} (measured {})\n",
+                    verdict.quantity,
+                    short(measured, 6)
                 ));
             }
         }

@@ -8,7 +8,7 @@ use ilon_trace::effects::{self, Ablation, FLOORS};
 use serde_json::{Value, json};
 
 use super::arguments::Arguments;
-use crate::cli::escape::path_in_line;
+use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
 use crate::cli::outcome::Outcome;
@@ -54,9 +54,9 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         let all = json!({ "scenario": run.summary.scenario, "causes": causes });
         console::data(&pretty("the causes", &all)?)?;
     } else {
-        let answer: String = answer.iter().map(|line| format!("{line}\n")).collect();
         console::lines(&format!(
-            "{answer}\n{}{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            "{}\n{}{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
+            sentences(&answer),
             table(CAUSES, culprits),
             helpers,
             path_in_line(folder.path()),

@@ -9,7 +9,7 @@ use ilon_trace::{Quantity, Sink, Summary, to_microseconds};
 use crate::Scenario;
 use crate::cli::bag::Bag;
 use crate::cli::converge::{self, Converge};
-use crate::cli::escape::{one_line, path_in_line};
+use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
 use crate::cli::inspect::gathered;
 use crate::cli::options::{Detail, Sandbox, Settings, Twins};
@@ -153,7 +153,7 @@ pub fn one(
         };
         console::lines(&format!(
             "{}\n{}{}\nwritten to {}: {page}summary.json, trace.parquet, scenario.toml{}\n",
-            answer_lines(&answer),
+            sentences(&answer),
             if arguments.detail.table {
                 whole_table(&run.summary)
             } else {
@@ -172,12 +172,6 @@ pub fn one(
         open::page(&folder.path().join("report.html"));
     }
     Ok((folder.summary_json(&run)?, run.summary))
-}
-
-/// The answer, one sentence per line.
-fn answer_lines(answer: &[String]) -> String {
-    let lines = answer.iter();
-    lines.map(|line| format!("{}\n", one_line(line))).collect()
 }
 
 pub fn out_folder(out: &Path, scenario: &str, is_alone: bool) -> PathBuf {

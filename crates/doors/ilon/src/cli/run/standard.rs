@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_sim::standard_motions::standard_motions;
+use ilon_sim::standard_motions::{StandardMotion, standard_motions};
 use ilon_trace::Summary;
 use ilon_trace::file::write_text;
+use ilon_trace::metrics::TwistRatio;
 
 use super::one::{Arguments, Told, load, one, print_json};
 use crate::cli::escape::path_in_line;
@@ -56,14 +57,14 @@ pub(super) fn run(
         std::fs::create_dir_all(&folder).map_err(|source| Failure::write(&folder, &source))?;
         write_text(&path, &text)?;
         let scenario = load(&path, arguments, files)?;
-        scenarios.push((motion.name, path, scenario));
+        scenarios.push((motion, path, scenario));
     }
     let (mut told, mut summaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for (motion, path, scenario) in &scenarios {
         let (json, summary) = one(
             path,
             scenario,
-            folder.join(motion),
+            folder.join(motion.name),
             arguments,
             Told::Together(&mut notes),
         )?;
@@ -84,7 +85,7 @@ pub(super) fn run(
 }
 
 /// The speed that the robot reached in each motion, the friction used, and the drift of odometry.
-fn table(name: &str, told: &[(&str, Summary)], has_rollers: bool) -> Table {
+fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
         "{name}: speed reached, in % of the command and of the ideal kinematics; most grip used, %; odometry drift, \
@@ -93,26 +94,59 @@ fn table(name: &str, told: &[(&str, Summary)], has_rollers: bool) -> Table {
     ));
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
-    let least = |ratio: &ilon_trace::metrics::TwistRatio| {
-        let parts = [ratio.vx, ratio.vy, ratio.omega];
+    // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for that.
+    let least = |motion: &StandardMotion, ratio: &TwistRatio| {
+        let asked = motion.twist_in_body;
+        let parts = [
+            ratio.vx.filter(|_| asked.vx_m_s != 0.0),
+            ratio.vy.filter(|_| asked.vy_m_s != 0.0),
+            ratio.omega.filter(|_| asked.omega_rad_s != 0.0),
+        ];
         percent(parts.into_iter().flatten().reduce(f64::min))
     };
-    type Cell<'a> = (&'a str, &'a dyn Fn(&&Summary) -> String);
+    type Cell<'a> = (&'a str, &'a dyn Fn(&&(StandardMotion, Summary)) -> String);
     let columns: [Cell; 5] = [
-        ("command", &|summary| least(&summary.twist_ratio_asked)),
-        ("ideal", &|summary| least(&summary.twist_ratio_ideal)),
-        ("grip", &|summary| percent(summary.friction_used_max)),
-        ("odometry", &|summary| {
-            let drift = summary.odometry_ideal.m_per_m;
+        ("command", &|(motion, of)| {
+            least(motion, &of.twist_ratio_asked)
+        }),
+        ("ideal", &|(motion, of)| {
+            least(motion, &of.twist_ratio_ideal)
+        }),
+        ("grip", &|(_, of)| percent(of.friction_used_max)),
+        ("odometry", &|(_, of)| {
+            let drift = of.odometry_ideal.m_per_m;
             drift.map_or("-".to_owned(), |drift| format!("{:.1}", 1e3 * drift))
         }),
-        ("contact", &|summary| least(&summary.twist_ratio_contact)),
+        ("contact", &|(motion, of)| {
+            least(motion, &of.twist_ratio_contact)
+        }),
     ];
     // Tyres have no kinematics of rollers that touch.
     let columns = &columns[..if has_rollers { 5 } else { 4 }];
-    table.columns(
-        columns,
-        told.iter().map(|(motion, summary)| (*motion, summary)),
-    );
+    table.columns(columns, told.iter().map(|told| (told.0.name, told)));
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ilon_formats::LoadRobot;
+
+    /// On the spot such an origin moves sideways by its distance from the axle, which is no part of
+    /// the command: its share can be anything.
+    #[test]
+    fn shares_are_those_of_the_components_that_are_asked_for() {
+        let urdf = include_str!("../../../../../../assets/robots/differential.urdf");
+        let robot = ilon_robot::Robot::from_urdf_str(urdf, "robot.urdf").expect("a robot");
+        let turn = standard_motions(&robot).expect("it can be driven")[4].expect("it can turn");
+        let mut summary = Summary::default();
+        for ratio in [
+            &mut summary.twist_ratio_asked,
+            &mut summary.twist_ratio_ideal,
+        ] {
+            (ratio.vy, ratio.omega) = (Some(-2.79), Some(0.576));
+        }
+        let shown = table("robot", &[(turn, summary)], false).to_string();
+        assert!(shown.contains("57.6") && !shown.contains("279"), "{shown}");
+    }
 }

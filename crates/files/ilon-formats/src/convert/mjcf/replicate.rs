@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::convert::assembled::Assembled;
@@ -226,12 +226,8 @@ fn three(node: Node, attribute: &str) -> Result<Vector3<f64>, String> {
     let Some(text) = node.attribute(attribute) else {
         return Ok(Vector3::zeros());
     };
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .filter_map(|number| number.parse().ok().filter(|x: &f64| x.is_finite()))
-        .collect();
-    match numbers[..] {
-        [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(x, y, z)),
+    match xml::numbers(text).as_deref() {
+        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
         _ => Err(format!(
             "`{attribute}=\"{text}\"` of `<replicate>` is not three numbers"
         )),
@@ -249,29 +245,19 @@ fn turn(euler: Vector3<f64>, document: &Document) -> Result<UnitQuaternion<f64>,
     };
     let radians = of_compiler("angle") == Some("radian");
     let sequence = of_compiler("eulerseq").unwrap_or("xyz");
-    let axes: Vec<Unit<Vector3<f64>>> = sequence
-        .chars()
-        .filter_map(|letter| match letter.to_ascii_lowercase() {
-            'x' => Some(Vector3::x_axis()),
-            'y' => Some(Vector3::y_axis()),
-            'z' => Some(Vector3::z_axis()),
-            _ => None,
-        })
-        .collect();
-    if axes.len() != 3 || sequence.len() != 3 {
-        return Err(format!("`eulerseq=\"{sequence}\"` is not three of x, y, z"));
+    let wrong = || format!("`eulerseq=\"{sequence}\"` is not three of x, y, z");
+    if sequence.chars().count() != 3 {
+        return Err(wrong());
     }
-    let turns = axes.iter().zip(sequence.chars()).zip(euler.iter());
-    Ok(turns.fold(
-        UnitQuaternion::identity(),
-        |so_far, ((axis, letter), angle)| {
-            let angle = if radians { *angle } else { angle.to_radians() };
-            let turn = UnitQuaternion::from_axis_angle(axis, angle);
-            if letter.is_lowercase() {
-                so_far * turn
-            } else {
-                turn * so_far
-            }
-        },
-    ))
+    let mut whole = UnitQuaternion::identity();
+    for (letter, angle) in sequence.chars().zip(euler.iter()) {
+        let place = "xyz".find(letter.to_ascii_lowercase()).ok_or_else(wrong)?;
+        let angle = if radians { *angle } else { angle.to_radians() };
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::ith_axis(place), angle);
+        whole = match letter.is_lowercase() {
+            true => whole * turn,
+            false => turn * whole,
+        };
+    }
+    Ok(whole)
 }

@@ -6,6 +6,7 @@ use roxmltree::Node;
 use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
 use crate::urdf::source::{Source, child};
 use crate::urdf::tree::Tree;
+use crate::xml::numbers;
 
 /// Range of the angle of mecanum rollers, in degrees.
 const LEANS_DEG: std::ops::RangeInclusive<f64> = 20.0..=70.0;
@@ -159,12 +160,9 @@ fn friction_direction(
     if frame == link && !may_turn {
         return None;
     }
-    let numbers: Vec<f64> = fdir1
-        .text()?
-        .split_whitespace()
-        .filter_map(|word| word.parse().ok())
-        .collect();
-    let [x, y, z] = numbers[..] else { return None };
+    let [x, y, z] = numbers(fdir1.text()?)?[..] else {
+        return None;
+    };
     let frame = tree.links.iter().find(|l| l.name == frame)?;
     let direction = frame.body_from_link.rotation * Vector3::new(x, y, z);
     Some(match first > second {

@@ -559,6 +559,37 @@ fn all_keys_that_are_missing_are_named_at_once() {
     assert!(message.contains("no motion") && message.contains("`run.duration_s` is missing"));
 }
 
+/// Unknown keys, wrong types and missing keys of all tables are reported together. A key that is
+/// missing because it was misspelt is reported once.
+#[test]
+fn all_faults_of_keys_are_reported_at_once() {
+    let text = "[robot]\nfle = \"r.urdf\"\n[reference.hold_pose]\nx_m = \"1\"\ny_m = 2\n[run]\nduration = 3\n";
+    let Err(Error::Scenario(fault)) = parse(text, "test.toml", &[]) else {
+        panic!("it has faults");
+    };
+    let all = [&*fault].into_iter().chain(&fault.related);
+    let found: Vec<(&str, usize)> = all
+        .map(|fault| (fault.message.as_str(), fault.span.offset()))
+        .collect();
+    let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}"));
+    let expected = [
+        ("unknown key `robot.fle`", at("fle")),
+        (
+            "`reference.hold_pose.x_m` is a text, but must be a number",
+            at("\"1\""),
+        ),
+        (
+            "the key `reference.hold_pose.heading_deg` is missing",
+            at("reference.hold_pose") - 1,
+        ),
+        ("unknown key `run.duration`", at("duration")),
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(&expected) {
+        assert_eq!(found, expected);
+    }
+}
+
 /// Errors found only with the robot are placed by the key or value that they name, but not if a
 /// setting overrides it, or the value occurs twice.
 #[test]

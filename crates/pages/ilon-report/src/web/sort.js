@@ -1,0 +1,27 @@
+// Tables whose columns sort: a click on a heading puts the least first, another click the largest. Cells without a value stay last.
+document.querySelectorAll('table.sortable').forEach((table) => {
+  const value = (row, column) => {
+    const text = row.cells[column].textContent.trim();
+    return Number.isNaN(parseFloat(text)) ? text : parseFloat(text);
+  };
+  Array.from(table.tHead.rows[0].cells).forEach((head, column) => {
+    if (!head.textContent) return;
+    const button = document.createElement('button');
+    button.type = 'button';
+    button.append(...head.childNodes);
+    head.append(button);
+    button.addEventListener('click', () => {
+      const way = head.getAttribute('aria-sort') === 'ascending' ? -1 : 1;
+      for (const other of table.tHead.rows[0].cells) other.removeAttribute('aria-sort');
+      head.setAttribute('aria-sort', way > 0 ? 'ascending' : 'descending');
+      const rows = Array.from(table.tBodies[0].rows);
+      const isNone = (x) => x === '' || x === '\u2014';
+      rows.sort((p, q) => {
+        const [a, b] = [value(p, column), value(q, column)];
+        if (isNone(a) || isNone(b)) return isNone(a) - isNone(b);
+        return way * (typeof a === 'number' && typeof b === 'number' ? a - b : String(a).localeCompare(String(b)));
+      });
+      table.tBodies[0].append(...rows);
+    });
+  });
+});
