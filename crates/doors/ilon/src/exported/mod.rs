@@ -10,7 +10,7 @@ use ilon_control::{ContactKinematics, Kinematics};
 use ilon_formats::{FittedRobot, Format, Ground, RollerShape, contact_stiffness_n_m, fit};
 use ilon_robot::{CollisionShape, JointRole, Pose, Robot, Twist, Wheel, wrap_angle};
 use ilon_sim::standard_motions::standard_motions;
-use ilon_trace::WheelSample;
+use ilon_trace::{Record, WheelSample};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -100,16 +100,11 @@ impl Export {
             ));
         }
         let floor = &scenario.world.floor;
-        let has_relief = floor.slope_deg != 0.0
-            || !(floor.boxes.is_empty() && floor.ramps.is_empty() && floor.stairs.is_empty())
-            || !floor.patches.is_empty()
-            || floor.rough.is_some()
-            || floor.height_map.is_some();
+        let has_relief = floor.slope_deg != 0.0 || !floor.is_plane() || !floor.patches.is_empty();
         let mut drives = Vec::new();
         for motion in standard_motions(robot)?.into_iter().flatten() {
-            let axis = ["ahead", "left", "turn"]
-                .iter()
-                .position(|name| *name == motion.name);
+            let mut names = ["ahead", "left", "turn"].iter();
+            let axis = names.position(|name| *name == motion.name);
             let twist_in_body = motion.twist_in_body;
             let positions = tyres::positions(robot, twist_in_body);
             let (Some(axis), Some(positions)) = (axis, positions) else {
@@ -128,9 +123,8 @@ impl Export {
                 Ok(mean / along(twist_in_body, axis))
             };
             let end_s = SETTLED_S + lasts_s;
-            let driven = tyres::driven(robot)
-                .into_iter()
-                .map(|wheel| rates_rad_s[wheel]);
+            let driven = tyres::driven(robot).into_iter();
+            let driven = driven.map(|wheel| rates_rad_s[wheel]);
             drives.push(Drive {
                 name: motion.name,
                 as_made: ratio(&posed)?,
@@ -230,10 +224,8 @@ impl Export {
             let off = (drive.measured? - drive.ilon.unwrap_or(drive.expected)).abs();
             Some((drive.name, off))
         };
-        self.drives
-            .iter()
-            .filter_map(off)
-            .max_by(|a, b| a.1.total_cmp(&b.1))
+        let offs = self.drives.iter().filter_map(off);
+        offs.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// A run of ilon for playback in a simulator: the angles and rates of its wheels, its start and
@@ -256,10 +248,10 @@ impl Export {
             let of_wheel = |wheel| steps.iter().map(move |(_, of)| value(&of[wheel])).collect();
             driven.iter().copied().map(of_wheel).collect()
         };
-        let start = steps
-            .first()
-            .map_or(Pose::default(), |(row, _)| row.truth.pose);
-        let end = steps.last().map_or(start, |(row, _)| row.truth.pose);
+        let pose = |of: Option<&(&Record, &[WheelSample])>| {
+            of.map_or(Pose::default(), |of| of.0.truth.pose)
+        };
+        let (start, end) = (pose(steps.first()), pose(steps.last()));
         let led = |robot: &Robot| -> Result<Pose, Error> {
             let mut contact = ContactKinematics::new(robot)?;
             let mut pose = start;
@@ -323,13 +315,8 @@ impl Export {
 
     /// The kinds of shapes of its rollers, or of its tyres.
     pub fn shapes(&self) -> Vec<String> {
-        let names: BTreeSet<String> = self
-            .fitted
-            .shapes
-            .iter()
-            .flatten()
-            .map(RollerShape::name)
-            .collect();
+        let shapes = self.fitted.shapes.iter().flatten();
+        let names: BTreeSet<String> = shapes.map(RollerShape::name).collect();
         names.into_iter().collect()
     }
 

@@ -82,20 +82,14 @@ const NATIVE: [Native; 3] = [
         support_m: |[p, q], w| p + q * w.abs(),
         made: |[radius_m, half_m]| {
             let length_m = 2.0 * half_m;
-            RollerShape::Solids(vec![at(
-                0.0,
-                CollisionShape::Capsule { radius_m, length_m },
-            )])
+            RollerShape::of(CollisionShape::Capsule { radius_m, length_m })
         },
     },
     Native {
         support_m: |[p, q], w| p * (1.0 - w * w).sqrt() + q * w.abs(),
         made: |[radius_m, half_m]| {
             let length_m = 2.0 * half_m;
-            RollerShape::Solids(vec![at(
-                0.0,
-                CollisionShape::Cylinder { radius_m, length_m },
-            )])
+            RollerShape::of(CollisionShape::Cylinder { radius_m, length_m })
         },
     },
 ];
@@ -110,6 +104,11 @@ fn at(t_m: f64, shape: CollisionShape) -> Collision {
 }
 
 impl RollerShape {
+    /// One solid about the middle.
+    pub(super) fn of(solid: CollisionShape) -> Self {
+        Self::Solids(vec![at(0.0, solid)])
+    }
+
     /// What it is called.
     pub fn name(&self) -> String {
         match self {
@@ -285,17 +284,13 @@ impl<'a> Target<'a> {
             let apart = wheel.rollers[next].place_rad() - roller.place_rad();
             0.5 * crate::model::wrap_angle(apart).abs().min(PI / 1.5)
         };
-        let (after, before) = (
-            half_way((index + 1) % count),
-            half_way((index + count - 1) % count),
-        );
+        let [after, before] = [index + 1, index + count - 1].map(|next| half_way(next % count));
         let reaches: Vec<_> = wheel.rollers.iter().map(|r| reach(wheel, r)).collect();
         let outward = roller.center_in_hub_m.xy().normalize();
         let outward = Vector3::new(outward.x, outward.y, 0.0);
-        let served = (LOOKS / 2) as f64;
         let supports = (0..2 * LOOKS).map(|i| {
             // From twice as far before as the roller serves to twice as far after.
-            let share = 2.0 * (i as f64 - LOOKS as f64 + 0.5) / (2.0 * served);
+            let share = 2.0 * (i as f64 + 0.5) / LOOKS as f64 - 2.0;
             let phi = if share < 0.0 { before } else { after } * share;
             let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), phi);
             let down = turn * outward;
@@ -314,11 +309,10 @@ impl<'a> Target<'a> {
                 is_served,
             }
         });
-        let supports = supports.collect();
         Self {
             wheel,
             roller,
-            supports,
+            supports: supports.collect(),
         }
     }
 
@@ -382,8 +376,8 @@ impl<'a> Target<'a> {
         best.1.unwrap_or_else(of_many)
     }
 
-    /// The two figures of a shape, in metres, by which the largest error of its support is the least: golden sections, of the first
-    /// within those of the second.
+    /// The two figures of a shape, in metres, by which the largest error of its support is the least: the first is searched for each
+    /// value of the second.
     fn two_figures(&self, support_m: impl Fn([f64; 2], f64) -> f64) -> [f64; 2] {
         let thick_m = self.served().map(|of| of.reach_m).fold(0.0, f64::max);
         let most_m = 2.0 * self.roller.length_m + thick_m;
@@ -445,22 +439,17 @@ fn sphere_within(turned: &SolidOfRevolution, w: f64) -> (f64, f64) {
     (t_m, turned.profile().support_m(w) - t_m * w)
 }
 
-/// Where a function with one minimum between 0 and an end has it, and its value there: golden sections.
+/// Where a function with one minimum between 0 and an end has it, and its value there: of the thirds
+/// of a range the one beside the larger value is left out.
 fn least(end: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
-    const SECTIONS: usize = 60;
-    const SHARE: f64 = 0.618_033_988_749_894_9;
+    /// They leave 5e-13 of the range.
+    const SECTIONS: usize = 70;
     let (mut low, mut high) = (0.0, end);
-    let (mut a, mut b) = (high - SHARE * (high - low), low + SHARE * (high - low));
-    let (mut of_a, mut of_b) = (of(a), of(b));
     for _ in 0..SECTIONS {
-        if of_a <= of_b {
-            (high, b, of_b) = (b, a, of_a);
-            a = high - SHARE * (high - low);
-            of_a = of(a);
-        } else {
-            (low, a, of_a) = (a, b, of_b);
-            b = low + SHARE * (high - low);
-            of_b = of(b);
+        let third = (high - low) / 3.0;
+        match of(low + third) <= of(high - third) {
+            true => high -= third,
+            false => low += third,
         }
     }
     let x = 0.5 * (low + high);

@@ -4,11 +4,9 @@
 //! In MJCF an ellipsoid touches at each of these places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length
 //! l, and resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
 
-use nalgebra::Isometry3;
-
 use super::{Format, RollerShape};
 use crate::generate::elements::tyres_element;
-use crate::model::{Collision, CollisionShape, Robot, Roller, RollerForm, Wheel};
+use crate::model::{CollisionShape, Robot, Roller, RollerForm, Wheel};
 
 /// What stands for a tyre; `None` of a roller.
 pub(super) fn shape(roller: &Roller, format: Format) -> Option<RollerShape> {
@@ -24,15 +22,10 @@ pub(super) fn shape(roller: &Roller, format: Format) -> Option<RollerShape> {
             at_m: vec![-shoulder_m, 0.0, shoulder_m],
         });
     }
-    let shape = CollisionShape::Cylinder {
+    Some(RollerShape::of(CollisionShape::Cylinder {
         radius_m,
         length_m: 4.0 / 3.0 * shoulder_m,
-    };
-    Some(RollerShape::Solids(vec![Collision {
-        friction: None,
-        body_from_shape: Isometry3::identity(),
-        shape,
-    }]))
+    }))
 }
 
 /// The element of URDF by which ilon reads the tyres as they are; empty on rollers.
