@@ -34,7 +34,11 @@ impl Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let value = |value: Option<f64>| value.map_or("nothing".to_owned(), number);
+        // Six digits, or all where six are equal.
+        let short = |x: f64| format!("{x:.5e}").parse().map_or(x, |short: f64| short);
+        let is_close = self.run.map(short) == self.baseline.map(short);
+        let shown = |x: f64| number(if is_close { x } else { short(x) });
+        let value = |value: Option<f64>| value.map_or("nothing".to_owned(), shown);
         write!(
             f,
             "{} leaves its baseline at {} s: {}, was {}; ",
@@ -47,7 +51,7 @@ impl std::fmt::Display for Difference {
             true => write!(
                 f,
                 "at worst {} off, where {} is allowed",
-                number(self.worst),
+                number(short(self.worst)),
                 number(self.tolerance)
             ),
             false => f.write_str("in some rows only one of them is a number"),
