@@ -152,7 +152,7 @@ fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
     );
     assert_eq!(
         help,
-        "write a table, `{ ... }`, with what you need of its keys: `equal`, `max`, `min`, `within`"
+        "write a table, `{ ... }`, with what you need of its keys: `equal`, `max`, `min`, `within`; or a change against a baseline, `\"+10 %\"`"
     );
 }
 
