@@ -184,7 +184,7 @@ mod tests {
             by_m: [3e-3, -4e-3],
             by_rad: 0.5,
         };
-        let expected = "the pose sensor that is off by 5.0 mm and 28.65°";
+        let expected = "the pose sensor with an offset of 5.0 mm and 28.65°";
         assert_eq!(shifted.words(|_| None), expected);
     }
 }

@@ -542,8 +542,10 @@ fn rows_that_are_far_apart_come_to_what_close_ones_do() {
 #[test]
 fn a_row_counts_by_the_control_periods_that_it_holds() {
     let whole = run(|t_s| {
-        let mut record = Record::default();
-        record.saturated_share = if t_s == 0.0 { 1.0 } else { 0.0 };
+        let record = Record {
+            saturated_share: if t_s == 0.0 { 1.0 } else { 0.0 },
+            ..Record::default()
+        };
         (record, WheelSample::default())
     });
     let mut rows = Trace::with_capacity(whole.header.clone(), 11);

@@ -604,10 +604,9 @@ fn slid(
     };
     let mut world = World::new(robot, &floor, Pose::default(), &settings).expect("it stands");
     for index in 0..(1.2 / dt_s).round() as usize {
-        let at = |steps: f64| least_jerk((index as f64 + steps) * dt_s, way, takes_s)[0];
-        let [from, middle, to] = [0.0, 0.5, 1.0].map(at);
-        let bend = 4.0 * (to - 2.0 * middle + from) / (dt_s * dt_s);
-        let aim = [middle, (to - from) / dt_s, bend];
+        let at = |steps: f64| least_jerk((index as f64 + steps) * dt_s, way, takes_s);
+        let [from, [middle, rate], to] = [0.0, 0.5, 1.0].map(at);
+        let aim = [middle, rate, (to[1] - from[1]) / dt_s];
         world.robot_mut().aim_joint_along(0, aim).expect("driven");
         step(&mut world);
     }

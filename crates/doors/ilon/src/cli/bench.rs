@@ -72,7 +72,7 @@ pub(super) struct Arguments {
         value_name = "DEG,..",
         value_delimiter = ',',
         allow_hyphen_values = true,
-        value_parser = heading_deg
+        value_parser = |text: &str| within(text, -360.0, 360.0, "degrees")
     )]
     headings: Vec<f64>,
     /// Rounds of timing; the best stretch counts [default: 5].
@@ -221,10 +221,6 @@ fn rate_hz(text: &str) -> Result<f64, String> {
 
 fn bandwidth_rad_s(text: &str) -> Result<f64, String> {
     within(text, 0.1, 10_000.0, "rad/s")
-}
-
-fn heading_deg(text: &str) -> Result<f64, String> {
-    within(text, -360.0, 360.0, "degrees")
 }
 
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {

@@ -220,17 +220,13 @@ fn say_what_studies_leave_out(arguments: &Arguments, found: &[CheckedFile], file
         ("--init", arguments.init.is_some()),
         ("--converge", arguments.converge.converge),
     ];
-    let given: Vec<&str> = options
-        .into_iter()
-        .filter_map(|(option, is_given)| is_given.then_some(option))
-        .collect();
+    let given = options.iter().filter(|(_, is_given)| *is_given);
+    let given: Vec<&str> = given.map(|(option, _)| *option).collect();
     if given.is_empty() {
         return;
     }
-    for study in found
-        .iter()
-        .filter(|one| kind(&one.path, files) == Some(Kind::Study))
-    {
+    let is_study = |one: &&CheckedFile| kind(&one.path, files) == Some(Kind::Study);
+    for study in found.iter().filter(is_study) {
         console::note(&format!(
             "note: `{}` is a study, of which {} does nothing",
             study.label,

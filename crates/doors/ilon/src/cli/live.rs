@@ -115,7 +115,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
         false => Scenario::load_within(path, settings, &files)?,
     };
-    let goes_on = until_the_end(arguments.seconds);
+    // Until then, or until the command is interrupted or terminated. Connections are then closed; a
+    // second interruption ends the command at once.
+    let end = arguments
+        .seconds
+        .map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+    let is_interrupted = interrupt::awaited();
+    let goes_on = move || !is_interrupted() && end.is_none_or(|end| Instant::now() < end);
     if let Some(port) = arguments.ardupilot {
         return ardupilot(port, &scenario, goes_on);
     }
@@ -143,14 +149,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     );
     ilon_live::run(&mut session, &desk, &mut watchers, pace, goes_on).map_err(failure)?;
     Ok(Outcome::Done)
-}
-
-/// Whether to continue: until the given seconds have passed, or the command is interrupted or
-/// terminated. Connections are then closed; a second interruption ends the command at once.
-fn until_the_end(seconds: Option<f64>) -> impl Fn() -> bool {
-    let end = seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    let is_interrupted = interrupt::awaited();
-    move || !is_interrupted() && end.is_none_or(|end| Instant::now() < end)
 }
 
 /// Serves ArduPilot until the end, or until it is interrupted.

@@ -110,9 +110,8 @@ impl Bar {
     pub fn note(&self, text: &str) {
         let note = || console::note(&sentence(text));
         match &self.output {
-            Output::Nowhere => {}
-            Output::Lines => note(),
             Output::Terminal(bar) => bar.suspend(note),
+            Output::Nowhere | Output::Lines => note(),
         }
     }
 

@@ -37,18 +37,18 @@ fn no_run(path: &Path) -> Failure {
         let message = format!("`{}` holds no finished run", path.display());
         return Failure::usage(message, written);
     }
-    let above = path.parent().unwrap_or(Path::new(""));
+    let above = path.parent().filter(|above| !above.as_os_str().is_empty());
+    let above = above.unwrap_or(Path::new("."));
     if above.join("trace.parquet").exists() && above.join("scenario.toml").exists() {
-        let above = match above.as_os_str().is_empty() {
-            true => ".".to_owned(),
-            false => above.display().to_string(),
-        };
         return Failure::usage(
             format!(
                 "`{}` is a file, and a page is made from the folder of a run",
                 path.display()
             ),
-            format!("name the folder: `ilon report {}`", flags::shell(&above)),
+            format!(
+                "name the folder: `ilon report {}`",
+                flags::shell(&above.display().to_string())
+            ),
         );
     }
     if is_trace(path) {
@@ -94,11 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = load_robot(&run.scenario).ok();
     let context = context::of(&run, robot.as_ref(), &verdicts, &context::command_line());
     let answer = report::write_recorded(&out, &run.trace, &run.summary, &context)?;
-    console::lines(&format!(
-        "{}\nwritten to {}\n",
-        sentences(&answer),
-        path_in_line(&out)
-    ))?;
+    let (answer, page) = (sentences(&answer), path_in_line(&out));
+    console::lines(&format!("{answer}\nwritten to {page}\n"))?;
     if arguments.open {
         open::page(&out);
     }

@@ -461,6 +461,23 @@ mod tests {
         );
     }
 
+    /// The end is known to a hundredth of a millimetre, though the way is not: its tenths are said.
+    #[test]
+    fn the_end_is_told_with_the_digits_that_it_is_known_to() {
+        let half = Apart {
+            most_m: 0.01,
+            ahead_m: 1e-5,
+            ..Apart::default()
+        };
+        let without = Apart {
+            most_m: 0.05,
+            left_m: 0.0234,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, without, 0.0);
+        assert!(said.contains("put the robot 23.4"), "{said}");
+    }
+
     /// A turn of 0.04 rad, of which 0.004 rad are left.
     #[test]
     fn a_turn_that_passes_is_told_beside_what_is_left_of_it() {

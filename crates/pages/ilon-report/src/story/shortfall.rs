@@ -777,9 +777,8 @@ mod tests {
         let mut header = Header::default();
         header.wheels.push(Default::default());
         let at = |t_s: f64| {
-            let mut record = Record::default();
-            record.t_s = t_s;
-            record
+            let record = Record::default();
+            Record { t_s, ..record }
         };
         let mut stretch = Stretch::default();
         for (second, [target_rad_s, rate_rad_s]) in [(0.0, [3.0, 2.0]), (1.0, [2.0, 3.0])] {

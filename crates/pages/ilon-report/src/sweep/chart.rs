@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::input::{Sensitivity, figure};
-use super::shape::{Content, Figure, Scale, ascending};
+use super::shape::{Content, Field, Figure, Scale, ascending};
 use crate::page::escape;
 use crate::short;
 
@@ -304,7 +304,7 @@ fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// Draws a heat map: a field for each pair of values, stronger in colour the larger.
-fn heat(drawn: &Figure, fields: &[(f64, f64, Option<(f64, u64)>)]) -> String {
+fn heat(drawn: &Figure, fields: &[Field]) -> String {
     let (left, right, top, bottom) = AREA;
     let values = || fields.iter().filter_map(|field| Some(field.2?.0));
     let (least, largest) = (

@@ -34,6 +34,9 @@ pub(super) struct Scale {
     pub words: Vec<String>,
 }
 
+/// A field for a pair of values: x, y, and the mean with its first run.
+pub(super) type Field = (f64, f64, Option<(f64, u64)>);
+
 /// Content of a figure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Content {
@@ -42,8 +45,8 @@ pub(super) enum Content {
     Curves(Vec<Curve>),
     /// One point per run.
     Cloud(Vec<(f64, f64)>),
-    /// A field for each pair of values: x, y, and the mean with its first run.
-    Heat(Vec<(f64, f64, Option<(f64, u64)>)>),
+    /// A field for each pair of values.
+    Heat(Vec<Field>),
 }
 
 /// One curve.
@@ -238,7 +241,7 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
             .collect::<Vec<_>>()
             .join(", ")
     };
-    let mut curves: Vec<(String, Vec<(f64, f64, u64)>)> = Vec::new();
+    let mut curves: Vec<(String, Vec<Sample>)> = Vec::new();
     for run in &shown.runs {
         let (Some(x), Some(value)) = (run.values.get(key), run.figures[quantity]) else {
             continue;
@@ -262,8 +265,11 @@ fn curves(shown: &StudyInput, quantity: usize, key: usize) -> Figure {
     over(shown, quantity, key, caption.to_owned(), content)
 }
 
+/// x, the value there, and its run.
+type Sample = (f64, f64, u64);
+
 /// Merges points of equal x, in the order of x.
-fn gathered(mut points: Vec<(f64, f64, u64)>) -> Vec<Point> {
+fn gathered(mut points: Vec<Sample>) -> Vec<Point> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut gathered: Vec<Point> = Vec::new();
     let mut count = 0.0;

@@ -360,8 +360,5 @@ pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
 }
 
 fn bounds(count: usize) -> String {
-    match count {
-        1 => "1 bound".to_owned(),
-        count => format!("{count} bounds"),
-    }
+    format!("{count} bound{}", if count == 1 { "" } else { "s" })
 }

@@ -294,8 +294,10 @@ fn a_wall_that_pushes_aside_is_slid_along() {
 #[test]
 fn what_is_in_the_way_holds_back_along_the_motion() {
     for (force_n, held_back_n) in [([-6.0, -8.0], 10.0), ([-8.0, 6.0], 0.0)] {
-        let mut record = Record::default();
-        record.command_twist_in_body = ilon_robot::Twist::new(0.3, 0.4, 0.0);
+        let mut record = Record {
+            command_twist_in_body: ilon_robot::Twist::new(0.3, 0.4, 0.0),
+            ..Record::default()
+        };
         record.truth.twist_in_body = ilon_robot::Twist::new(0.06, 0.08, 0.0);
         let [obstacles_x_n, obstacles_y_n] = force_n;
         record.support = Some(Support {
