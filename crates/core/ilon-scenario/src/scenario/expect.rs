@@ -111,7 +111,10 @@ impl Bound {
                 _ => return None,
             },
         };
-        let share = 1e-2 * digits.trim().parse::<f64>().ok()?;
+        // One sign is enough.
+        let digits = digits.trim();
+        let is_number = digits.starts_with(|c: char| c.is_ascii_digit());
+        let share = 1e-2 * digits.parse::<f64>().ok().filter(|_| is_number)?;
         let room = share * baseline.abs();
         (share.is_finite() && share >= 0.0).then(|| Self {
             min: falls.then_some(baseline - room),

@@ -148,11 +148,11 @@ fn a_wrong_type_says_what_was_found_and_what_is_wanted() {
     let (message, help, _) = told(CIRCLE, &["expect.position_error_max_m=0.05"]);
     assert_eq!(
         message,
-        "`expect.position_error_max_m` is a number, but must be a table"
+        "`expect.position_error_max_m` is a number, but must be a text in quotes or a table"
     );
     assert_eq!(
         help,
-        "write a table, `{ ... }`, with what you need of its keys: `equal`, `max`, `min`, `within`"
+        "write a table, `{ ... }`, with what you need of its keys: `equal`, `max`, `min`, `within`; or a change against a baseline, `\"+10 %\"`"
     );
 }
 
