@@ -40,10 +40,9 @@ impl World {
     }
 
     /// Energy taken by the contacts' normal forces since the start, in J: inelastic impacts, less
-    /// the energy returned by pushing rollers out of the ground. Never negative: contacts
-    /// that gave more than they took owe it, in [`World::energy`].
+    /// the energy returned by pushing rollers out of the ground.
     pub fn impact_energy_j(&self) -> f64 {
-        self.energies.impact_j.max(0.0)
+        self.energies.impact_j
     }
 
     /// Work of the motors on the wheels since the start, in J; negative if they braked.
@@ -71,9 +70,7 @@ impl World {
 
     /// Current kinetic and potential energy of all bodies.
     pub fn energy(&self) -> Energy {
-        // What contacts gave beyond what they took is still owed.
-        let owed_j = self.energies.impact_j.min(0.0);
-        let in_contacts_j = self.energies.springs_j + self.energies.treads_j + owed_j;
+        let in_contacts_j = self.energies.springs_j + self.energies.treads_j;
         let potential_j = self.potential_j() + (in_contacts_j + self.islands.springs_j());
         Energy {
             kinetic_j: self.kinetic_j(),
