@@ -168,7 +168,8 @@ getters! { Body |me, py|
     };
     /// Rates about the axes of the body frame, in rad/s.
     angular_in_body_rad_s: Array<'py> = array(py, me.state.angular_in_body_rad_s.as_slice());
-    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last advance.
+    /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last
+    /// advance.
     acceleration_in_world_m_s2: Array<'py> = array(py, &me.acceleration_in_world_m_s2);
     /// The acceleration of gravity in the world frame, in m/s^2.
     gravity_in_world_m_s2: Array<'py> = array(py, &me.gravity_in_world_m_s2);
@@ -220,7 +221,8 @@ getters! { Wheels |me, py|
         let loads = me.over.iter().map(WheelTally::normal_force_mean_n);
         array(py, &loads.collect::<Vec<_>>())
     };
-    /// The largest share of its friction limit that each wheel used in the last advance; 1 where it slid.
+    /// The largest share of its friction limit that each wheel used in the last advance; 1 where it
+    /// slid.
     friction_used_max: Array<'py> = {
         let used = me.over.iter().map(|wheel| wheel.friction_used_max);
         array(py, &used.collect::<Vec<_>>())
@@ -230,10 +232,12 @@ getters! { Wheels |me, py|
         let speeds = me.over.iter().map(|wheel| wheel.sliding_max_m_s);
         array(py, &speeds.collect::<Vec<_>>())
     };
-    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each, in N: means over the last advance.
+    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each,
+    /// in N: means over the last advance.
     forces_in_body_n: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.force_mean_in_body_n().into());
-    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body frame for each wheel, in m/s: means over the
-    /// time of the last advance in which the wheel touched.
+    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body
+    /// frame for each wheel, in m/s: means over the time of the last advance in which the wheel
+    /// touched.
     slip_in_body_m_s: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into());
     ;
 

@@ -266,7 +266,8 @@ impl Run {
         as_python(py, &self.run.summary)
     }
 
-    /// The numbers of the summary by their dotted names, such as `twist_ratio_ideal.vy`; those that do not apply are left out.
+    /// The numbers of the summary by their dotted names, such as `twist_ratio_ideal.vy`; those that
+    /// do not apply are left out.
     #[getter]
     fn figures(&self) -> BTreeMap<&'static str, f64> {
         let figures = quantities::all().map(|figure| (figure.key, figure.value(&self.run.summary)));

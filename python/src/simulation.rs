@@ -160,7 +160,8 @@ impl Simulation {
         self.plant.push(force_n, place_m, lasts_s).or_raise(py)
     }
 
-    /// Lets a force and a moment in the world frame act on the chassis from now on until they are changed.
+    /// Lets a force and a moment in the world frame act on the chassis from now on until they are
+    /// changed.
     #[pyo3(signature = (force_n=None, moment_n_m=None, *, place_m=None))]
     fn set_wrench(
         &mut self,
@@ -177,7 +178,8 @@ impl Simulation {
         set.or_raise(py)
     }
 
-    /// Lets the chassis bear the articulated-body inertia of what another simulator moves from now on.
+    /// Lets the chassis bear the articulated-body inertia of what another simulator moves from now
+    /// on.
     fn set_articulated_inertia(
         &mut self,
         py: Python<'_>,
@@ -209,8 +211,8 @@ impl Simulation {
         self.plant.carry_at(mass_kg, place_m).or_raise(py)
     }
 
-    /// Tells the servos of joints between bodies, by name, from now on: positions, and how fast these move on; without a position a rate; or a torque or a
-    /// force. All are told, or none.
+    /// Tells the servos of joints between bodies, by name, from now on: positions, and how fast
+    /// these move on; without a position a rate; or a torque or a force. All are told, or none.
     #[pyo3(signature = (positions=None, *, rates=None, efforts=None))]
     fn command_joints(
         &mut self,
@@ -259,7 +261,8 @@ impl Simulation {
         self.plant.set_grip(wheel, share).or_raise(py)
     }
 
-    /// Lets the ground lean from now on, so that gravity pulls along a direction in the world frame.
+    /// Lets the ground lean from now on, so that gravity pulls along a direction in the world
+    /// frame.
     fn set_down(&mut self, py: Python<'_>, down: &Bound<'_, PyAny>) -> PyResult<()> {
         let down = triple(down, "the numbers of the direction")?;
         self.plant.set_down(down).or_raise(py)
@@ -304,7 +307,8 @@ impl Simulation {
         Ok(all)
     }
 
-    /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now; None without one.
+    /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now;
+    /// None without one.
     #[pyo3(signature = (t_s=None))]
     fn desired(&self, t_s: Option<f64>) -> PyResult<Option<Desired>> {
         let t_s = t_s.unwrap_or_else(|| self.plant.time_s());

@@ -15,7 +15,8 @@ use pyo3_arrow::PyTable;
 
 use crate::values::as_python;
 
-/// What a run recorded, one row a control period: a mapping from the names of columns to numpy arrays.
+/// What a run recorded, one row a control period: a mapping from the names of columns to numpy
+/// arrays.
 #[pyclass(frozen, mapping, module = "ilon")]
 pub struct Trace {
     run: Arc<ilon::Run>,
@@ -91,7 +92,8 @@ impl Trace {
 
 #[pymethods]
 impl Trace {
-    /// A column by its name, such as `truth_x_m`: an array that cannot be written to, NaN where it is absent.
+    /// A column by its name, such as `truth_x_m`: an array that cannot be written to, NaN where it
+    /// is absent.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let place = self.signals.iter().position(|signal| signal.name == name);
         let Some(place) = place else {
@@ -183,7 +185,8 @@ pub fn no_column<'n>(name: &str, names: impl Iterator<Item = &'n str>, all: &str
     PyKeyError::new_err(format!("no column `{name}`{hint}"))
 }
 
-/// Columns of Arrow, to hand over by its PyCapsule protocol: pandas, polars, pyarrow and DuckDB take it.
+/// Columns of Arrow, to hand over by its PyCapsule protocol: pandas, polars, pyarrow and DuckDB
+/// take it.
 #[pyclass(frozen, module = "ilon")]
 pub struct ArrowTable {
     batch: RecordBatch,

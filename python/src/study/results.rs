@@ -97,7 +97,8 @@ impl Sweep {
         PyList::new(py, columns(&self.study, &[]).iter().map(|(name, _)| name))
     }
 
-    /// A column: numbers as a numpy array, NaN where they are absent; texts as a list, None where they are absent.
+    /// A column: numbers as a numpy array, NaN where they are absent; texts as a list, None where
+    /// they are absent.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let all = columns(&self.study, &self.rows);
         let Some((_, cells)) = all.iter().find(|(known, _)| known == name) else {

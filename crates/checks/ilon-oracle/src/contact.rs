@@ -69,8 +69,9 @@ const BRISTLE_DAMPING_RATIO: f64 = 0.5;
 
 impl ContactLaw {
     /// A floor of this stiffness in N/m and this friction, with bristles of 2/3 of the stiffness. A
-    /// robot bouncing on its wheels has a damping ratio of 0.7, a roller oscillating on its bristle,
-    /// or a wheel on one of its tyre's, one of 0.5. Tends to the rigid limit with growing stiffness.
+    /// robot bouncing on its wheels has a damping ratio of 0.7, a roller oscillating on its
+    /// bristle, or a wheel on one of its tyre's, one of 0.5. Tends to the rigid limit with growing
+    /// stiffness.
     pub fn stiff(normal_stiffness_n_m: f64, friction: f64, robot: &Robot) -> Self {
         let bristle_stiffness_n_m = BRISTLE_SHARE * normal_stiffness_n_m;
         let on_each_kg = robot.mass_kg() / robot.wheels.len() as f64;

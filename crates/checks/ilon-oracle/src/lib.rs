@@ -9,8 +9,9 @@
 //! is shared. Only the description of the robot is shared, [`ilon_robot::Robot`].
 //!
 //! It supports a level or tilted floor with plates on it, exact barrels with or without axial play
-//! and with load-dependent friction on their axles, tyres off the plates, and revolute or prismatic joints, free or
-//! sprung, with damping, dry friction, stops and couplings. The chassis has no contacts.
+//! and with load-dependent friction on their axles, tyres off the plates, and revolute or prismatic
+//! joints, free or sprung, with damping, dry friction, stops and couplings. The chassis has no
+//! contacts.
 //!
 //! Frames and signs are those of [`ilon_robot`].
 //!

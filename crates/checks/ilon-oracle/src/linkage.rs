@@ -200,7 +200,8 @@ impl Linkage {
     }
 }
 
-/// The joints' acceleration along a direction per unit of force along it, wheels and rollers free, but tyres.
+/// The joints' acceleration along a direction per unit of force along it, wheels and rollers free,
+/// but tyres.
 fn response(tree: &Tree, along: &[(usize, f64)]) -> Option<f64> {
     let held = Prescribed {
         wheels: vec![None; tree.wheels.len()],

@@ -39,8 +39,8 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// As [`Outline::lowest`]. The ring's lowest point lies at ring_m from the axis, straight down in
-    /// the ring's plane; the sphere on the axis with that point has its centre where the line
+    /// As [`Outline::lowest`]. The ring's lowest point lies at ring_m from the axis, straight down
+    /// in the ring's plane; the sphere on the axis with that point has its centre where the line
     /// through it along the floor's normal meets the axis.
     pub fn lowest(&self, w: f64) -> Lowest {
         match self {

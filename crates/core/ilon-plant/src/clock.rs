@@ -154,7 +154,8 @@ mod tests {
         assert_eq!(clock.time_s(), 1.0);
     }
 
-    /// A host may stop in the middle of a step: no control period begins there, and none is left out.
+    /// A host may stop in the middle of a step: no control period begins there, and none is left
+    /// out.
     #[test]
     fn no_control_period_begins_within_a_step() {
         let run = scenario::Run {

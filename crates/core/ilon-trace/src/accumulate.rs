@@ -24,8 +24,8 @@ impl Summary {
         summary
     }
 
-    /// The figures of a run whose rows need not lie in memory. Where not each control period has a row they are those that the header has, whatever
-    /// the thresholds.
+    /// The figures of a run whose rows need not lie in memory. Where not each control period has a
+    /// row they are those that the header has, whatever the thresholds.
     ///
     /// # Errors
     /// Where the rows cannot be read.
@@ -146,7 +146,8 @@ impl Figures {
     }
 }
 
-/// The figures of a run as they grow: row by row, or control period by control period where fewer have a row.
+/// The figures of a run as they grow: row by row, or control period by control period where fewer
+/// have a row.
 pub struct Figures {
     position: ErrorAccumulator,
     heading: ErrorAccumulator,
@@ -419,7 +420,8 @@ impl AllWheels {
     }
 }
 
-/// How far the real twist is from a mean, component by component: Welford's sums, as the mean is known only at the end.
+/// How far the real twist is from a mean, component by component: Welford's sums, as the mean is
+/// known only at the end.
 #[derive(Default)]
 struct Ripple {
     rows: f64,

@@ -26,7 +26,8 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Whether the signal is the number of the roller that touches: it differs as soon as a hand-over shifts by a row.
+    /// Whether the signal is the number of the roller that touches: it differs as soon as a
+    /// hand-over shifts by a row.
     pub fn is_roller_index(&self) -> bool {
         self.signal.ends_with("_roller")
     }

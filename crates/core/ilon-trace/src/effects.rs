@@ -119,7 +119,8 @@ pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a
     tried.collect()
 }
 
-/// How far a figure of a run is known, by its key: what it moves by at half the step, and with another seed; `None` of a run without twins.
+/// How far a figure of a run is known, by its key: what it moves by at half the step, and with
+/// another seed; `None` of a run without twins.
 pub fn floor(key: &str, summary: &Summary, header: &Header) -> Option<f64> {
     let (quantity, with) = (by_key(key)?, by_key(key)?.value(summary)?);
     let noise = header.twins.iter().filter(|twin| twin.change.is_noise());

@@ -352,7 +352,8 @@ pub struct WheelHeader {
 }
 
 impl Header {
-    /// Whether the controller knows its robot: believes in no other, and in no encoder that counts wrong.
+    /// Whether the controller knows its robot: believes in no other, and in no encoder that counts
+    /// wrong.
     pub fn knows_its_robot(&self) -> bool {
         let is_scaled = |fault: &Fault| matches!(fault.kind, FaultKind::EncoderScaled { .. });
         self.belief.is_none() && !self.faults.iter().flatten().any(is_scaled)
@@ -453,8 +454,8 @@ impl Header {
         }
     }
 
-    /// Distance of the reference point from the desired position in metres and magnitude of the heading error in radians,
-    /// Indiveri 2009, eqs. (16)-(17); `None` without a reference.
+    /// Distance of the reference point from the desired position in metres and magnitude of the
+    /// heading error in radians, Indiveri 2009, eqs. (16)-(17); `None` without a reference.
     pub fn tracking_error(&self, record: &Record) -> Option<(f64, f64)> {
         let desired = record.desired?.pose;
         let truth = self.reference_point_at(record.truth.pose);

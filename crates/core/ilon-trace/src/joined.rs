@@ -60,7 +60,8 @@ fn root_mean_square(values: [f64; 2], weights: [f64; 2]) -> f64 {
 }
 
 impl Record {
-    /// Adds what happened in the rows before: for how long each lasted, in seconds, and the squares of the wheels' rates over this time.
+    /// Adds what happened in the rows before: for how long each lasted, in seconds, and the squares
+    /// of the wheels' rates over this time.
     fn join(&mut self, before: &Self, spans_s: [f64; 2], turned_rad2_s: [f64; 2]) {
         if let (Some(now), Some(before)) = (&mut self.desired, &before.desired) {
             let most = &mut now.position_error_max_m;
@@ -161,7 +162,8 @@ impl WheelSample {
 mod tests {
     use super::*;
 
-    /// A period of 1 s and one of 3 s: means are by time, by load or by the time of touching, extremes are over both.
+    /// A period of 1 s and one of 3 s: means are by time, by load or by the time of touching,
+    /// extremes are over both.
     #[test]
     fn what_happened_in_all_rows_is_in_the_one_that_they_make() {
         let wheel = |force_n: f64, touching_share, torque_n_m: f64| WheelSample {

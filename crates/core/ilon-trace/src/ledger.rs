@@ -17,18 +17,23 @@
 //! | slip | settled - along | the contacts slide besides |
 //! | incline | along - real | on a ramp the way along the ground is longer than its projection on the level; zero on a plane floor |
 //!
-//! where counted are the rates by encoders without noise, ideal is Indiveri 2009, eq. (7), believed the same of the robot that the controller believes in, contact the contact kinematics, and carried the same with each wheel weighted by the load that it
-//! carries. What the weighted wheels leave open, as fewer than three carry, is as the robot really moves; and so is a part of all, where they carry
-//! less than half of its weight. Rates q' that eq. (9) maps from no twist
-//! leave a residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts against that slide, any motion will do:
-//! settled is the motion nearest to along, on the way to it from carried, at which no wheel's slide has turned round. Along is the real motion
-//! in the robot's own plane.
+//! where counted are the rates by encoders without noise, ideal is Indiveri 2009, eq. (7), believed
+//! the same of the robot that the controller believes in, contact the contact kinematics, and
+//! carried the same with each wheel weighted by the load that it carries. What the weighted wheels
+//! leave open, as fewer than three carry, is as the robot really moves; and so is a part of all,
+//! where they carry less than half of its weight. Rates q' that eq. (9) maps from no twist leave a
+//! residual r = q' - M M^+ q', and each wheel with a part of r slides. As long as friction acts
+//! against that slide, any motion will do: settled is the motion nearest to along, on the way to it
+//! from carried, at which no wheel's slide has turned round. Along is the real motion in the
+//! robot's own plane.
 //!
-//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and the first four terms are zero.
+//! Under a law without rate targets nobody asks for a twist: asked is then what the wheels do, and
+//! the first four terms are zero.
 //!
-//! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder counts it over spans of a few physics steps
-//! ([`Ledger::count`]), by the angles that the wheels turned and the way that the robot went in each, so that it does not depend on how often rows
-//! are written.
+//! The sum telescopes, so that it equals the total to rounding, whatever the run did. A recorder
+//! counts it over spans of a few physics steps ([`Ledger::count`]), by the angles that the wheels
+//! turned and the way that the robot went in each, so that it does not depend on how often rows are
+//! written.
 
 use ilon_robot::{Twist, wrap_angle};
 use serde::{Deserialize, Serialize};
@@ -43,7 +48,8 @@ pub struct Parts<T> {
     pub guidance: T,
     /// Added by the command in advance against the rollers' geometry.
     pub compensation: T,
-    /// What the controller takes by believing in another robot, or in encoders that count wrong; not written where there is none of it.
+    /// What the controller takes by believing in another robot, or in encoders that count wrong;
+    /// not written where there is none of it.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub belief: T,
     /// Deviation of the wheels from their targets.
@@ -262,9 +268,11 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves 0.8, the targets of a controller that takes the wheels
-    /// for larger ones mean 0.75, the encoders count 0.72 of it while the wheels reach 0.7, of which the rollers' geometry leaves 0.69, wheels in the air 0.64, those that contradict
-    /// each other 0.56, slip 0.53 along the ground, and the incline 0.5.
+    /// A robot asked for 1 m/s to the left and 1 rad/s to the right for a span: saturation leaves
+    /// 0.8, the targets of a controller that takes the wheels for larger ones mean 0.75, the
+    /// encoders count 0.72 of it while the wheels reach 0.7, of which the rollers' geometry leaves
+    /// 0.69, wheels in the air 0.64, those that contradict each other 0.56, slip 0.53 along the
+    /// ground, and the incline 0.5.
     fn falls_short(span_s: f64) -> Chain {
         let left = |v: f64| Twist::new(0.0, v * span_s, -v * span_s);
         Chain {

@@ -86,10 +86,12 @@ pub struct Summary {
     pub wheel_rate_command_max_rad_s: Option<f64>,
     /// Largest magnitude of a torque of any wheel, in N m.
     pub wheel_torque_max_n_m: Option<f64>,
-    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of [`crate::Record::rate_conflict_share`] weighted by the
-    /// rates' squares, in [0, 1]; `None` where no wheel turned.
+    /// How much of the wheels' rates belongs to no one motion, over the run: root mean squares of
+    /// [`crate::Record::rate_conflict_share`] weighted by the rates' squares, in [0, 1]; `None`
+    /// where no wheel turned.
     pub rate_conflict_share: Option<f64>,
-    /// The part of the run in which a limit on wheel rates took anything of the command, in [0, 1]; `None` where a controller of the caller's commands the wheels.
+    /// The part of the run in which a limit on wheel rates took anything of the command, in [0, 1];
+    /// `None` where a controller of the caller's commands the wheels.
     pub saturated_share: Option<f64>,
 
     /// Mean of the commanded twist in the body frame, before saturation, within the window of the
@@ -190,14 +192,16 @@ pub struct WheelSlip {
     pub speed_rms_m_s: Option<f64>,
     /// The largest sliding speed of any physics step, in m/s.
     pub speed_max_m_s: Option<f64>,
-    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood still.
+    /// Slip ratio: rms sliding speed over rms rim speed |rho q'|; `None` where the wheel stood
+    /// still.
     pub ratio: Option<f64>,
     /// Energy lost to sliding in this wheel's contacts, in J.
     pub energy_j: f64,
     /// Energy that it took to bring this wheel's rollers up to their spin, in J.
     #[serde(default)]
     pub spin_up_energy_j: f64,
-    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller direction, in m/s.
+    /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller
+    /// direction, in m/s.
     pub constraint_residual_rms_m_s: Option<f64>,
     /// Mean normal force over time, in N.
     pub normal_force_mean_n: Option<f64>,
@@ -206,7 +210,8 @@ pub struct WheelSlip {
     /// How often another roller came to carry the wheel.
     #[serde(default)]
     pub hand_overs: u64,
-    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in rad/s.
+    /// Root mean square of the carrying roller's spin against that of rolling without sliding, in
+    /// rad/s.
     pub roller_spin_error_rms_rad_s: Option<f64>,
     /// The part of the time in which no roller touched, in [0, 1].
     pub lost_contact: Option<f64>,

@@ -108,7 +108,8 @@ pub struct Record {
     /// The twist in the body frame that eq. (7) gives for the wheel targets. Equal to the granted
     /// twist, unless the command uses another kinematic model than (7).
     pub twist_target_ideal: Twist,
-    /// The share of the control instants after the row before and up to this one at which a limit on wheel rates took anything of the command, in [0, 1].
+    /// The share of the control instants after the row before and up to this one at which a limit
+    /// on wheel rates took anything of the command, in [0, 1].
     pub saturated_share: f64,
     /// The guidance law's tasks, highest priority first. As many as [`crate::Header::task_names`]
     /// has are in use; the rest is zero.

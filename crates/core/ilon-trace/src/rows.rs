@@ -69,8 +69,8 @@ impl Rows for Trace {
     }
 }
 
-/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as much further apart: each has what happened in those that
-/// were left out before it.
+/// Every `every`-th row from the first on, and the last, as a trace of its own whose rows are as
+/// much further apart: each has what happened in those that were left out before it.
 ///
 /// # Errors
 /// Like [`Rows::each_batch`].

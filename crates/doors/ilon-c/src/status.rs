@@ -106,7 +106,8 @@ pub(crate) fn guarded(call: impl FnOnce() -> Result<(), Fault>) -> IlonStatus {
     fault.status
 }
 
-/// The stack that reading a file and building its robot may take, in bytes: parsers call themselves for what is nested.
+/// The stack that reading a file and building its robot may take, in bytes: parsers call themselves
+/// for what is nested.
 const STACK_BYTES: usize = 8 << 20;
 
 /// Does something deep on a stack of its own: that of the caller may be as small as 256 kB.

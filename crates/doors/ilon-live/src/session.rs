@@ -173,8 +173,8 @@ impl Session {
         self.friction
     }
 
-    /// The current priority of the guidance's tasks; `None` where the scenario sets none: a reference is then followed position first, and a twist
-    /// by hand is scaled down as a whole.
+    /// The current priority of the guidance's tasks; `None` where the scenario sets none: a
+    /// reference is then followed position first, and a twist by hand is scaled down as a whole.
     pub fn priority(&self) -> Option<Priority> {
         self.section.priority
     }

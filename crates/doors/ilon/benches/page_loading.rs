@@ -1,5 +1,6 @@
-//! How soon the page of a run of 40 s can be used: until its first picture in three dimensions stands, and until nothing more has to
-//! run before it answers. In headless Chromium, which draws by the processor; time counts from where the page is asked for.
+//! How soon the page of a run of 40 s can be used: until its first picture in three dimensions
+//! stands, and until nothing more has to run before it answers. In headless Chromium, which draws
+//! by the processor; time counts from where the page is asked for.
 //!
 //! `cargo bench --bench page_loading`
 
@@ -15,7 +16,8 @@ use serde_json::json;
 /// How often it is loaded, each time anew.
 const TIMES: usize = 9;
 
-/// Remembers when the first body of the scene is drawn, and when the page rests for the first time after it is loaded.
+/// Remembers when the first body of the scene is drawn, and when the page rests for the first time
+/// after it is loaded.
 const WATCH: &str = "
 const draw = WebGL2RenderingContext.prototype.drawElementsInstanced;
 WebGL2RenderingContext.prototype.drawElementsInstanced = function (...a) {

@@ -21,8 +21,8 @@ use crate::spec::{ChassisShape, ChassisSpec, Spec, check, is_on_tyres};
 use crate::urdf::joint_frame;
 
 /// Returns the robot of a TOML description with the options' changed keys, and the changed
-/// description; `None` for another kind of file, for a robot on tyres, and for options other than changed keys. Except
-/// for rounding it is the robot as loaded, without remarks.
+/// description; `None` for another kind of file, for a robot on tyres, and for options other than
+/// changed keys. Except for rounding it is the robot as loaded, without remarks.
 ///
 /// # Errors
 /// A file that cannot be read, and an invalid description.

@@ -5,10 +5,11 @@
 //! outward from the hub axis and z along its own axis, **n**_gamma = **k** x **u**_gamma for the roller that points down;
 //! its joint turns about z.
 //!
-//! A roller collides as a short stack of spheres along its axis, each with the exact radius of the barrel there, the
-//! outermost at its two ends: tools that know only URDF roll on it, and a reader recovers the barrel from it. Rollers that
-//! are made otherwise have the spheres of their own barrel, or a stack of cylinders; their reader makes them from
-//! `<ilon_rollers>`, which gives their radius.
+//! A roller collides as a short stack of spheres along its axis, each with the exact radius of the
+//! barrel there, the outermost at its two ends: tools that know only URDF roll on it, and a reader
+//! recovers the barrel from it. Rollers that are made otherwise have the spheres of their own
+//! barrel, or a stack of cylinders; their reader makes them from `<ilon_rollers>`, which gives
+//! their radius.
 
 mod description;
 pub(crate) mod elements;
@@ -346,8 +347,8 @@ fn write_roller(
     } else {
         0.0
     };
-    // The roller that points down, in the link's frame: hub axis y, u_gamma = y turned by gamma about z, and the
-    // roller's axis n_gamma = k x u_gamma.
+    // The roller that points down, in the link's frame: hub axis y, u_gamma = y turned by gamma
+    // about z, and the roller's axis n_gamma = k x u_gamma.
     let n_gamma = Vector3::new(-libm::cos(gamma_rad), -libm::sin(gamma_rad), 0.0);
     let down = -Vector3::z();
     let link_from_down = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[

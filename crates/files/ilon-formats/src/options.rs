@@ -14,23 +14,27 @@ use crate::packages::{Machine, Package};
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct LoadOptions {
-    /// Where ROS packages lie: `package://NAME/mesh.stl` is read from the folder given for NAME. A package that is not
-    /// given is looked for around the file, by its name.
+    /// Where ROS packages lie: `package://NAME/mesh.stl` is read from the folder given for NAME. A
+    /// package that is not given is looked for around the file, by its name.
     pub packages: Vec<Package>,
-    /// The values of a xacro file's arguments, `<xacro:arg name="...">`, by name; those left out have their defaults.
+    /// The values of a xacro file's arguments, `<xacro:arg name="...">`, by name; those left out
+    /// have their defaults.
     pub arguments: BTreeMap<String, String>,
-    /// Whether what is not there is left out, and each part that is left out remarked: a xacro file's includes that cannot
-    /// be found, with the macros that they would define, and links that then hang by nothing.
+    /// Whether what is not there is left out, and each part that is left out remarked: a xacro
+    /// file's includes that cannot be found, with the macros that they would define, and links that
+    /// then hang by nothing.
     pub leave_out_missing: bool,
-    /// Which files may be read: the robot's own, those that it includes, and the meshes that it names. Where only some may be, a
-    /// xacro file sees nothing of the environment.
+    /// Which files may be read: the robot's own, those that it includes, and the meshes that it
+    /// names. Where only some may be, a xacro file sees nothing of the environment.
     #[serde(skip)]
     pub files: FileAccess,
-    /// Repairs what can be repaired safely, and remarks each change with its line: missing and impossible inertias, elements
-    /// and names that stand twice, gaps between rollers, wheels some millimetres off the floor, hubs that do not turn.
+    /// Repairs what can be repaired safely, and remarks each change with its line: missing and
+    /// impossible inertias, elements and names that stand twice, gaps between rollers, wheels some
+    /// millimetres off the floor, hubs that do not turn.
     #[serde(alias = "mend")]
     pub repair: bool,
-    /// Density of a part of which no mass is known, in kg/m^3, for repairs; left out, [`Self::DENSITY_KG_M3`].
+    /// Density of a part of which no mass is known, in kg/m^3, for repairs; left out,
+    /// [`Self::DENSITY_KG_M3`].
     pub density_kg_m3: Option<f64>,
     /// What rollers touch the ground with.
     pub rollers: RollerForms,
@@ -38,26 +42,30 @@ pub struct LoadOptions {
     pub wheels: Option<WheelOptions>,
     /// Lets wheels that have no rollers in the file roll on tyres.
     pub tyres: Option<TyreOptions>,
-    /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres. Rollers that are in the file
-    /// without geometry reach it at their middles, and their neighbours at their ends.
+    /// The radius rho of wheels whose geometry does not show it, or cannot be read, in metres.
+    /// Rollers that are in the file without geometry reach it at their middles, and their
+    /// neighbours at their ends.
     pub wheel_radius_m: Option<f64>,
-    /// What joints that are neither a wheel's nor a roller's do, by their names; those left out are sprung where the file gives them a spring, free
-    /// where they carry wheels on both sides of their axis and nothing drives them, and else held at zero.
+    /// What joints that are neither a wheel's nor a roller's do, by their names; those left out are
+    /// sprung where the file gives them a spring, free where they carry wheels on both sides of
+    /// their axis and nothing drives them, and else held at zero.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, JointOptions>,
-    /// What is otherwise than in the file, where the file is a description in TOML: keys of [`Spec`](crate::Spec), those of tables
-    /// within tables, those of a list by their index from 0. A value replaces the one of that key.
+    /// What is otherwise than in the file, where the file is a description in TOML: keys of
+    /// [`Spec`](crate::Spec), those of tables within tables, those of a list by their index from 0.
+    /// A value replaces the one of that key.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub spec: toml::Table,
-    /// Whether wheels without rollers are given some where the file itself says which they are: by friction directions, a
-    /// drive plug-in, wheels that could not roll otherwise, or by calling them mecanum or omni wheels. What they were given is
-    /// remarked.
+    /// Whether wheels without rollers are given some where the file itself says which they are: by
+    /// friction directions, a drive plug-in, wheels that could not roll otherwise, or by calling
+    /// them mecanum or omni wheels. What they were given is remarked.
     #[default = true]
     pub infer_rollers: bool,
 }
 
 impl LoadOptions {
-    /// Density of a part of which only the size, or only the mass, is known, in kg/m^3: between plastic and aluminium.
+    /// Density of a part of which only the size, or only the mass, is known, in kg/m^3: between
+    /// plastic and aluminium.
     pub const DENSITY_KG_M3: f64 = 1500.0;
 
     /// The density used by repairs.
@@ -82,8 +90,9 @@ pub enum RollerForms {
     /// The exact barrel, fitted to what the robot's file models.
     #[default]
     Barrel,
-    /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other simulators roll on.
-    /// `roller_bodies` must be `"all"` then. Rollers that are put in by `robot.wheels` stay barrels.
+    /// The collision shapes of the robot's file as they are, with their gaps and ripple: what other
+    /// simulators roll on. `roller_bodies` must be `"all"` then. Rollers that are put in by
+    /// `robot.wheels` stay barrels.
     AsModelled,
 }
 
@@ -94,16 +103,19 @@ pub enum RollerForms {
 #[schemars(rename = "RobotWheelsSection")]
 #[non_exhaustive]
 pub struct WheelOptions {
-    /// The wheels' joints, of any type [default: every joint on a level axis that stands on the common floor].
+    /// The wheels' joints, of any type [default: every joint on a level axis that stands on the
+    /// common floor].
     #[serde(default)]
     pub joints: Vec<String>,
     /// Rollers on each wheel.
     #[schemars(range(min = 3, max = 1000))]
     pub rollers: usize,
-    /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach the neighbours].
+    /// Largest radius of the rollers, in metres [default: a fifth of the wheel's, or more, to reach
+    /// the neighbours].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_radius_m: Option<f64>,
-    /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at most half of the wheel].
+    /// Mass of one roller, in kg, taken from the wheel's [default: solid rubber, all together at
+    /// most half of the wheel].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_mass_kg: Option<f64>,
     /// Viscous damping of a roller's bearing, in N m s/rad.
@@ -114,7 +126,8 @@ pub struct WheelOptions {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub friction_n_m: f64,
-    /// Angle from the hub axis to the rolling direction of the lowest roller, counter-clockwise from above.
+    /// Angle from the hub axis to the rolling direction of the lowest roller, counter-clockwise
+    /// from above.
     pub gamma: Handedness,
 }
 
@@ -139,14 +152,16 @@ impl WheelOptions {
     }
 }
 
-/// Tyres of driven wheels without rollers: of differential, skid-steered, tricycle and swerve robots.
+/// Tyres of driven wheels without rollers: of differential, skid-steered, tricycle and swerve
+/// robots.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "RobotTyresSection")]
 #[non_exhaustive]
 pub struct TyreOptions {
-    /// The wheels' joints [default: every joint on a level axis that stands on the common floor, but for casters].
+    /// The wheels' joints [default: every joint on a level axis that stands on the common floor,
+    /// but for casters].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
     /// Those of other joints whose tyres nothing drives, such as the rear axle of a tricycle.
@@ -155,8 +170,9 @@ pub struct TyreOptions {
     /// Width of a tyre, in metres [default: that of the wheel's geometry].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_m: Option<f64>,
-    /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches in its middle and where they
-    /// begin [default: an eighth of the width, which scrubs in a turn like a line of the tyre's width].
+    /// Radius of a tyre's shoulders, in metres, below half of its width: the tyre touches in its
+    /// middle and where they begin [default: an eighth of the width, which scrubs in a turn like a
+    /// line of the tyre's width].
     #[schemars(range(min = 0.0))]
     pub shoulder_radius_m: Option<f64>,
 }
@@ -176,7 +192,8 @@ impl TyreOptions {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Gamma")]
 pub enum Handedness {
-    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, -45: in the O. All hub axes must be parallel.
+    /// `gamma.x_deg = 45`: mecanum wheels in the usual X, -45: in the O. All hub axes must be
+    /// parallel.
     XDeg(f64),
     /// `gamma.all_deg = 0`: the same for all wheels; 0 is an omni wheel.
     AllDeg(f64),
@@ -184,8 +201,8 @@ pub enum Handedness {
     EachDeg(Vec<f64>),
 }
 
-/// What a joint that is neither a wheel's nor a roller's does. Numbers are in the units of how it moves: those with `rad` of a joint that
-/// turns, those without of one that slides.
+/// What a joint that is neither a wheel's nor a roller's does. Numbers are in the units of how it
+/// moves: those with `rad` of a joint that turns, those without of one that slides.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -201,7 +218,8 @@ pub struct JointOptions {
     /// Viscous damping, or a servo's, in N s/m [default: the robot's file; of a servo critical].
     #[schemars(range(min = 0.0))]
     pub damping_n_s_m: Option<f64>,
-    /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo critical].
+    /// Viscous damping, or a servo's, in N m s/rad [default: the robot's file; of a servo
+    /// critical].
     #[schemars(range(min = 0.0))]
     pub damping_n_m_s_rad: Option<f64>,
     /// Position at which the spring acts with its preload alone, in metres [default: 0].
@@ -245,8 +263,9 @@ pub enum RoleOption {
     Free,
     /// A spring.
     Sprung,
-    /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are the servo's; left out, they swing what the joint
-    /// moves at most at 10 Hz, critically damped. What the robot's file has of damping and friction acts beside it.
+    /// A servo that goes to setpoints: an arm, a lift, a turret. `stiffness_*` and `damping_*` are
+    /// the servo's; left out, they swing what the joint moves at most at 10 Hz, critically damped.
+    /// What the robot's file has of damping and friction acts beside it.
     Driven,
     /// It does not move.
     Held,

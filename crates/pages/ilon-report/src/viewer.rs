@@ -48,8 +48,8 @@ pub fn scene_of(
     picture.map(|picture| picture.json)
 }
 
-/// Returns the scene of a run; `None` if its robot is unknown. The ways of `others`, if any, are for
-/// the ghost in place of the run's own twins.
+/// Returns the scene of a run; `None` if its robot is unknown. The ways of `others`, if any, are
+/// for the ghost in place of the run's own twins.
 ///
 /// # Errors
 /// If the rows cannot be read.

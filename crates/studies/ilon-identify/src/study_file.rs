@@ -15,9 +15,11 @@ use crate::simulate::Simulate;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "IdentifyStudy")]
 pub struct StudyFile {
-    /// The robot as it is known so far: its description in TOML, or any file that a scenario can name.
+    /// The robot as it is known so far: its description in TOML, or any file that a scenario can
+    /// name.
     pub robot: PathBuf,
-    /// Keys of the scenario in which the robot is simulated, and of `[robot]` where its file needs more to be read.
+    /// Keys of the scenario in which the robot is simulated, and of `[robot]` where its file needs
+    /// more to be read.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: Table,
@@ -29,11 +31,13 @@ pub struct StudyFile {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub window_s: f64,
-    /// What of the tracker is not known, beside the parameters of the models: `"x_m"` and `"y_m"` of the point that it follows, in the
-    /// body frame, and `"heading_deg"`, by which its heading is ahead of the body's.
+    /// What of the tracker is not known, beside the parameters of the models: `"x_m"` and `"y_m"`
+    /// of the point that it follows, in the body frame, and `"heading_deg"`, by which its heading
+    /// is ahead of the body's.
     #[serde(default = "tracker")]
     pub tracker: Vec<String>,
-    /// Models of the kinematics, each with what is free in it. The one with the least error on what was not fitted is chosen.
+    /// Models of the kinematics, each with what is free in it. The one with the least error on what
+    /// was not fitted is chosen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub models: Vec<ModelFile>,
     /// Keys of the scenario that are fitted by simulating the runs.
@@ -72,8 +76,9 @@ pub struct RunFile {
 pub struct ModelFile {
     /// What it is called.
     pub name: String,
-    /// Its parameters: `"radius_m"`, `"radius_m.WHEEL"` or `"radius_m.*"`, `"lever_m"`, `"gamma_deg"`, `"axis_deg.WHEEL"`,
-    /// `"x_m.WHEEL"`, `"y_m.WHEEL"`, `"gain.ahead"`, `"gain.sideways"`, `"gain.turn"`, `"rows_lost"`.
+    /// Its parameters: `"radius_m"`, `"radius_m.WHEEL"` or `"radius_m.*"`, `"lever_m"`,
+    /// `"gamma_deg"`, `"axis_deg.WHEEL"`, `"x_m.WHEEL"`, `"y_m.WHEEL"`, `"gain.ahead"`,
+    /// `"gain.sideways"`, `"gain.turn"`, `"rows_lost"`.
     pub free: Vec<String>,
 }
 

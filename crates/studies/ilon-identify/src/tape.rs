@@ -51,14 +51,16 @@ fn radius_and_lever() -> Vec<String> {
     ["radius_m", "lever_m"].map(str::to_owned).to_vec()
 }
 
-/// One run: what its wheels turned or what was commanded, and where it ended. What was not measured is left out.
+/// One run: what its wheels turned or what was commanded, and where it ended. What was not measured
+/// is left out.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredRun {
     /// What each wheel turned, by the names of the joints, in radians.
     #[serde(default)]
     pub wheels: BTreeMap<String, f64>,
-    /// In place of `wheels`: the twist that was commanded, and for how long, by a controller that uses the nominal values.
+    /// In place of `wheels`: the twist that was commanded, and for how long, by a controller that
+    /// uses the nominal values.
     pub drive: Option<Drive>,
     /// Where it ended along its first x axis, in metres.
     pub x_m: Option<f64>,

@@ -31,15 +31,15 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub axes: Table,
-    /// Simulate the runs. Without, only the `design` quantities are computed: rank and condition of M, top speeds,
-    /// accelerations without slip.
+    /// Simulate the runs. Without, only the `design` quantities are computed: rank and condition of
+    /// M, top speeds, accelerations without slip.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub physics: bool,
     /// How points are chosen on the axes.
     #[serde(default)]
     pub method: Method,
-    /// Number of points; none for `"grid"`. For `"sobol_indices"` and `"morris"` base points and trajectories, each of
-    /// several runs.
+    /// Number of points; none for `"grid"`. For `"sobol_indices"` and `"morris"` base points and
+    /// trajectories, each of several runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<u64>,
     /// How often each point is run, each time with another `sensors.seed`.
@@ -115,12 +115,13 @@ pub enum Method {
     Grid,
     /// Independent draws: Monte Carlo.
     Random,
-    /// Latin hypercube: each axis is divided into as many parts of equal probability as there are points, each of which has
-    /// one point.
+    /// Latin hypercube: each axis is divided into as many parts of equal probability as there are
+    /// points, each of which has one point.
     LatinHypercube,
     /// The Sobol sequence, scrambled after Owen: fills space evenly.
     Sobol,
-    /// Which share of the variance each axis causes: Sobol indices by the design of Saltelli; `points * (axes + 2)` runs.
+    /// Which share of the variance each axis causes: Sobol indices by the design of Saltelli;
+    /// `points * (axes + 2)` runs.
     SobolIndices,
     /// Which axes matter at all: elementary effects after Morris; `points * (axes + 1)` runs.
     Morris,

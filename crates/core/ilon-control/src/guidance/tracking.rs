@@ -1,10 +1,10 @@
 //! Tracking a path with a robot whose tyres hold it sideways.
 //!
 //! Such a robot cannot correct an error to its side at once: it has to turn, drive and turn back.
-//! The law is that of Y. Kanayama, Y. Kimura, F. Miyazaki and T. Noguchi, "A stable tracking control
-//! method for an autonomous mobile robot", IEEE International Conference on Robotics and Automation
-//! 1990, eq. (8): with the error (e_x, e_y, e_theta) of the tracked point in the robot's frame, ahead
-//! and to the left,
+//! The law is that of Y. Kanayama, Y. Kimura, F. Miyazaki and T. Noguchi, "A stable tracking
+//! control method for an autonomous mobile robot", IEEE International Conference on Robotics and
+//! Automation 1990, eq. (8): with the error (e_x, e_y, e_theta) of the tracked point in the robot's
+//! frame, ahead and to the left,
 //!
 //!   v     = v_r cos(e_theta) + K_x e_x,
 //!   omega = omega_r + v_r (K_y e_y + K_theta sin(e_theta)).

@@ -85,9 +85,9 @@ fn rank_of(m: &MatrixXx3<f64>) -> usize {
 }
 
 impl Kinematics {
-    /// Returns the reference point for a robot on tyres, which hold it about another point. Otherwise
-    /// returns the point d of the body about which M_a is orthogonal to span(M_l), in the body
-    /// frame, in metres. It exists and is unique for every robot that meets Lemma 1.
+    /// Returns the reference point for a robot on tyres, which hold it about another point.
+    /// Otherwise returns the point d of the body about which M_a is orthogonal to span(M_l), in the
+    /// body frame, in metres. It exists and is unique for every robot that meets Lemma 1.
     ///
     /// About d a row of M_a is -(b - d) . u_g. M_l^T M_a = sum n_g ((b - d) . u_g) = 0 means (sum
     /// n_g u_g^T) d = sum n_g (b . u_g). Since u_g = n_g x k is n_g turned by a quarter, the matrix

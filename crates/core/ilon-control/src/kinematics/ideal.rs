@@ -161,8 +161,8 @@ impl Kinematics {
         &self.excluded
     }
 
-    /// Returns how fast a twist in the body frame drags tyres sideways that are not steered, in m/s:
-    /// the largest over the directions of their axles, each in the middle of its tyres. 0 for
+    /// Returns how fast a twist in the body frame drags tyres sideways that are not steered, in
+    /// m/s: the largest over the directions of their axles, each in the middle of its tyres. 0 for
     /// twists that can be rolled.
     pub fn sideways_m_s(&self, twist_in_body: Twist) -> f64 {
         let twist = vector_of(twist_in_body);
@@ -170,9 +170,9 @@ impl Kinematics {
         rows.fold(0.0, f64::max)
     }
 
-    /// Returns the twist with the same yaw rate that unsteered tyres allow, nearest to a twist in the
-    /// body frame: of a robot whose axle lies off the reference point, the velocity of that point in
-    /// a turn about the axle. The same twist where no tyre excludes any.
+    /// Returns the twist with the same yaw rate that unsteered tyres allow, nearest to a twist in
+    /// the body frame: of a robot whose axle lies off the reference point, the velocity of that
+    /// point in a turn about the axle. The same twist where no tyre excludes any.
     pub fn reachable(&self, twist_in_body: Twist) -> Twist {
         // v' nearest to v with n . v' + m omega = 0 in all rows: for one direction of axles its
         // projection, for several the velocity that they leave.

@@ -11,8 +11,8 @@ pub(crate) fn row_of_m(wheel: &Wheel, reference_point_m: Vector2<f64>) -> RowVec
     -RowVector3::new(n_g.x, n_g.y, b.dot(&u_g))
 }
 
-/// The rows of M of wheels about a reference point. A caster's wheel says nothing of the motion: its
-/// row is zero.
+/// The rows of M of wheels about a reference point. A caster's wheel says nothing of the motion:
+/// its row is zero.
 pub(crate) fn rows_of_m(
     wheels: &[Wheel],
     mounts: &[Mount],

@@ -116,8 +116,8 @@ impl SpeedLimits {
 
     /// Returns the possible velocities in m/s at a yaw rate in rad/s: the corners of a convex
     /// polygon in the body frame, counter-clockwise; two where unsteered tyres leave one direction,
-    /// one where they leave a turn about a point. The arcs of steered wheels are sides of 4 degrees.
-    /// Empty if the yaw rate is out of reach or the velocity is unlimited.
+    /// one where they leave a turn about a point. The arcs of steered wheels are sides of 4
+    /// degrees. Empty if the yaw rate is out of reach or the velocity is unlimited.
     pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
         match &self.held[..] {
             [] if self.modules.is_empty() => self.polygon(omega_rad_s),

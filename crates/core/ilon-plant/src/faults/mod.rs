@@ -169,7 +169,8 @@ impl Faults {
         pose
     }
 
-    /// By how much a wheel's encoder counts wrong: what it counts over what it should; 0 of one that is lost.
+    /// By how much a wheel's encoder counts wrong: what it counts over what it should; 0 of one
+    /// that is lost.
     pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
         let is_lost = |(fault, of): (&Fault, usize)| {
             matches!(fault, Fault::EncoderLost { .. }) && of == wheel

@@ -1,7 +1,8 @@
 //! The largest share of a limit at which the simulated robot hardly slides.
 //!
-//! Sliding grows as some power of the share: about 20 for robots that slide when they are driven hard, less than 1 for those whose wheels strain one another.
-//! The next share is where the power through the last two drives would slide what may.
+//! Sliding grows as some power of the share: about 20 for robots that slide when they are driven
+//! hard, less than 1 for those whose wheels strain one another. The next share is where the power
+//! through the last two drives would slide what may.
 
 /// Of the motors' work, the share that may be lost to sliding.
 pub(crate) const MAY_SLIDE: f64 = 0.005;
@@ -13,7 +14,8 @@ const POWER: f64 = 5.0;
 const POWERS: [f64; 2] = [0.3, 20.0];
 /// The largest step down, one share over another, while every drive slides too much.
 const DOWN: f64 = 4.0;
-/// Of the way between a share that slides too much and one that does not, in logarithms: the least and the most that is gone.
+/// Of the way between a share that slides too much and one that does not, in logarithms: the least
+/// and the most that is gone.
 const BETWEEN: [f64; 2] = [0.15, 0.85];
 
 /// A drive at a share of a limit.
@@ -26,8 +28,8 @@ pub(crate) struct Drive {
     pub takes_s: f64,
 }
 
-/// A search for the largest share at which no more slides than may; where there is none, for the share at which least slides. It is found to within 2 % of the
-/// time that the drive takes.
+/// A search for the largest share at which no more slides than may; where there is none, for the
+/// share at which least slides. It is found to within 2 % of the time that the drive takes.
 #[derive(Clone, Debug)]
 pub(crate) struct ShareSearch {
     /// The largest share, and the least.
@@ -83,7 +85,8 @@ impl ShareSearch {
         if self.gentlest.is_none_or(|least| now.slid < least.slid) {
             self.gentlest = Some(now);
         }
-        // Limits that are searched at once affect one another: of larger or smaller shares the opposite may have been found before.
+        // Limits that are searched at once affect one another: of larger or smaller shares the
+        // opposite may have been found before.
         if now.slid <= MAY_SLIDE {
             self.beyond = self.beyond.filter(|beyond| beyond.share > now.share);
             (self.within, self.enough) = (Some(now), Some(now.share));
@@ -122,8 +125,9 @@ impl ShareSearch {
 mod tests {
     use super::*;
 
-    /// Two limits that are searched at once, of which each adds a fifth of what slides to the other: together they end where both are held, within 5 % of
-    /// where both slide what may. Each is found to 2 % while the other is where it is.
+    /// Two limits that are searched at once, of which each adds a fifth of what slides to the
+    /// other: together they end where both are held, within 5 % of where both slide what may. Each
+    /// is found to 2 % while the other is where it is.
     #[test]
     fn limits_that_affect_one_another_are_found_together() {
         for power in [3.0, 6.0, 15.0] {

@@ -324,8 +324,8 @@ impl Pilot {
         modules.flat_map(Modules::targets_rad)
     }
 
-    /// A remark if a robot that cannot move sideways follows a reference whose heading is not that of
-    /// its path; `duration_s` is that of the run.
+    /// A remark if a robot that cannot move sideways follows a reference whose heading is not that
+    /// of its path; `duration_s` is that of the run.
     pub fn heading_beside_path(&self, duration_s: f64) -> Option<String> {
         /// Places along the way that are compared (chosen).
         const PLACES: usize = 200;
@@ -349,8 +349,8 @@ impl Pilot {
         })
     }
 
-    /// A remark on the first twist of a schedule to which a module cannot turn from where it starts;
-    /// `None` if all can, and without a schedule.
+    /// A remark on the first twist of a schedule to which a module cannot turn from where it
+    /// starts; `None` if all can, and without a schedule.
     pub fn beyond_steering(&self, scenario: &Scenario) -> Option<String> {
         let Planned::Twist(profile) = &self.motion else {
             return None;

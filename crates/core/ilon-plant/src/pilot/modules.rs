@@ -164,8 +164,8 @@ mod tests {
         }
     }
 
-    /// To 135 deg from 0 it is 45 deg the other way; from 100 deg, where it is sent already while it
-    /// is still at 20 deg, 35 deg on.
+    /// To 135 deg from 0 it is 45 deg the other way; from 100 deg, where it is sent already while
+    /// it is still at 20 deg, 35 deg on.
     #[test]
     fn a_module_takes_the_shorter_turn_from_where_it_is_sent() {
         let diagonal = Twist::new(-0.3, 0.3, 0.0);

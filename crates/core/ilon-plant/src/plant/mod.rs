@@ -364,7 +364,8 @@ impl Plant {
         }
     }
 
-    /// By how much each wheel's encoder counts wrong now: what it counts over what it should, where it is not lost.
+    /// By how much each wheel's encoder counts wrong now: what it counts over what it should, where
+    /// it is not lost.
     pub(crate) fn encoder_scales(&self) -> impl Iterator<Item = f64> + '_ {
         let wheels = 0..self.motors.len();
         wheels.map(|wheel| self.faults.encoder_scale(self.clock.time_s(), wheel))

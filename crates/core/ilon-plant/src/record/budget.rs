@@ -94,8 +94,8 @@ impl Budget {
 
     /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of
     /// the wheels' targets by eq. (7), of the robot that the controller believes in and of the real
-    /// one; `None` if the wheels have no rate targets.
-    /// `scales` is by how much each wheel's encoder counts wrong: what it counts over what it should.
+    /// one; `None` if the wheels have no rate targets. `scales` is by how much each wheel's encoder
+    /// counts wrong: what it counts over what it should.
     pub fn decide(&mut self, decided: Option<[Twist; 4]>, scales: impl Iterator<Item = f64>) {
         self.decided = decided;
         self.encoder_scales.clear();

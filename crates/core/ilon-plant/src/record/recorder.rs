@@ -143,7 +143,8 @@ impl Recorder {
         self.reckoning.see(positions, &self.measured_positions);
     }
 
-    /// Takes in a control instant that has no row: what happened since the one before goes into the next row.
+    /// Takes in a control instant that has no row: what happened since the one before goes into the
+    /// next row.
     pub fn hold(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) {
         let record = self.of_instant(t_s, plant, decided);
         if let Some(figures) = &mut self.figures {
@@ -160,7 +161,8 @@ impl Recorder {
         self.record_rollers(t_s, plant.world());
     }
 
-    /// Puts the figures of all control periods into the header of the trace, where fewer of them have a row.
+    /// Puts the figures of all control periods into the header of the trace, where fewer of them
+    /// have a row.
     pub(crate) fn end(&mut self) {
         if let Some(figures) = self.figures.take() {
             let summary = figures.finish(&self.trace.header);
@@ -184,8 +186,8 @@ impl Recorder {
         self.budget.decide(twists, plant.encoder_scales());
     }
 
-    /// The row of a control instant: the state now, what was decided on it, and what happened since the instant before. The samples of its wheels are in
-    /// `samples`.
+    /// The row of a control instant: the state now, what was decided on it, and what happened since
+    /// the instant before. The samples of its wheels are in `samples`.
     fn of_instant(&mut self, t_s: f64, plant: &Plant, decided: &Decided<'_>) -> Record {
         self.decide(plant, decided);
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());

@@ -120,7 +120,8 @@ impl Drive {
     }
 }
 
-/// The largest share of grip and torques, up to `most`, at which no more slides than may: see [`ShareSearch`].
+/// The largest share of grip and torques, up to `most`, at which no more slides than may: see
+/// [`ShareSearch`].
 fn largest_share(
     most: f64,
     mut drive: impl FnMut(f64) -> Result<Drive, Error>,

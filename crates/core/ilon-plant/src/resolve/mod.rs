@@ -116,8 +116,8 @@ pub(crate) fn resolve_as_given(
     Ok(Resolved::new(scenario, choices))
 }
 
-/// Refuses motions that tyres exclude which are not steered: a twist sideways, and a reference where
-/// they only let the robot turn about a point.
+/// Refuses motions that tyres exclude which are not steered: a twist sideways, and a reference
+/// where they only let the robot turn about a point.
 fn refuse_sideways(
     scenario: &Scenario,
     follows: bool,
@@ -375,8 +375,8 @@ mod tests {
 
     const ROBOTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
 
-    /// A box that reaches 0.25 m with a wheel's 0.05 m must not pass a wheel at 100 m/s: 2.5 ms, and
-    /// less than the 3.3 ms of this robot alone.
+    /// A box that reaches 0.25 m with a wheel's 0.05 m must not pass a wheel at 100 m/s: 2.5 ms,
+    /// and less than the 3.3 ms of this robot alone.
     #[test]
     fn an_automatic_step_is_as_short_as_fast_bodies_need() {
         let text = "robot.file = \"mecanum4.urdf\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n";

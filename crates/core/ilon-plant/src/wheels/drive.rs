@@ -159,7 +159,8 @@ impl Drive {
                 for ((given, limit), asked) in given.zip(asked) {
                     given.torque_n_m = limit.clamp(*asked);
                 }
-                // Nothing that a loop decided before is held, or on the way, when rates are commanded again.
+                // Nothing that a loop decided before is held, or on the way, when rates are
+                // commanded again.
                 self.held_n_m.fill(0.0);
                 if let Some(on_the_way) = &mut self.on_the_way {
                     on_the_way

@@ -232,8 +232,8 @@ impl Robot {
     }
 
     /// Returns the joints of its casters, by their indices in [`Robot::joints`]: those that turn
-    /// freely about an upright axis and carry no wheel of [`Robot::wheels`], and the free ones below
-    /// them, on which the casters' own wheels roll.
+    /// freely about an upright axis and carry no wheel of [`Robot::wheels`], and the free ones
+    /// below them, on which the casters' own wheels roll.
     pub fn caster_joints(&self) -> Vec<usize> {
         let way = |at: usize| std::iter::successors(Some(at), |at| self.joints[*at].parent);
         let swivels = |at: usize| {

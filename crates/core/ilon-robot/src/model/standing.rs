@@ -23,8 +23,8 @@ pub struct StandingPose {
     /// Pitch of the body, about the y axis and after the roll, in radians; positive if its front is
     /// lowered.
     pub pitch_rad: f64,
-    /// The wheels that it stands on, by their indices in [`Robot::wheels`]; an index beyond them is a
-    /// place of the chassis.
+    /// The wheels that it stands on, by their indices in [`Robot::wheels`]; an index beyond them is
+    /// a place of the chassis.
     pub supporting: [usize; 3],
 }
 
@@ -72,8 +72,8 @@ impl StandingPose {
 impl Robot {
     /// Returns how the robot stands on a level plane, at wheel angles zero. `None` if it cannot
     /// stand: its centre of mass lies outside the area of its wheels, or the wheels are in one
-    /// line. A robot on tyres without joints stands on its wheels and its chassis then, whose lowest
-    /// points are its casters.
+    /// line. A robot on tyres without joints stands on its wheels and its chassis then, whose
+    /// lowest points are its casters.
     ///
     /// A robot whose supporting wheels are equally low stands exactly level, at its
     /// [`Self::ride_height_m`].

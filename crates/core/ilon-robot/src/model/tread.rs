@@ -87,9 +87,8 @@ pub struct RollerSurface {
 const STIFF_SAG: f64 = 5.5e-5;
 const STIFF_DAMPING: f64 = 0.7;
 
-/// Deflection of one place of a tyre without a given tread under the whole load of a wheel, over its
-/// radius:
-/// that of hard polyurethane (chosen).
+/// Deflection of one place of a tyre without a given tread under the whole load of a wheel, over
+/// its radius: that of hard polyurethane (chosen).
 pub const TYRE_SAG: f64 = 5e-3;
 
 impl RollerSurface {
@@ -100,12 +99,12 @@ impl RollerSurface {
     }
 
     /// Returns the tread with which rollers touch the ground, or a tyre, on a robot of these units.
-    /// Rollers that can slide along their axles and have no tread get one that deflects by 5.5e-5 of
-    /// the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over two
-    /// rollers carry the wheel while one slides, and with rigid ones their shares are undetermined.
-    /// On a robot with tyres (`beside_tyres`) every wheel without a tread gets one of which each place
-    /// would deflect by 5e-3 of the radius under the whole load of a wheel, so that all places of its
-    /// tyres, and all of its wheels, carry it.
+    /// Rollers that can slide along their axles and have no tread get one that deflects by 5.5e-5
+    /// of the wheel's radius, 1e7 N/m on a robot of 11 kg with wheels of 50 mm: near a hand-over
+    /// two rollers carry the wheel while one slides, and with rigid ones their shares are
+    /// undetermined. On a robot with tyres (`beside_tyres`) every wheel without a tread gets one of
+    /// which each place would deflect by 5e-3 of the radius under the whole load of a wheel, so
+    /// that all places of its tyres, and all of its wheels, carry it.
     pub fn touching_tread(&self, scale: &Scale, beside_tyres: bool) -> Option<Tread> {
         if beside_tyres && self.tread.is_none() {
             return Some(Tread::new(scale.stiffness_n_m(TYRE_SAG)));

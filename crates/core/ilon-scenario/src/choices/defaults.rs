@@ -30,9 +30,9 @@ const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
 /// half a millisecond, a robot with crowned rollers turned by 2.6 % less after some seconds; with
 /// this step the answer stays within 0.2 % (`docs/rollers.md`).
 const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
-/// The largest crown of rollers whose hand-overs on treads long steps resolve: at 1.12 a turn is off
-/// by 0.07 %, below 1 by 0.06 % at most. Beyond, two rollers of a wheel carry at a hand-over, and
-/// shear against one another.
+/// The largest crown of rollers whose hand-overs on treads long steps resolve: at 1.12 a turn is
+/// off by 0.07 %, below 1 by 0.06 % at most. Beyond, two rollers of a wheel carry at a hand-over,
+/// and shear against one another.
 const ROUND: f64 = 1.1;
 /// The longest step there, relative to the time sqrt(m / k) in which a tread swings the mass of a
 /// roller's rim: in turns at crowns of 1.3 and 1.5, steps of 1.7 ms are off by 0.6 % and miss half

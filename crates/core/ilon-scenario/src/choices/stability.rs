@@ -1,4 +1,5 @@
-//! Whether the guidance can settle at its control period: Indiveri 2009, eqs. (25)-(26), in discrete time.
+//! Whether the guidance can settle at its control period: Indiveri 2009, eqs. (25)-(26), in
+//! discrete time.
 //!
 //! | symbol | is |
 //! |---|---|
@@ -7,35 +8,40 @@
 //! | l | how old a pose is when it is decided on, in s |
 //! | u, v | what is commanded and what the wheels make of it, along one direction of motion, in m/s or rad/s |
 //!
-//! Eq. (25) proves that the error decays for every K > 0 in continuous time. A controller that decides once a period holds its command until
-//! the next. Along one direction
+//! Eq. (25) proves that the error decays for every K > 0 in continuous time. A controller that
+//! decides once a period holds its command until the next. Along one direction
 //!
 //! e' = -v,   u = K e(k T - l)  from k T to (k + 1) T.
 //!
-//! Wheels that follow at once have v = u; loops with a proportional and an integral part, and a feedforward of the command's filtered
-//! derivative, have
+//! Wheels that follow at once have v = u; loops with a proportional and an integral part, and a
+//! feedforward of the command's filtered derivative, have
 //!
 //! v' = w (u - v) + s i + c (u - x),   i' = u - v,   x' = c (u - x).
 //!
-//! Where their torques come a time tau late, v'(t) is the right side at t - tau, of which a Pade approximant stands for the delay: with y the right side,
+//! Where their torques come a time tau late, v'(t) is the right side at t - tau, of which a Pade
+//! approximant stands for the delay: with y the right side,
 //!
 //! v' = y - (12 / tau) q,   p' = q,   q' = y - (6 / tau) q - (12 / tau^2) p,
 //!
-//! is exp(-s tau) to (s tau)^5 / 720. Wheels that follow at once, but late, are those of a pose that is as much older.
+//! is exp(-s tau) to (s tau)^5 / 720. Wheels that follow at once, but late, are those of a pose
+//! that is as much older.
 //!
-//! Over a period this is a matrix, and the error decays where and only where its powers vanish. For wheels that follow at once and l = d T it is
-//! e_(k+1) = e_k - K T e_(k-d), which decays for
+//! Over a period this is a matrix, and the error decays where and only where its powers vanish. For
+//! wheels that follow at once and l = d T it is e_(k+1) = e_k - K T e_(k-d), which decays for
 //!
 //! 0 < K T < 2 cos(d pi / (2 d + 1)),
 //!
-//! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen at once, 1 with poses a period old, 0.618
-//! with two. Loops move the bound: w T = 0.6 lowers 2 to 1.64, w T = 4 raises it to 3.15.
+//! (Levin and May 1976, "A note on difference-delay equations"): below 2 with poses that are seen
+//! at once, 1 with poses a period old, 0.618 with two. Loops move the bound: w T = 0.6 lowers 2 to
+//! 1.64, w T = 4 raises it to 3.15.
 //!
-//! The error passes zero, so that the robot swings past its target, where two real roots of the same polynomial have met: from
+//! The error passes zero, so that the robot swings past its target, where two real roots of the
+//! same polynomial have met: from
 //!
 //! K T = d^d / (d + 1)^(d + 1)
 //!
-//! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by following an error.
+//! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by
+//! following an error.
 
 use ilon_control::DynamicModel;
 use ilon_trace::Guidance;
@@ -299,7 +305,8 @@ fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec
     let section = &scenario.wheel_loop;
     let delay_s = match section.latency_s() {
         0.0 => 0.0,
-        // What a loop decides is held, for half a period in the mean; of a physics step that is what its end moves the robot ahead by.
+        // What a loop decides is held, for half a period in the mean; of a physics step that is
+        // what its end moves the robot ahead by.
         latency_s => {
             latency_s
                 + 0.5
@@ -428,7 +435,8 @@ impl Stability {
             return None;
         }
         let (timing, is_certain) = timing(scenario);
-        // Torques that come late are, of wheels that follow at once, as poses that are as much older.
+        // Torques that come late are, of wheels that follow at once, as poses that are as much
+        // older.
         let old = Timing {
             age_s: timing.age_s + scenario.wheel_loop.latency_s(),
             ..timing

@@ -380,8 +380,8 @@ mod tests {
         }
     }
 
-    /// A step in which the target's rate changes uses the mean rate over it, wherever the change is,
-    /// and begins and ends where the neighbouring steps do: at 0.500 and 0.504, 5 ms from its
+    /// A step in which the target's rate changes uses the mean rate over it, wherever the change
+    /// is, and begins and ends where the neighbouring steps do: at 0.500 and 0.504, 5 ms from its
     /// middle.
     #[test]
     fn a_step_over_a_setpoint_has_the_mean_rate() {

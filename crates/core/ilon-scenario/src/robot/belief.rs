@@ -78,8 +78,8 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
     }
 }
 
-/// How a believed robot differs from the real one: by the keys that are of the whole robot, what of all wheels is alike in one phrase, and else wheel by
-/// wheel.
+/// How a believed robot differs from the real one: by the keys that are of the whole robot, what of
+/// all wheels is alike in one phrase, and else wheel by wheel.
 pub fn in_words(section: &Believed, robot: &Robot, believed: &Robot) -> String {
     type Figure = (&'static str, fn(&Wheel) -> f64, &'static str);
     const FIGURES: [Figure; 5] = [

@@ -85,8 +85,8 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
     options
 }
 
-/// The options with which the wheels of a question roll on tyres instead of rollers, if nothing else
-/// is asked for and their axles are parallel.
+/// The options with which the wheels of a question roll on tyres instead of rollers, if nothing
+/// else is asked for and their axles are parallel.
 pub fn tyres_instead(question: &Question) -> Option<LoadOptions> {
     let [Remedy::WhichRollers { wheels, parallel }] = &question.asked[..] else {
         return None;

@@ -34,8 +34,8 @@ pub struct Body {
     pub x_m: f64,
     /// y of its middle, in metres.
     pub y_m: f64,
-    /// Height of its middle above the floor, in metres [default: it stands on what is below it: floor, an earlier body, or the
-    /// robot].
+    /// Height of its middle above the floor, in metres [default: it stands on what is below it:
+    /// floor, an earlier body, or the robot].
     pub z_m: Option<f64>,
     /// Its heading in the world, in degrees.
     #[serde(default)]

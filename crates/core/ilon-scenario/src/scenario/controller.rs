@@ -18,24 +18,25 @@ pub struct Controller {
     pub robot: Option<Believed>,
 }
 
-/// What the controller believes wrongly of the robot. Commands, dead reckoning, fusion and the model of a torque law use the believed robot; physics and
-/// default gains use the real one.
+/// What the controller believes wrongly of the robot. Commands, dead reckoning, fusion and the
+/// model of a torque law use the believed robot; physics and default gains use the real one.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedRobotSection")]
 pub struct Believed {
-    /// The file of another robot, relative to the scenario, whose wheels are believed. Wheels are matched by name where all names are the same, else in
-    /// the order of the files.
+    /// The file of another robot, relative to the scenario, whose wheels are believed. Wheels are
+    /// matched by name where all names are the same, else in the order of the files.
     pub file: Option<PathBuf>,
     /// The radius of all wheels, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_radius_m: Option<f64>,
-    /// The lever of all wheels in turns, in metres: l_x + l_y of mecanum wheels at 45 degrees, the distance from the origin of omni wheels. Wheels move
-    /// along the line from the body's origin.
+    /// The lever of all wheels in turns, in metres: l_x + l_y of mecanum wheels at 45 degrees, the
+    /// distance from the origin of omni wheels. Wheels move along the line from the body's origin.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub lever_m: Option<f64>,
-    /// The angle gamma of all wheels, in degrees, each with its own sign; a negative one exchanges the signs, as if left and right were confused.
+    /// The angle gamma of all wheels, in degrees, each with its own sign; a negative one exchanges
+    /// the signs, as if left and right were confused.
     pub gamma_deg: Option<f64>,
     /// x of the body's origin in the body frame, in metres.
     pub origin_x_m: f64,
@@ -54,7 +55,8 @@ pub struct Believed {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "BelievedWheelSection")]
 pub struct BelievedWheel {
-    /// The wheel whose commands and encoder it has, as with exchanged cables. Each wheel is taken for one.
+    /// The wheel whose commands and encoder it has, as with exchanged cables. Each wheel is taken
+    /// for one.
     pub taken_for: Option<String>,
     /// Its radius, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -63,7 +65,8 @@ pub struct BelievedWheel {
     pub x_m: Option<f64>,
     /// y of its middle in the body frame, in metres.
     pub y_m: Option<f64>,
-    /// Hub axis, in degrees from the body's x axis, counter-clockwise; 90 for a wheel that drives ahead.
+    /// Hub axis, in degrees from the body's x axis, counter-clockwise; 90 for a wheel that drives
+    /// ahead.
     pub axis_deg: Option<f64>,
     /// Its angle gamma, in degrees, with its sign.
     pub gamma_deg: Option<f64>,

@@ -12,8 +12,8 @@ use super::checks::objection::Objection;
 use super::run::{Run, TIME_SLACK_S};
 use crate::Error;
 
-/// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components, as in
-/// `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
+/// Bounds on quantities of the summary, by name; a dot steps into a quantity of several components,
+/// as in `twist_ratio_contact.vy = { min = 0.995, max = 1.005 }`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Table", into = "Table")]
 pub struct Expect {
@@ -23,7 +23,8 @@ pub struct Expect {
     pub changes: BTreeMap<String, String>,
     /// Bounds on signals over time: `[[expect.signals]]`.
     pub signals: Vec<SignalBound>,
-    /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others must be equal.
+    /// Tolerance of each signal against a baseline, by column (`wheel*_` for every wheel); others
+    /// must be equal.
     pub tolerances: BTreeMap<String, f64>,
 }
 
@@ -32,7 +33,8 @@ pub struct Expect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SignalBound {
-    /// A column of the trace such as `truth_x_m` (`wheel*_`: every wheel), or `position_error_m` or `heading_error_rad`.
+    /// A column of the trace such as `truth_x_m` (`wheel*_`: every wheel), or `position_error_m` or
+    /// `heading_error_rad`.
     pub signal: String,
     /// When the bound must hold.
     #[serde(default)]
@@ -41,7 +43,8 @@ pub struct SignalBound {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub from_s: f64,
-    /// End of the window, or the time by which the signal must have settled, in seconds [default: the end].
+    /// End of the window, or the time by which the signal must have settled, in seconds [default:
+    /// the end].
     #[schemars(range(min = 0.0))]
     pub until_s: Option<f64>,
     /// At least this.
@@ -80,8 +83,9 @@ impl SignalBound {
     }
 }
 
-/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run fails. In their place a text
-/// bounds the change against the baseline of `ilon check --against`: `"+10 %"`, `"-10 %"`, or `"+-10 %"` for both ways.
+/// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run
+/// fails. In their place a text bounds the change against the baseline of `ilon check --against`:
+/// `"+10 %"`, `"-10 %"`, or `"+-10 %"` for both ways.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::run::TIME_SLACK_S;
 
-/// The faults, each of which has a window of time behind its `;`, and which window that is. A push has a length in place of an end.
+/// The faults, each of which has a window of time behind its `;`, and which window that is. A push
+/// has a length in place of an end.
 macro_rules! windowed {
     (
         $(#[$of:meta])*
@@ -91,8 +92,8 @@ pub enum Fault {
         #[serde(default)]
         heading_deg: f64; from_s, until_s
     },
-    /// The battery voltage drops. With `[motors.dc]` stall torque and no-load rate fall with it (0: shorted), else the
-    /// limits of torque and rate.
+    /// The battery voltage drops. With `[motors.dc]` stall torque and no-load rate fall with it (0:
+    /// shorted), else the limits of torque and rate.
     BatterySag {
         /// Remaining share of the voltage, from 0 to 1.
         #[schemars(range(min = 0.0, max = 1.0))]
@@ -152,8 +153,8 @@ pub enum Fault {
         /// Number of the roller, from 0, as in `wheel0_roller` of the trace.
         roller: u32; from_s, until_s
     },
-    /// The ground tilts or rocks about the world's origin, by turning gravity; the acceleration of the turning frame is left
-    /// out. Added to `world.floor.slope_deg`; several add up.
+    /// The ground tilts or rocks about the world's origin, by turning gravity; the acceleration of
+    /// the turning frame is left out. Added to `world.floor.slope_deg`; several add up.
     Tilt {
         /// The largest angle, in degrees.
         #[schemars(range(min = -60.0, max = 60.0))]

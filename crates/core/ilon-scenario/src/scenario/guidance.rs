@@ -10,7 +10,8 @@ use smart_default::SmartDefault;
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "GuidanceSection")]
 pub struct Guidance {
-    /// Task that keeps its wheel rates in saturation [default: position; of a twist in open loop, both give way together].
+    /// Task that keeps its wheel rates in saturation [default: position; of a twist in open loop,
+    /// both give way together].
     pub priority: Option<Priority>,
     /// What is done with wheel rates above the limit.
     pub saturation: Saturation,
@@ -25,16 +26,18 @@ pub struct Guidance {
     /// Largest commanded wheel rate, in rad/s [default: the lowest velocity limit in the URDF].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_rate_limit_rad_s: Option<f64>,
-    /// Gain on the position error as a symmetric positive definite matrix in the world frame, in 1/s: `[[xx, xy], [xy,
-    /// yy]]`. Instead of `position_gain_per_s`.
+    /// Gain on the position error as a symmetric positive definite matrix in the world frame, in
+    /// 1/s: `[[xx, xy], [xy, yy]]`. Instead of `position_gain_per_s`.
     pub position_gain_matrix_per_s: Option<[[f64; 2]; 2]>,
-    /// Capacity of all tasks together, c_1 of equation (34), in rad/s [default: the wheel rate limit].
+    /// Capacity of all tasks together, c_1 of equation (34), in rad/s [default: the wheel rate
+    /// limit].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub capacity_rad_s: Option<f64>,
     /// Largest commanded rate of each wheel, in rad/s, in the robot's order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheel_rate_limits_rad_s: Vec<f64>,
-    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. Tasks that are not listed are not done.
+    /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. Tasks that
+    /// are not listed are not done.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tasks: Vec<Task>,
     /// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.
@@ -103,7 +106,8 @@ pub enum ReferencePoint {
     /// The origin of the body frame.
     #[default]
     Origin,
-    /// The point at which position and heading are decoupled: M_a is orthogonal to span(M_l). `ilon inspect` prints it.
+    /// The point at which position and heading are decoupled: M_a is orthogonal to span(M_l). `ilon
+    /// inspect` prints it.
     Decoupling,
     /// Any point.
     At {

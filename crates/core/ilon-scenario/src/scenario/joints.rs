@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::checks::objection::Objection;
 
-/// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the others for joints that
-/// slide.
+/// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the
+/// others for joints that slide.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(rename = "RobotJointSection")]
@@ -15,7 +15,8 @@ pub struct Joint {
     /// What the robot's file is read with.
     #[serde(flatten)]
     pub options: JointOptions,
-    /// What the servo does over time. Before the first setpoint it holds the first, after the last the last.
+    /// What the servo does over time. Before the first setpoint it holds the first, after the last
+    /// the last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub setpoints: Vec<JointSetpoint>,
     /// How the target goes from one setpoint to the next.
@@ -86,7 +87,8 @@ impl JointSetpoint {
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "RobotJointBetween")]
 pub enum Between {
-    /// From rest to rest with the least jerk: 10 s^3 - 15 s^4 + 6 s^5 of the way at a share s of the time.
+    /// From rest to rest with the least jerk: 10 s^3 - 15 s^4 + 6 s^5 of the way at a share s of
+    /// the time.
     #[default]
     Smooth,
     /// At a constant rate, as between the points of a recorded motion.

@@ -20,7 +20,8 @@ pub struct MaterialPair {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: f64,
-    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of curvature)^this.
+    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of
+    /// curvature)^this.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: f64,

@@ -55,7 +55,8 @@ use ilon_files::FileAccess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One run: a robot, the world it stands in, the motion asked of it, and what is expected to come of it.
+/// One run: a robot, the world it stands in, the motion asked of it, and what is expected to come
+/// of it.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -71,7 +72,8 @@ pub struct Scenario {
     pub twist: Option<Twist>,
     /// Drives the robot by a log: wheels, a twist or a path. Instead of `reference` and `twist`.
     pub playback: Option<Playback>,
-    /// How the robot tracks the reference. Under `twist` only its kinematics, wheel rate limits and saturation count.
+    /// How the robot tracks the reference. Under `twist` only its kinematics, wheel rate limits and
+    /// saturation count.
     #[serde(default)]
     pub guidance: Guidance,
     /// What the controller believes of the robot.
@@ -105,7 +107,8 @@ pub struct Scenario {
     /// The scenario's name: its file's name without `.toml`.
     #[serde(skip)]
     pub name: String,
-    /// What it is about: the first paragraph of the comment at the head of its file, of at most 600 characters.
+    /// What it is about: the first paragraph of the comment at the head of its file, of at most 600
+    /// characters.
     #[serde(skip)]
     pub about: String,
     /// The text that it was read from.
@@ -120,8 +123,8 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The motion asked for, whichever of `[reference]`, `[twist]` and `[playback]` it is; `None` where several or none stand. A log that drives joints
-    /// between bodies alone stands beside it.
+    /// The motion asked for, whichever of `[reference]`, `[twist]` and `[playback]` it is; `None`
+    /// where several or none stand. A log that drives joints between bodies alone stands beside it.
     pub fn motion(&self) -> Option<Motion<'_>> {
         let playback = self.playback.as_ref();
         let playback = playback.filter(|playback| playback.drives != Drives::Joints);

@@ -82,8 +82,8 @@ pub enum Reference {
         #[serde(default)]
         heading: Heading,
     },
-    /// A smooth path through points, at rest at both ends: `points_m`, or a CSV file with the columns `x_m`, `y_m`, `t_s`
-    /// (or `speed_m_s` here) and, optionally, `heading_deg`.
+    /// A smooth path through points, at rest at both ends: `points_m`, or a CSV file with the
+    /// columns `x_m`, `y_m`, `t_s` (or `speed_m_s` here) and, optionally, `heading_deg`.
     Waypoints {
         /// The points: x and y, in metres.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -120,12 +120,13 @@ pub enum Reference {
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracked {
-    /// `"as fast as grip allows"`: least time within the limits. Without it the path's own speeds and times hold.
+    /// `"as fast as grip allows"`: least time within the limits. Without it the path's own speeds
+    /// and times hold.
     pub timing: Option<Timing>,
     /// With `timing`: largest share of grip, torques and wheel rates; 0.9 unless given.
     pub share_of_limits: Option<f64>,
-    /// With `timing`: share of grip and torques used, above 0 and at most `share_of_limits` [default: the largest at which the
-    /// simulated robot hardly slides].
+    /// With `timing`: share of grip and torques used, above 0 and at most `share_of_limits`
+    /// [default: the largest at which the simulated robot hardly slides].
     pub share_of_grip: Option<f64>,
     /// The path.
     #[serde(flatten)]
@@ -135,8 +136,9 @@ pub struct Tracked {
 /// When a robot is where on its path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Timing {
-    /// In the least time within a share of what grip, motors and wheel rates allow, from rest and, where the path ends, to rest. The path's
-    /// own speeds and times then have no effect, but for the sense of a circle.
+    /// In the least time within a share of what grip, motors and wheel rates allow, from rest and,
+    /// where the path ends, to rest. The path's own speeds and times then have no effect, but for
+    /// the sense of a circle.
     #[serde(rename = "as fast as grip allows")]
     AsFastAsGripAllows,
 }

@@ -29,15 +29,15 @@ pub struct Robot {
     /// Heading at the start, counter-clockwise from the world's x axis, in degrees.
     #[serde(default)]
     pub heading_deg: f64,
-    /// Which rollers are checked for contact: all, or those near the ground. Same motion to micrometres, not to the last
-    /// bit.
+    /// Which rollers are checked for contact: all, or those near the ground. Same motion to
+    /// micrometres, not to the last bit.
     #[serde(default)]
     pub roller_bodies: RollerBodies,
     /// Shape of the rollers at the ground: ideal barrels, or the shapes of the file.
     #[serde(default)]
     pub rollers: RollerForms,
-    /// Repair masses, inertias, double names, gaps between rollers, wheels some millimetres off the floor and fixed hubs.
-    /// Each change is reported.
+    /// Repair masses, inertias, double names, gaps between rollers, wheels some millimetres off the
+    /// floor and fixed hubs. Each change is reported.
     #[serde(default)]
     pub repair: bool,
     /// Density of a part whose size or mass is missing, for repairs, in kg/m^3 [default: 1500].
@@ -52,8 +52,8 @@ pub struct Robot {
     /// Propose rollers for wheels that have none, where the file says what kind they are.
     #[serde(default = "yes")]
     pub infer_rollers: bool,
-    /// Folders of ROS packages, `NAME = "DIR"`, relative to the scenario. Others are searched in the folders above the
-    /// robot's file.
+    /// Folders of ROS packages, `NAME = "DIR"`, relative to the scenario. Others are searched in
+    /// the folders above the robot's file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub packages: BTreeMap<String, PathBuf>,
     /// Radius of wheels whose geometry does not show it, in metres.
@@ -63,8 +63,8 @@ pub struct Robot {
     pub wheels: Option<WheelOptions>,
     /// Tyres of wheels that have no rollers in the robot's file.
     pub tyres: Option<TyreOptions>,
-    /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring, free for rockers, else
-    /// held at zero.
+    /// Joints other than wheels and rollers, by name. Default: sprung where the file has a spring,
+    /// free for rockers, else held at zero.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, Joint>,
     /// Keys of a robot's description in TOML, such as `spec.rollers.per_row = 12`.
@@ -140,7 +140,8 @@ impl std::fmt::Display for Argument {
     }
 }
 
-/// Which rollers are checked for contact: all, or those near the ground. Same motion to micrometres, not to the last bit.
+/// Which rollers are checked for contact: all, or those near the ground. Same motion to
+/// micrometres, not to the last bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollerBodies {

@@ -11,27 +11,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// Shape, bearings and tread of the rollers. Defaults: the robot's file, else rigid and without loss.
+/// Shape, bearings and tread of the rollers. Defaults: the robot's file, else rigid and without
+/// loss.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "RollersSection")]
 pub struct RollerSurface {
-    /// Length of a roller; 1 leaves neither gap nor overlap. Longer rollers share the ground (with a tread); shorter ones
-    /// leave gaps.
+    /// Length of a roller; 1 leaves neither gap nor overlap. Longer rollers share the ground (with
+    /// a tread); shorter ones leave gaps.
     #[schemars(range(min = 0.1, max = 10.0))]
     pub length_factor: Option<f64>,
-    /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a circle, less is flatter,
-    /// more is rounder.
+    /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a
+    /// circle, less is flatter, more is rounder.
     #[schemars(range(min = 0.01, max = 100.0))]
     pub crown: Option<f64>,
-    /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the middle, joined by straight
-    /// lines. Two points make a cylinder.
+    /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the
+    /// middle, joined by straight lines. Two points make a cylinder.
     pub profile_m: Option<Vec<[f64; 2]>>,
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[schemars(range(min = 0.0))]
     pub edge_radius_m: Option<f64>,
-    /// Tolerance of the rollers' radius, in metres: each differs at random, evenly between minus and plus this.
+    /// Tolerance of the rollers' radius, in metres: each differs at random, evenly between minus
+    /// and plus this.
     #[schemars(range(min = 0.0))]
     pub radius_spread_m: Option<f64>,
     /// Seed of `radius_spread_m`.
@@ -49,15 +51,17 @@ pub struct RollerSurface {
     /// Play of each roller along its axle, from stop to stop, in metres.
     #[schemars(range(min = 0.0))]
     pub axial_play_m: Option<f64>,
-    /// Class of the rollers' bearings: `"bushings"` dry plastic or bronze on a pin, `axle_friction` 0.2 on 0.15 of the
-    /// roller's radius; `"ball"` 0.0015 on the same; `"industrial"` needle or tapered rollers, 0.0020 on 0.3 [default: the
-    /// robot's file, else no friction that grows with the load].
+    /// Class of the rollers' bearings: `"bushings"` dry plastic or bronze on a pin, `axle_friction`
+    /// 0.2 on 0.15 of the roller's radius; `"ball"` 0.0015 on the same; `"industrial"` needle or
+    /// tapered rollers, 0.0020 on 0.3 [default: the robot's file, else no friction that grows with
+    /// the load].
     pub bearings: Option<RollerBearings>,
-    /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times `axle_radius_m` times
-    /// the load.
+    /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times
+    /// `axle_radius_m` times the load.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub axle_friction: Option<f64>,
-    /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of its bore.
+    /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of
+    /// its bore.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub axle_radius_m: Option<f64>,
     /// A soft tread. Without it rollers are rigid.
@@ -70,7 +74,8 @@ pub struct RollerSurface {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "TreadSection")]
 pub struct Tread {
-    /// Stiffness along the ground's normal, in N/m; rubber has 1e4 to 1e6. Required unless the robot's file has a tread.
+    /// Stiffness along the ground's normal, in N/m; rubber has 1e4 to 1e6. Required unless the
+    /// robot's file has a tread.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
     /// Damping along the normal, in N s/m [default: a tenth of critical under the load of a wheel].
@@ -82,8 +87,8 @@ pub struct Tread {
     /// Damping across the normal, in N s/m [default: the same share of stiffness as along it].
     #[schemars(range(min = 0.0))]
     pub shear_damping_n_s_m: Option<f64>,
-    /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull / (`shear_stiffness_n_m`
-    /// times this) [default: no creep].
+    /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull /
+    /// (`shear_stiffness_n_m` times this) [default: no creep].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub relaxation_length_m: Option<f64>,
 }

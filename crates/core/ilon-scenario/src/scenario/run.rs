@@ -12,18 +12,21 @@ pub const TIME_SLACK_S: f64 = 1e-9;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RunSection")]
 pub struct Run {
-    /// Simulated time, in seconds; required except for a `playback`, which runs to the end of its log.
+    /// Simulated time, in seconds; required except for a `playback`, which runs to the end of its
+    /// log.
     #[serde(default = "until_its_log_ends", skip_serializing_if = "is_open")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub duration_s: f64,
-    /// Physics step in seconds, or `"auto"`: the longest that is accurate for this robot and its loop.
+    /// Physics step in seconds, or `"auto"`: the longest that is accurate for this robot and its
+    /// loop.
     #[serde(default)]
     pub physics_dt_s: Step,
     /// Control period, in seconds: a whole number of physics steps.
     #[serde(default = "default_control_dt_s")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
-    /// Control periods per row of the trace. Rows keep the means and extremes in between; figures are of all periods, sentences and plots are of rows.
+    /// Control periods per row of the trace. Rows keep the means and extremes in between; figures
+    /// are of all periods, sentences and plots are of rows.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
@@ -31,7 +34,8 @@ pub struct Run {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub roller_angles_hz: Option<f64>,
-    /// Repeat the run at half the physics step and half of `world.solver.split_dt_s`, and report how far its figures move.
+    /// Repeat the run at half the physics step and half of `world.solver.split_dt_s`, and report
+    /// how far its figures move.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub converge: bool,
 }

@@ -18,8 +18,8 @@ pub struct Sensors {
     pub encoders: Encoders,
     /// Inertial measurement unit; without it the robot does not know its tilt.
     pub imu: Option<Imu>,
-    /// Extended Kalman filter of poses and wheel odometry, each pose at the time when it was taken. Without it the robot
-    /// uses the newest pose.
+    /// Extended Kalman filter of poses and wheel odometry, each pose at the time when it was taken.
+    /// Without it the robot uses the newest pose.
     pub fusion: Option<Fusion>,
 }
 
@@ -28,7 +28,8 @@ pub struct Sensors {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "FusionSection")]
 pub struct Fusion {
-    /// Standard deviation of the odometry's x and y after 1 m, in metres; it grows with the square root of the distance.
+    /// Standard deviation of the odometry's x and y after 1 m, in metres; it grows with the square
+    /// root of the distance.
     #[schemars(range(min = 0.0))]
     #[default = 0.01]
     pub position_drift_m: f64,
@@ -69,7 +70,8 @@ pub struct Encoders {
     /// Standard deviation of the noise on a wheel's rate, in rad/s.
     #[schemars(range(min = 0.0))]
     pub rate_noise_rad_s: f64,
-    /// Counts in a turn of a wheel, all edges counted; a rate is the counts of the last control period over that period [default: exact].
+    /// Counts in a turn of a wheel, all edges counted; a rate is the counts of the last control
+    /// period over that period [default: exact].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1.0))]
     pub counts_per_turn: Option<f64>,
@@ -83,8 +85,8 @@ fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }
 
-/// An inertial measurement unit on the chassis: rates, accelerations, and tilt by a complementary filter, as means since its
-/// last sample. Ideal by default.
+/// An inertial measurement unit on the chassis: rates, accelerations, and tilt by a complementary
+/// filter, as means since its last sample. Ideal by default.
 #[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "ImuSection")]

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use smart_default::SmartDefault;
 
-/// The law that turns commanded wheel rates into torques. Default gains follow from the bandwidth and the robot's inertia.
+/// The law that turns commanded wheel rates into torques. Default gains follow from the bandwidth
+/// and the robot's inertia.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -17,18 +18,21 @@ pub struct WheelLoop {
     pub law: WheelLaw,
     /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
-    /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that divides the control period
-    /// [default: the physics step].
+    /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that
+    /// divides the control period [default: the physics step].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
-    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a PID is sampled with it [default: none].
+    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a
+    /// PID is sampled with it [default: none].
     #[schemars(range(min = 0.0, max = 0.2))]
     pub latency_s: Option<f64>,
-    /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow less.
+    /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow
+    /// less.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     #[default = 60.0]
     pub bandwidth_rad_s: f64,
-    /// Friction coefficient assumed by the prioritised and the passive law [default: grip limits nothing].
+    /// Friction coefficient assumed by the prioritised and the passive law [default: grip limits
+    /// nothing].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub friction: Option<f64>,
     /// Torque per rate error, in N m s/rad.
@@ -43,7 +47,8 @@ pub struct WheelLoop {
     /// Time constant of the derivative's low-pass, in seconds; 0: none.
     #[schemars(range(min = 0.0))]
     pub derivative_filter_s: f64,
-    /// Largest torque of the PID's integral, in N m [default: torque limits and `anti_windup` alone hold it].
+    /// Largest torque of the PID's integral, in N m [default: torque limits and `anti_windup` alone
+    /// hold it].
     #[schemars(range(min = 0.0))]
     pub integral_limit_n_m: Option<f64>,
     /// What the PID's integral does while the motor cannot give more.
@@ -59,8 +64,8 @@ pub struct WheelLoop {
     pub passive: Option<Passive>,
 }
 
-/// Springs and dampers of the passive law, instead of the guidance's gains. A missing partner of stiffness or damping gives
-/// a damping ratio of 0.7.
+/// Springs and dampers of the passive law, instead of the guidance's gains. A missing partner of
+/// stiffness or damping gives a damping ratio of 0.7.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -69,7 +74,8 @@ pub struct Passive {
     /// Force per position error of the reference point, in N/m.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness_n_m: Option<f64>,
-    /// Force per velocity error, in N s/m [default, without stiffness: a stop within ten control periods].
+    /// Force per velocity error, in N s/m [default, without stiffness: a stop within ten control
+    /// periods].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub damping_n_s_m: Option<f64>,
     /// Moment per heading error, in N m/rad.
@@ -78,7 +84,8 @@ pub struct Passive {
     /// Moment per error of the yaw rate, in N m s/rad.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub heading_damping_n_m_s_rad: Option<f64>,
-    /// Torque per angle of wheels against each other, in N m/rad: keeps a wheel on ice from spinning. Not for three wheels.
+    /// Torque per angle of wheels against each other, in N m/rad: keeps a wheel on ice from
+    /// spinning. Not for three wheels.
     #[schemars(range(min = 0.0))]
     pub wheel_stiffness_n_m_rad: Option<f64>,
     /// Torque per rate of wheels against each other, in N m s/rad.
@@ -93,10 +100,11 @@ pub struct Passive {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LoopTiming {
-    /// Computed once a physics step and held over it: a digital loop whose period is the step, with its limits of
-    /// stability.
+    /// Computed once a physics step and held over it: a digital loop whose period is the step, with
+    /// its limits of stability.
     Sampled,
-    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at any.
+    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at
+    /// any.
     #[default]
     Continuous,
 }
@@ -127,11 +135,13 @@ pub enum WheelLaw {
     Pid,
     /// Computed torque from the robot's dynamic model, Indiveri 2009, equation (12).
     ComputedTorque,
-    /// Computed torque that lets the task of lower priority (`guidance.priority`) give way where motors or grip cannot give
-    /// both, and shares what the wheels push so that the worst use of grip is least.
+    /// Computed torque that lets the task of lower priority (`guidance.priority`) give way where
+    /// motors or grip cannot give both, and shares what the wheels push so that the worst use of
+    /// grip is least.
     PrioritisedTorque,
-    /// A spring and a damper to the reference, and springs between the wheels: gives way to a push by force over stiffness, needs no contact sensor,
-    /// no friction coefficient and no integrator, and with `[sensors.imu]` holds a slope that it was not told of.
+    /// A spring and a damper to the reference, and springs between the wheels: gives way to a push
+    /// by force over stiffness, needs no contact sensor, no friction coefficient and no integrator,
+    /// and with `[sensors.imu]` holds a slope that it was not told of.
     Passive,
 }
 
@@ -158,15 +168,16 @@ pub struct Motors {
     /// Turns of the rotor per turn of the wheel [default: the robot's file, else 1].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub gear_ratio: Option<f64>,
-    /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it [default: the robot's file,
-    /// else 0].
+    /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it
+    /// [default: the robot's file, else 0].
     #[schemars(range(min = 0.0))]
     pub rotor_inertia_kg_m2: Option<f64>,
-    /// Efficiency eta of the gear. Where the load drives, 2 - 1 / eta of its power arrives at the motor; up to 0.5 the gear
-    /// locks itself [default: the robot's file, else 1].
+    /// Efficiency eta of the gear. Where the load drives, 2 - 1 / eta of its power arrives at the
+    /// motor; up to 0.5 the gear locks itself [default: the robot's file, else 1].
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub gear_efficiency: Option<f64>,
-    /// Dry friction of the gear at the wheel, in N m, beside the bearing's [default: the robot's file, else 0].
+    /// Dry friction of the gear at the wheel, in N m, beside the bearing's [default: the robot's
+    /// file, else 0].
     #[schemars(range(min = 0.0))]
     pub gear_friction_n_m: Option<f64>,
     /// Torque below which a drive gives none, in N m.
@@ -177,7 +188,8 @@ pub struct Motors {
     pub wheels: BTreeMap<String, MotorStrength>,
 }
 
-/// Strength of one motor relative to the others: with `[motors.dc]` of the voltage, so of stall torque and no-load rate, else of the effort.
+/// Strength of one motor relative to the others: with `[motors.dc]` of the voltage, so of stall
+/// torque and no-load rate, else of the effort.
 #[derive(Clone, Copy, Debug, SmartDefault, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "MotorStrengthSection")]
@@ -205,8 +217,8 @@ impl Motors {
     }
 }
 
-/// A DC motor at the wheel: at the share u of the voltage (-1 to 1) its torque is stall_torque (u - rate / no_load_rate), at
-/// any rate.
+/// A DC motor at the wheel: at the share u of the voltage (-1 to 1) its torque is stall_torque (u -
+/// rate / no_load_rate), at any rate.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "DcMotorSection")]
@@ -217,13 +229,13 @@ pub struct DcMotor {
     /// Rate without load at full voltage, at the wheel, in rad/s.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub no_load_rate_rad_s: f64,
-    /// Torque at the controller's current limit, driving and braking, at the wheel, in N m [default: the effort of the
-    /// robot's file].
+    /// Torque at the controller's current limit, driving and braking, at the wheel, in N m
+    /// [default: the effort of the robot's file].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub current_limit_n_m: Option<f64>,
-    /// The battery takes returned power. If not, braking heats the winding, and beyond its no-load rate the motor coasts at
-    /// full voltage.
+    /// The battery takes returned power. If not, braking heats the winding, and beyond its no-load
+    /// rate the motor coasts at full voltage.
     #[serde(default = "yes")]
     pub regeneration: bool,
 }

@@ -36,11 +36,11 @@ pub struct Floor {
     /// Friction coefficient between rollers and floor; 0.6 unless given.
     #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
-    /// Material: a name of `[materials]`. The pair with the rollers' material then gives friction, rolling resistance,
-    /// creep, `sliding`, `across` and `against`.
+    /// Material: a name of `[materials]`. The pair with the rollers' material then gives friction,
+    /// rolling resistance, creep, `sliding`, `across` and `against`.
     pub material: Option<String>,
-    /// Slope of the floor, downwards along +x, in degrees. All positions count in the sloping plane, heights along its
-    /// normal.
+    /// Slope of the floor, downwards along +x, in degrees. All positions count in the sloping
+    /// plane, heights along its normal.
     #[schemars(range(min = -60.0, max = 60.0))]
     pub slope_deg: f64,
     /// Rectangles with other friction; later ones cover earlier ones.
@@ -59,22 +59,25 @@ pub struct Floor {
     pub rough: Option<Rough>,
     /// Ground from a picture or a mesh, instead of the plane.
     pub height_map: Option<HeightMap>,
-    /// Rolling resistance: drag per load on level ground; 0.01 hard, 0.1 to 0.3 soft. Added to the rollers'.
+    /// Rolling resistance: drag per load on level ground; 0.01 hard, 0.1 to 0.3 soft. Added to the
+    /// rollers'.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub rolling_resistance: Option<f64>,
-    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of curvature)^this; 0 unless given.
+    /// Growth of rolling resistance on small radii: (wheel radius / the roller's radius of
+    /// curvature)^this; 0 unless given.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius_exponent: Option<f64>,
-    /// Creep: slip per rolled distance, for each share of its load that a roller pulls with. For carpets and mats.
+    /// Creep: slip per rolled distance, for each share of its load that a roller pulls with. For
+    /// carpets and mats.
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = 100.0))]
     pub creep: Option<f64>,
     /// Friction that falls with sliding speed [default: it does not].
     pub sliding: Option<Sliding>,
-    /// Direction of the floor's nap or weave, counter-clockwise from x, in degrees; 0 unless given. The floor's values hold
-    /// along it.
+    /// Direction of the floor's nap or weave, counter-clockwise from x, in degrees; 0 unless given.
+    /// The floor's values hold along it.
     pub nap_deg: Option<f64>,
     /// Values across the nap [default: as along it].
     pub across: Option<Across>,
@@ -238,7 +241,8 @@ pub struct FloorStairs {
     pub width_m: f64,
 }
 
-/// Classes of road roughness: ISO 8608, table C.1. Each is four times the class before it in spectral density, twice in height.
+/// Classes of road roughness: ISO 8608, table C.1. Each is four times the class before it in
+/// spectral density, twice in height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum RoughnessClass {
     /// Very good: 16e-6 m^3 at 0.1 cycles/m.
@@ -274,7 +278,8 @@ pub struct Rough {
     /// Largest height, in metres; heights are even between 0 and this. Or `iso_8608`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height_m: Option<f64>,
-    /// Class of roughness by ISO 8608, isotropic, for waves from two cells to the side; mean height 0.
+    /// Class of roughness by ISO 8608, isotropic, for waves from two cells to the side; mean height
+    /// 0.
     pub iso_8608: Option<RoughnessClass>,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -287,13 +292,14 @@ pub struct Rough {
     pub seed: u64,
 }
 
-/// Ground with the heights of a file, on a grid of at most 1025 x 1025 points, flat in triangles between them. Beyond it
-/// there is no ground.
+/// Ground with the heights of a file, on a grid of at most 1025 x 1025 points, flat in triangles
+/// between them. Beyond it there is no ground.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeightMap {
-    /// The file, relative to the scenario: a grey `.png` of 8 or 16 bits, one point a pixel, black lowest, upper edge at +y;
-    /// or a mesh (`.stl`, `.obj`, `.dae`) in metres with z up, of which the highest place at each point counts.
+    /// The file, relative to the scenario: a grey `.png` of 8 or 16 bits, one point a pixel, black
+    /// lowest, upper edge at +y; or a mesh (`.stl`, `.obj`, `.dae`) in metres with z up, of which
+    /// the highest place at each point counts.
     pub file: PathBuf,
     /// Distance between neighbouring points, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -320,9 +326,10 @@ pub enum Contacts {
     /// ilon: the laws of contact and friction all at once, to the end.
     #[default]
     Ilon,
-    /// rapier alone: every roller is a body on a joint of its own, and rapier's own solver sweeps over contacts and dry
-    /// bearings. Slower and less exact; it shows what the engine does by itself, and cross-checks ilon. It knows no
-    /// `split_dt_s`, no contact stiffness or relaxation, no `roller_bodies = "near"` and no gear that loses a share of the torque.
+    /// rapier alone: every roller is a body on a joint of its own, and rapier's own solver sweeps
+    /// over contacts and dry bearings. Slower and less exact; it shows what the engine does by
+    /// itself, and cross-checks ilon. It knows no `split_dt_s`, no contact stiffness or relaxation,
+    /// no `roller_bodies = "near"` and no gear that loses a share of the torque.
     Rapier,
 }
 
@@ -334,16 +341,17 @@ pub enum Contacts {
 pub struct Solver {
     /// The contact solver: ilon, or rapier alone, to compare.
     pub contacts: Contacts,
-    /// Length of the parts into which steps are split while a roller begins to slide, in seconds [default: with an
-    /// automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of 50 mm; with a given step none].
+    /// Length of the parts into which steps are split while a roller begins to slide, in seconds
+    /// [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of
+    /// 50 mm; with a given step none].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub split_dt_s: Option<f64>,
-    /// Stiffness of each contact with the ground, in N/m [default: hard rollers on hard ground, which sink by 5.5e-6 of the
-    /// wheel's radius: 1e8 for a robot of 11 kg with wheels of 50 mm].
+    /// Stiffness of each contact with the ground, in N/m [default: hard rollers on hard ground,
+    /// which sink by 5.5e-6 of the wheel's radius: 1e8 for a robot of 11 kg with wheels of 50 mm].
     #[schemars(range(max = 1e15), extend("exclusiveMinimum" = 0.0))]
     pub contact_stiffness_n_m: Option<f64>,
-    /// Relaxation time of a contact's spring, in seconds [default: 0.014 sqrt(wheel radius / gravity), 0.001 for wheels of
-    /// 50 mm]. Shorter: robots may bounce.
+    /// Relaxation time of a contact's spring, in seconds [default: 0.014 sqrt(wheel radius /
+    /// gravity), 0.001 for wheels of 50 mm]. Shorter: robots may bounce.
     #[schemars(range(min = 0.0))]
     pub contact_relaxation_s: Option<f64>,
 }

@@ -130,7 +130,8 @@ mod tests {
     use super::*;
 
     /// Of 0.4 m/s commanded the loops leave 0.2, of which the rollers leave 0.19: half of the
-    /// command, and a twentieth of what is left of it. Only the component that was commanded counts.
+    /// command, and a twentieth of what is left of it. Only the component that was commanded
+    /// counts.
     #[test]
     fn each_link_takes_its_share_of_what_reaches_it() {
         let mut summary = Summary::default();

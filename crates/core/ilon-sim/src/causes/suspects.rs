@@ -420,7 +420,8 @@ fn usual(robot: &Robot) -> Vec<Usual> {
     for wheel in &robot.wheels {
         let [smaller, stuck, dust, motor, bearing] = of_wheel(&wheel.name);
         let is_driven = is_driven(&wheel);
-        // The size of the only driven wheel is that of all; of one that rolls along nothing depends.
+        // The size of the only driven wheel is that of all; of one that rolls along nothing
+        // depends.
         suspects.extend((is_driven && driven > 1).then_some(smaller));
         suspects.extend([stuck, dust]);
         suspects.extend(is_driven.then_some(motor));

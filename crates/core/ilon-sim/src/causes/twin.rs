@@ -76,8 +76,8 @@ pub(super) fn twin(
     })
 }
 
-/// Of its rows only the figures are kept. There is one at each control instant of the run, however often the twin decides: what is sampled is sampled as
-/// often as in the run.
+/// Of its rows only the figures are kept. There is one at each control instant of the run, however
+/// often the twin decides: what is sampled is sampled as often as in the run.
 fn run(
     resolved: &Resolved,
     robot: &Robot,

@@ -270,7 +270,8 @@ mod tests {
         (0..count).map(|k| (cause(k), null())).collect()
     }
 
-    /// As many causes as are named stand alone; of one more, the last two are one, which removes both.
+    /// As many causes as are named stand alone; of one more, the last two are one, which removes
+    /// both.
     #[test]
     fn the_rest_of_many_causes_is_one() {
         let alone = with_the_rest_together(causes(MOST_NAMED));

@@ -47,7 +47,8 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
     })
 }
 
-/// Of patches of the floor that no wheel was on: they are not where the scenario's author meant them, or the robot is not.
+/// Of patches of the floor that no wheel was on: they are not where the scenario's author meant
+/// them, or the robot is not.
 pub fn of_missed_patches<R: Rows>(rows: &R) -> Result<Option<String>, R::Error> {
     let header = rows.header();
     let patches = header.ground.as_ref().map_or(&[][..], |g| &g.patches);
@@ -362,8 +363,8 @@ mod tests {
         assert!(of_summary(&summary, false).is_empty());
     }
 
-    /// What pushes from outside put in may be lost to sliding: 1 J of a push, of which 0.2 J is still
-    /// there. More than these 0.8 J cannot be lost.
+    /// What pushes from outside put in may be lost to sliding: 1 J of a push, of which 0.2 J is
+    /// still there. More than these 0.8 J cannot be lost.
     #[test]
     fn sliding_may_take_what_was_put_in_from_outside_and_no_more() {
         let energy = |slip_j: f64| {

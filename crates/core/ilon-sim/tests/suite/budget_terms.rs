@@ -67,7 +67,8 @@ fn a_law_without_rate_targets_has_no_servo_term() {
     assert!(found.summary.position_error_final_m.unwrap_or(0.0) > 1e-3);
 }
 
-/// Encoders that count 3 % too little let the wheels turn 1 / 0.97 - 1 = 3.1 % too far: the controller believes what they say, and no wheel loop errs.
+/// Encoders that count 3 % too little let the wheels turn 1 / 0.97 - 1 = 3.1 % too far: the
+/// controller believes what they say, and no wheel loop errs.
 #[test]
 fn what_scaled_encoders_take_is_belief() {
     let names = ["front_left", "front_right", "rear_left", "rear_right"];

@@ -1,5 +1,5 @@
-//! Casters: how fast they turn over, that they stay at rest, when they shimmy, and what they leave of
-//! a turn.
+//! Casters: how fast they turn over, that they stay at rest, when they shimmy, and what they leave
+//! of a turn.
 
 use ilon_sim::robot::Robot;
 use ilon_sim::{Scenario, Simulation, load_robot};
@@ -62,7 +62,8 @@ fn joints(robot: &Robot, ending: &str) -> Vec<usize> {
     found.map(|(index, _)| index).collect()
 }
 
-/// A caster of trail d that stands at the angle a from where its wheel leads turns over by d a' = v sin(a): within (d / v) ln(tan(a1/2) / tan(a0/2)) from a0 to a1.
+/// A caster of trail d that stands at the angle a from where its wheel leads turns over by d a' = v
+/// sin(a): within (d / v) ln(tan(a1/2) / tan(a0/2)) from a0 to a1.
 ///
 /// Its wheel is a body that touches with the two ends of its width w, which scrub as it swivels. In
 /// balance about the swivel both slide askew, by w / (2 d) more to the side than along: the wheel
@@ -138,10 +139,10 @@ fn casters_do_not_turn_at_rest() {
 }
 
 /// Fork, wheel and tread of a caster of trail e: I psi'' = -e k s, s' = v psi + e psi' - (v / l) s,
-/// with s the shear of the tyre's three places and l its relaxation length. Without damping
-/// this shimmies where the trail is shorter than l, at any speed (Routh: k e^2 I v / l < I k e v).
-/// Here it falls by e in 50 ms, or grows by e in 90 ms until the tyre's grip ends: then k s = mu N, at
-/// 7 mrad in a shimmy of 24 Hz, and more as it slides.
+/// with s the shear of the tyre's three places and l its relaxation length. Without damping this
+/// shimmies where the trail is shorter than l, at any speed (Routh: k e^2 I v / l < I k e v). Here
+/// it falls by e in 50 ms, or grows by e in 90 ms until the tyre's grip ends: then k s = mu N, at 7
+/// mrad in a shimmy of 24 Hz, and more as it slides.
 #[test_case(0.015, false)]
 #[test_case(0.06, true)]
 fn a_caster_shimmies_where_its_trail_is_shorter_than_the_relaxation_length(

@@ -109,7 +109,8 @@ fn an_effect_is_what_two_runs_made_by_hand_differ_by() {
     }
 }
 
-/// A second and a half with a step and wheel loops that are given, so that a run without some of the keys has the same.
+/// A second and a half with a step and wheel loops that are given, so that a run without some of
+/// the keys has the same.
 fn given(motion: &str, keys: &str) -> Scenario {
     let mut scenario = scenario(
         &format!(
@@ -192,7 +193,8 @@ fn what_is_there_and_does_nothing_made_no_difference() {
     }
 }
 
-/// What each kind of cause that is no fault does is what the run without its keys lacks; of each law and limit by the keys in its place.
+/// What each kind of cause that is no fault does is what the run without its keys lacks; of each
+/// law and limit by the keys in its place.
 #[test]
 fn what_is_there_makes_the_difference_to_the_run_without_it() {
     let near = format!("world.bodies = [{{ {BODY}, x_m = 0.4, y_m = 0.0 }}]");
@@ -320,7 +322,8 @@ fn of_many_causes_none_is_left_out() {
     assert_eq!(end_without(&found, "others"), end(&without));
 }
 
-/// A push that makes the error larger is a culprit; one without which it would have been larger helped.
+/// A push that makes the error larger is a culprit; one without which it would have been larger
+/// helped.
 #[test]
 fn what_keeps_the_error_smaller_helped() {
     let push = ["{ push = { impulse_y_n_s = 8.0, from_s = 0.6 } }".to_owned()];

@@ -243,8 +243,9 @@ fn a_twist_gives_way_by_its_priority() {
     }
 }
 
-/// Torques that were on the way, or held, before the wheels were commanded by torques do not arrive after it: until the loops
-/// decide, and that arrives, rates that are commanded again do what no torque does.
+/// Torques that were on the way, or held, before the wheels were commanded by torques do not arrive
+/// after it: until the loops decide, and that arrives, rates that are commanded again do what no
+/// torque does.
 #[test]
 fn no_torque_outlives_a_pause_of_the_wheel_loops() {
     // The loop of the second decides at 0.18 and 0.19 s.

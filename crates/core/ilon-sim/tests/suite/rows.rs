@@ -108,8 +108,8 @@ fn the_forces_of_a_row_are_mass_times_acceleration() {
     }
 }
 
-/// Rows that are left out take nothing with them: the figures of a run are those of all its control periods, in the run and from its trace, and its rows
-/// are those of all control periods joined.
+/// Rows that are left out take nothing with them: the figures of a run are those of all its control
+/// periods, in the run and from its trace, and its rows are those of all control periods joined.
 #[test_case::test_case(
     "[reference.circle]\nradius_m = 0.5\nspeed_m_s = 0.6\nheading = { constant_deg = 0 }\n\
      [guidance]\nwheel_rate_limit_rad_s = 13\n[world.floor]\nfriction = 0.3\n\
@@ -165,7 +165,8 @@ fn fewer_rows_say_the_same(text: &str) {
     }
 }
 
-/// A limit takes of the command wherever the ideal kinematics asks more of a wheel than it is given, in whatever way; of a reference and of a twist.
+/// A limit takes of the command wherever the ideal kinematics asks more of a wheel than it is
+/// given, in whatever way; of a reference and of a twist.
 #[test]
 fn the_saturated_share_is_of_the_time_in_which_a_limit_takes_anything() {
     for saturation in ["clip", "scale", "prioritised", "none"] {
@@ -181,7 +182,8 @@ fn the_saturated_share_is_of_the_time_in_which_a_limit_takes_anything() {
                 "{motion}[guidance]\nwheel_rate_limit_rad_s = 12\nsaturation = \"{saturation}\"\n[run]\nduration_s = 2\n"
             ));
             let rows = trace.records();
-            // Of four wheels in the X one turns with every pair of signs: |vx| + |vy| + 0.31 m |w| over 50 mm.
+            // Of four wheels in the X one turns with every pair of signs: |vx| + |vy| + 0.31 m |w|
+            // over 50 mm.
             let is_limited = |row: &&Record| {
                 let asked = row.command_twist_in_body;
                 let rim_m_s =

@@ -51,8 +51,8 @@ fn at_once(robot: &mut Robot) {
     }
 }
 
-/// Casters that turn over push the robot aside, and modules that turn from ahead to the left leave it
-/// off; where casters trail and modules stand there is nothing to tell.
+/// Casters that turn over push the robot aside, and modules that turn from ahead to the left leave
+/// it off; where casters trail and modules stand there is nothing to tell.
 #[test_case("differential", ARC_AND_BACK, "casters", on_feet, true)]
 #[test_case("swerve4", THEN_LEFT, "steering", at_once, true)]
 #[test_case("swerve4", AHEAD, "steering", at_once, false)]

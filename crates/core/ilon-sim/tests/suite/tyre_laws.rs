@@ -40,8 +40,8 @@ fn circle(twist: Twist, axle_x_m: f64) -> (f64, f64) {
     (twist.vx_m_s / twist.omega_rad_s, aside_m_s / twist.vx_m_s)
 }
 
-/// A tricycle whose wheel, l ahead of its axle, stands at s goes round on l / tan(s). Its servo gives
-/// by some milliradians to what the tyre scrubs: s is where it stands.
+/// A tricycle whose wheel, l ahead of its axle, stands at s goes round on l / tan(s). Its servo
+/// gives by some milliradians to what the tyre scrubs: s is where it stands.
 #[test_case(0.15)]
 #[test_case(-0.5)]
 #[test_case(0.9)]
@@ -116,9 +116,9 @@ fn ackermann_steering_goes_round_where_the_axles_meet(radius_m: f64) {
 }
 
 /// A robot of 400 kg whose casters carry 48 % turns as commanded: from rest, with casters that
-/// stand ahead, and then steadily. What their wheels scrub with their ends, mu N w / 2, they bring to
-/// the driven tyres as a pull of mu N w / (2 d) along the line to the middle of the turn, here 0.4 of
-/// the grip of these: 3 % are lost.
+/// stand ahead, and then steadily. What their wheels scrub with their ends, mu N w / 2, they bring
+/// to the driven tyres as a pull of mu N w / (2 d) along the line to the middle of the turn, here
+/// 0.4 of the grip of these: 3 % are lost.
 #[test]
 fn a_heavy_robot_turns_on_its_casters() {
     let (behind_m, trail_m, share) = (0.6, 0.05, 0.48);

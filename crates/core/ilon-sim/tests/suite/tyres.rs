@@ -81,13 +81,13 @@ fn a_robot_that_stands_loses_nothing(robot: &str, line: &str) {
         .summary
         .energy;
     let impact_j = energy.impact_j.expect("it is counted");
-    // The treads hold 0.01 to 0.2 J. With friction, without which equilibrium is looked for, a robot
-    // on a slope settles once more: it may lose a thousandth of that, and gain nothing.
+    // The treads hold 0.01 to 0.2 J. With friction, without which equilibrium is looked for, a
+    // robot on a slope settles once more: it may lose a thousandth of that, and gain nothing.
     assert!((-1e-6..2e-5).contains(&impact_j), "{impact_j} J");
 }
 
-/// Turning about the middle of its rear axle a tricycle's wheel would stand at 90 degrees, beyond its
-/// 1.3 rad; on an arc of 1 m it does not.
+/// Turning about the middle of its rear axle a tricycle's wheel would stand at 90 degrees, beyond
+/// its 1.3 rad; on an arc of 1 m it does not.
 #[test]
 fn a_module_that_cannot_turn_so_far_is_remarked() {
     let remarked = |vx_m_s: f64| {
@@ -106,7 +106,8 @@ fn a_module_that_cannot_turn_so_far_is_remarked() {
     assert!(remarked(0.0) && !remarked(0.3));
 }
 
-/// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot has it.
+/// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot
+/// has it.
 #[test_case("differential", "", true)]
 #[test_case("differential", "heading = \"along_path\"", false)]
 #[test_case("swerve4", "", false)]
@@ -159,11 +160,11 @@ fn a_mirrored_drive_ends_in_the_mirror() {
     }
 }
 
-/// A module is turned on the spot by more than (2/3) mu N a, and held by less: three places at 0 and
-/// +-a carry a third of N each. By default a = 3 w / 8, which takes mu N w / 4, the moment of a line of
-/// the width w; without shoulders a = w / 2, which takes that of a disc across the tyre, (2/3) mu N r
-/// with r = w / 2. Its treads bend before they slide. 3 % hold the differences between the loads of
-/// the wheels, whose modules lie off the hubs.
+/// A module is turned on the spot by more than (2/3) mu N a, and held by less: three places at 0
+/// and +-a carry a third of N each. By default a = 3 w / 8, which takes mu N w / 4, the moment of a
+/// line of the width w; without shoulders a = w / 2, which takes that of a disc across the tyre,
+/// (2/3) mu N r with r = w / 2. Its treads bend before they slide. 3 % hold the differences between
+/// the loads of the wheels, whose modules lie off the hubs.
 #[test_case(None, 0.97, false)]
 #[test_case(None, 1.03, true)]
 #[test_case(Some(1e-4), 0.97, false)]

@@ -151,9 +151,9 @@ fn a_wheel_that_ends_higher_than_contacts_give_is_remarked() {
     assert!(text.contains("higher than the others"), "{text}");
 }
 
-/// Axes that lean by more than rounding (0.2 deg) lift hubs: the ground meets a wheel at the ends of
-/// its rollers in turn, which lie a half length times sin(45 deg) to both sides. Four such wheels
-/// stay down on treads below 2 N / t.
+/// Axes that lean by more than rounding (0.2 deg) lift hubs: the ground meets a wheel at the ends
+/// of its rollers in turn, which lie a half length times sin(45 deg) to both sides. Four such
+/// wheels stay down on treads below 2 N / t.
 #[test]
 fn axes_that_lean_further_than_contacts_give_are_remarked() {
     const LEAN_RAD: f64 = 0.0035;

@@ -1,5 +1,5 @@
-//! Files and folders that must not outlive their process: files under way, and locks. They are listed while they exist, so
-//! that an interrupted process can remove them.
+//! Files and folders that must not outlive their process: files under way, and locks. They are
+//! listed while they exist, so that an interrupted process can remove them.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +8,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 static LISTED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// The list, for one thread: while it is held, no other makes such a file, and none is removed by [`discard_unfinished`].
+/// The list, for one thread: while it is held, no other makes such a file, and none is removed by
+/// [`discard_unfinished`].
 #[derive(Debug)]
 pub(crate) struct Listing(MutexGuard<'static, BTreeSet<PathBuf>>);
 
@@ -37,8 +38,8 @@ impl Drop for Passing {
     }
 }
 
-/// Removes unfinished files, locks, and folders of parts that hold none, for a process that ends now: afterwards, a thread
-/// that begins or finishes such a file waits forever.
+/// Removes unfinished files, locks, and folders of parts that hold none, for a process that ends
+/// now: afterwards, a thread that begins or finishes such a file waits forever.
 pub fn discard_unfinished() {
     let listed = Listing::open();
     remove(&listed.0);
@@ -60,7 +61,8 @@ fn remove(listed: &BTreeSet<PathBuf>) {
 mod tests {
     use super::*;
 
-    /// A temporary file is listed by its absolute path, its folder perhaps by a relative one, which sorts elsewhere.
+    /// A temporary file is listed by its absolute path, its folder perhaps by a relative one, which
+    /// sorts elsewhere.
     #[test]
     #[cfg(unix)]
     fn a_folder_is_removed_with_the_file_in_it_however_it_is_named() {

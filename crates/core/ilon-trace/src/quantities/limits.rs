@@ -34,8 +34,8 @@ const LOSSES: [&str; 6] = [
     "energy.impact_j",
 ];
 
-/// How figures begin that not every run has: those of a path, a pose sensor, dead reckoning over some distance, a mean motion, redundant
-/// wheels, tasks, and a chassis that stands on the ground.
+/// How figures begin that not every run has: those of a path, a pose sensor, dead reckoning over
+/// some distance, a mean motion, redundant wheels, tasks, and a chassis that stands on the ground.
 const NOT_OF_EVERY_RUN: [&str; 8] = [
     "position_",
     "heading_",

@@ -266,7 +266,8 @@ impl ReactionSolver {
         // The impulses of the last step are a good start.
         for law in 0..self.all.len() {
             let now = &self.all[law];
-            // Rollers with treads may come and go in any order: each continues from its own impulse.
+            // Rollers with treads may come and go in any order: each continues from its own
+            // impulse.
             let continues = |other: &&Reaction| match now.tread() {
                 Some(_) => (other.a, other.b) == (now.a, now.b),
                 None => now.follows(other),

@@ -172,8 +172,8 @@ mod tests {
         assert_eq!((slide.place_m, slide.rate_m_s), (2e-4, 0.0));
     }
 
-    /// Within a step it is taken to stand in the step's middle, but the stops are reached from where
-    /// it began: 0.5 mm to either side of the axle's middle, from 0.125 mm, in 1 ms.
+    /// Within a step it is taken to stand in the step's middle, but the stops are reached from
+    /// where it began: 0.5 mm to either side of the axle's middle, from 0.125 mm, in 1 ms.
     #[test]
     fn stops_are_reached_from_where_a_step_began() {
         let mut slide = Slide::in_the_middle(1e-3, 0.02);

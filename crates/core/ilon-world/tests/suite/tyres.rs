@@ -106,9 +106,9 @@ fn a_tyre_holds_the_robot_sideways_up_to_its_grip() {
 }
 
 /// The twist (v_x, v_y, omega) of the origin at which a turning skid robot stays: the forces of the
-/// three places of each tyre, a third of mu N each against their sliding, keep the centre of mass on
-/// its circle, and have no moment about it. Wheels stand at (+-x, +-y); the loads bear the weight,
-/// and the moment of the accelerated centre over the floor.
+/// three places of each tyre, a third of mu N each against their sliding, keep the centre of mass
+/// on its circle, and have no moment about it. Wheels stand at (+-x, +-y); the loads bear the
+/// weight, and the moment of the accelerated centre over the floor.
 fn by_coulomb(robot: &Robot, friction: f64, rates_rad_s: &[f64]) -> Vector3<f64> {
     let (mass_kg, center_m) = (robot.mass_kg(), robot.center_of_mass_m());
     let height_m = robot.ride_height_m() + center_m.z;
@@ -150,8 +150,8 @@ fn by_coulomb(robot: &Robot, friction: f64, rates_rad_s: &[f64]) -> Vector3<f64>
 }
 
 /// Wheels `x_m` ahead and behind, `y_m` to both sides, and the chassis's centre ahead by `ahead_m`:
-/// the robot turns on the spot as Coulomb's law says, also where its axles carry different loads, and
-/// it turns about a point behind its middle.
+/// the robot turns on the spot as Coulomb's law says, also where its axles carry different loads,
+/// and it turns about a point behind its middle.
 #[test_case(0.6, 0.15, 0.16, 0.0; "as long as wide")]
 #[test_case(0.9, 0.20, 0.12, 0.0; "long")]
 #[test_case(0.3, 0.08, 0.18, 0.03; "wide, on a slippery floor, loaded ahead")]

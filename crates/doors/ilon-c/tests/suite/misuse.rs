@@ -216,8 +216,8 @@ fn two_threads_on_one_plant_are_a_code_and_on_two_plants_go_on() {
     assert_eq!(shared.state(), alone.state());
 }
 
-/// Threads of some systems have small stacks. The header asks for 256 kB; a third of that is left for who calls. Nested files do not
-/// depend on it.
+/// Threads of some systems have small stacks. The header asks for 256 kB; a third of that is left
+/// for who calls. Nested files do not depend on it.
 #[test]
 fn a_thread_with_a_small_stack_may_call() {
     let nested = format!("x = {}{}", "[".repeat(1000), "]".repeat(1000));

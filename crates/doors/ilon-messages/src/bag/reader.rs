@@ -456,8 +456,8 @@ mod tests {
         [&said.to_le_bytes()[..], bytes].concat()
     }
 
-    /// No memory is set aside for what a length says and the record does not hold: neither in what a
-    /// record begins with, nor in a pair at its end, nor in a record that is not needed.
+    /// No memory is set aside for what a length says and the record does not hold: neither in what
+    /// a record begins with, nor in a pair at its end, nor in a record that is not needed.
     #[test]
     fn a_text_that_is_longer_than_its_record_is_refused() {
         let channel = |topic: u32, value: u32| {

@@ -57,10 +57,12 @@ pub(super) struct Arguments {
     robots: Vec<String>,
     #[command(flatten)]
     sources: Sources,
-    /// Contact search: `all` rollers, those `near` the ground, or `rapier`'s own contacts [default: each].
+    /// Contact search: `all` rollers, those `near` the ground, or `rapier`'s own contacts [default:
+    /// each].
     #[arg(long, value_name = "all|near|rapier", value_parser = kind)]
     rollers: Option<ContactMode>,
-    /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier 1000,500,240].
+    /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier
+    /// 1000,500,240].
     #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
     rates: Vec<f64>,
     /// Bandwidth of the wheel loops on the ground [default: 60].
@@ -84,7 +86,8 @@ pub(super) struct Arguments {
     /// Threads for them [default: 1,2].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = at_least_one)]
     threads: Vec<usize>,
-    /// A first look in a tenth of the time: fewer rates, headings, rounds and robots, unless other options are given.
+    /// A first look in a tenth of the time: fewer rates, headings, rounds and robots, unless other
+    /// options are given.
     #[arg(long)]
     quick: bool,
     /// Write `bench.json` and `bench.html` into this folder.

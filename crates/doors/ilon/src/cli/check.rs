@@ -62,16 +62,16 @@ pub(super) struct Arguments {
     /// Write the trace of each scenario into this folder, as a baseline.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
-    /// Compare each trace with the baseline in this folder, within `[expect.tolerances]`. Differences are drawn in
-    /// `difference.html` below `--keep` or `out/check`.
+    /// Compare each trace with the baseline in this folder, within `[expect.tolerances]`.
+    /// Differences are drawn in `difference.html` below `--keep` or `out/check`.
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
-    /// Reset bounds that fail to the measured values plus MARGIN (0.1 is 10 %) in the scenarios' files; every change is
-    /// shown.
+    /// Reset bounds that fail to the measured values plus MARGIN (0.1 is 10 %) in the scenarios'
+    /// files; every change is shown.
     #[arg(long, value_name = "MARGIN", num_args = 0..=1, default_missing_value = "0.1", value_parser = margin)]
     update: Option<f64>,
-    /// Write bounds into scenarios that have none, MARGIN (0.1 is 10 %) from the measured headline figures: upper bounds on
-    /// costs, both on ratios and on the largest commanded wheel rate.
+    /// Write bounds into scenarios that have none, MARGIN (0.1 is 10 %) from the measured headline
+    /// figures: upper bounds on costs, both on ratios and on the largest commanded wheel rate.
     #[arg(
         long,
         value_name = "MARGIN",

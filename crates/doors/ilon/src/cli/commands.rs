@@ -53,7 +53,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Write a URDF with explicit rollers from a short description.
     Generate(generate::Arguments),
-    /// Write a robot for other simulators: a functional mock-up unit, or a planar base that is fitted to it.
+    /// Write a robot for other simulators: a functional mock-up unit, or a planar base that is
+    /// fitted to it.
     Export(export_arguments::Arguments),
     /// Measure how accurate and how fast the simulation is on this machine.
     Bench(bench::Arguments),

@@ -8,7 +8,8 @@ use super::table::Table;
 /// The option of commands that run scenarios.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(super) struct Converge {
-    /// Repeat each run at half the step, and report figures that move by more than their stated accuracy.
+    /// Repeat each run at half the step, and report figures that move by more than their stated
+    /// accuracy.
     #[arg(long)]
     pub converge: bool,
 }

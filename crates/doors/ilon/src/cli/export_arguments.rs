@@ -12,7 +12,8 @@ use super::robot::Reading;
 pub(super) struct Arguments {
     /// The robot's file: URDF, xacro, SDF, MJCF or TOML; for --mjcf, --newton, --sdf, --urdf and --usd-notes.
     pub(super) robot: Option<PathBuf>,
-    /// Write the robot with its wheels as made for MuJoCo: native shapes, bearings, motors, solver settings, and a scene.
+    /// Write the robot with its wheels as made for MuJoCo: native shapes, bearings, motors, solver
+    /// settings, and a scene.
     #[arg(long, groups = ["what", "simulated"])]
     pub(super) mjcf: bool,
     /// The same MJCF for Newton, which reads it, with a program that drives it.
@@ -27,10 +28,12 @@ pub(super) struct Arguments {
     /// Write the URDF, and notes on shapes and settings for Isaac Sim and other tools of USD.
     #[arg(long, group = "what")]
     pub(super) usd_notes: bool,
-    /// Run the exported wheels in MuJoCo or Newton (the Python under ILON_PYTHON, or python3), and print their speeds beside ilon's.
+    /// Run the exported wheels in MuJoCo or Newton (the Python under ILON_PYTHON, or python3), and
+    /// print their speeds beside ilon's.
     #[arg(long, requires = "simulated")]
     pub(super) verify: bool,
-    /// Export the robot of a scenario, and its drive: with --verify MuJoCo runs it, and the difference is split into geometry, softness and step.
+    /// Export the robot of a scenario, and its drive: with --verify MuJoCo runs it, and the
+    /// difference is split into geometry, softness and step.
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["robot", "fmu", "planar"])]
     pub(super) scenario: Option<PathBuf>,
     /// Print as JSON, and nothing else, on standard output.
@@ -39,7 +42,8 @@ pub(super) struct Arguments {
     /// Write robot and world of a scenario as a functional mock-up unit (FMI 3.0, co-simulation).
     #[arg(long, value_name = "SCENARIO", group = "what", conflicts_with_all = ["robot", "planar", "mjcf", "newton", "sdf", "urdf", "usd_notes"])]
     pub(super) fmu: Option<PathBuf>,
-    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON and for numpy.
+    /// Fit a planar base to a robot, with its error on unseen drives; write it as JSON and for
+    /// numpy.
     #[arg(long, value_name = "ROBOT", group = "what", conflicts_with_all = ["robot", "mjcf", "newton", "sdf", "urdf", "usd_notes"])]
     pub(super) planar: Option<PathBuf>,
     /// File or folder of the result [default: SCENARIO.fmu, ROBOT_planar, or ROBOT_export].

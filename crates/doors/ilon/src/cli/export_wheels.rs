@@ -116,8 +116,8 @@ fn subject(arguments: &Arguments) -> Result<Subject<'_>, Failure> {
     })
 }
 
-/// Writes the files of one format, and measures in its simulator if requested: what it does, and the
-/// same as JSON.
+/// Writes the files of one format, and measures in its simulator if requested: what it does, and
+/// the same as JSON.
 fn export(
     arguments: &Arguments,
     subject: &Subject<'_>,

@@ -19,10 +19,12 @@ use crate::cli::failure::Failure;
 /// Arguments of `ilon identify`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The study file: a robot, logs of its drives or runs measured by tape, and the free parameters.
+    /// The study file: a robot, logs of its drives or runs measured by tape, and the free
+    /// parameters.
     #[arg(required_unless_present = "plan")]
     study: Option<PathBuf>,
-    /// Propose a short course for this robot that determines the free parameters, as waypoints and as wheel rates.
+    /// Propose a short course for this robot that determines the free parameters, as waypoints and
+    /// as wheel rates.
     #[arg(long, value_name = "ROBOT", conflicts_with_all = ["study", "open"])]
     plan: Option<PathBuf>,
     /// Parameters that the course shall determine, separated by commas.

@@ -43,7 +43,8 @@ pub(super) struct Arguments {
     /// Write the URDF that was read: expanded, converted and repaired.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     urdf: Option<PathBuf>,
-    /// Write YAML for ros2_controllers (mecanum, omni, differential, tricycle, Ackermann, bicycle), with the rolling radius, and speeds for Nav2's MPPI controller.
+    /// Write YAML for ros2_controllers (mecanum, omni, differential, tricycle, Ackermann, bicycle),
+    /// with the rolling radius, and speeds for Nav2's MPPI controller.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     ros2_controllers: Option<PathBuf>,
     /// Write the robot's URDF with a `<ros2_control>` block for its wheels.

@@ -23,8 +23,8 @@ static LEFT: Mutex<Option<Words>> = Mutex::new(None);
 
 type Words = Box<dyn FnOnce() -> String + Send>;
 
-/// From now on, SIGINT and SIGTERM end the process once its unfinished files and locks are removed. It
-/// ends by the signal, which a shell reports as the exit code 130 or 143.
+/// From now on, SIGINT and SIGTERM end the process once its unfinished files and locks are removed.
+/// It ends by the signal, which a shell reports as the exit code 130 or 143.
 pub fn end_on_signals() {
     let signal = Arc::new(AtomicUsize::new(0));
     let heard = Arc::clone(&signal);
@@ -75,7 +75,8 @@ pub(super) fn leaves_trace(growing: PathBuf) {
     });
 }
 
-/// Leaves the end after the first signal to the caller, who asks whether it came; a second one ends the process at once.
+/// Leaves the end after the first signal to the caller, who asks whether it came; a second one ends
+/// the process at once.
 #[cfg(feature = "live")]
 pub(super) fn awaited() -> impl Fn() -> bool {
     IS_AWAITED.store(true, Ordering::Relaxed);

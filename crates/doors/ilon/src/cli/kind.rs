@@ -32,7 +32,8 @@ impl Kind {
     }
 }
 
-/// The kind of a file, by its name and, in TOML and XML, by its content; `None` if neither shows it.
+/// The kind of a file, by its name and, in TOML and XML, by its content; `None` if neither shows
+/// it.
 pub(super) fn kind(path: &Path, files: &FileAccess) -> Option<Kind> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     let text = || files.read_text(path, MOST_BYTES).ok();

@@ -19,8 +19,8 @@ use crate::{Error, Scenario};
 /// Which limits are asked for.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Asked {
-    /// How hard the robot may be driven: accelerations without sliding or missing torque, by direction and speed, with the
-    /// limiting wheel and the reason. `--svg` and `--html` draw them.
+    /// How hard the robot may be driven: accelerations without sliding or missing torque, by
+    /// direction and speed, with the limiting wheel and the reason. `--svg` and `--html` draw them.
     #[arg(long, help_heading = "Limits", default_value_ifs = NEED_LIMITS.map(|needs| (needs, ArgPredicate::IsPresent, "true")))]
     pub limits: bool,
     #[command(flatten)]
@@ -42,8 +42,8 @@ const NEED_LIMITS: [&str; 5] = [
 struct Conditions {
     #[command(flatten)]
     settings: Settings,
-    /// `identified.json` of `ilon identify`: fitted keys become conditions, and `--road-runner` uses the sideways factor.
-    /// `--set` overrides.
+    /// `identified.json` of `ilon identify`: fitted keys become conditions, and `--road-runner`
+    /// uses the sideways factor. `--set` overrides.
     #[arg(long, value_name = "FILE")]
     identified: Option<PathBuf>,
 }

@@ -17,7 +17,8 @@ use crate::cli::failure::Failure;
 /// Arguments of `ilon live`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario file: robot, world and, to follow on request, its reference; or a robot's file, on a level floor.
+    /// The scenario file: robot, world and, to follow on request, its reference; or a robot's file,
+    /// on a level floor.
     scenario: PathBuf,
     /// Port of the page, on this machine only; 0 for any free port.
     #[arg(long, default_value_t = 8765)]
@@ -28,8 +29,9 @@ pub(super) struct Arguments {
     /// Start paused.
     #[arg(long)]
     paused: bool,
-    /// Be the ROS 2 node `/ilon`, which takes `/cmd_vel` and wheel commands. With `=controllers`, ros2_control drives the
-    /// wheels and publishes `/joint_states`, `/odom` and `odom -> base_link`.
+    /// Be the ROS 2 node `/ilon`, which takes `/cmd_vel` and wheel commands. With `=controllers`,
+    /// ros2_control drives the wheels and publishes `/joint_states`, `/odom` and `odom ->
+    /// base_link`.
     #[cfg(feature = "ros2")]
     #[arg(long, value_name = "WHO", num_args = 0..=1, require_equals = true, default_missing_value = "body")]
     ros2: Option<Drives>,
@@ -49,8 +51,9 @@ pub(super) struct Arguments {
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8766")]
     foxglove: Option<u16>,
-    /// Simulate for ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in lock step, without
-    /// a page. Writes `SCENARIO.parm` into the current folder: the parameters that Rover needs.
+    /// Simulate for ArduPilot's SITL, `sim_vehicle.py -v Rover -f rover --model JSON:127.0.0.1`, in
+    /// lock step, without a page. Writes `SCENARIO.parm` into the current folder: the parameters
+    /// that Rover needs.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9002", conflicts_with_all = ["speed", "paused"])]
     ardupilot: Option<u16>,
     /// End after this many seconds [default: when interrupted].

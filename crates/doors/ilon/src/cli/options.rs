@@ -92,7 +92,8 @@ impl Settings {
 /// Whether a run is repeated without what its scenario names.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct Twins {
-    /// Skip the runs without each fault, patch, box, slope, body and sensor error: faster, but no effects of causes.
+    /// Skip the runs without each fault, patch, box, slope, body and sensor error: faster, but no
+    /// effects of causes.
     #[arg(long)]
     no_twins: bool,
 }
@@ -110,7 +111,8 @@ impl Twins {
 /// What files of strangers may read.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Sandbox {
-    /// Read files only below this folder, also through links, and hide the environment from xacro; repeatable.
+    /// Read files only below this folder, also through links, and hide the environment from xacro;
+    /// repeatable.
     #[arg(long = "sandbox", value_name = "DIR")]
     pub folders: Vec<PathBuf>,
 }

@@ -14,7 +14,8 @@ use crate::inspect::Inspection;
 use crate::planners::{self, Swerve};
 use crate::ros2_control::DriveParameters;
 
-/// Which files for planners are asked for. Each asks for `--limits`, too ([`limits::Asked::limits`]).
+/// Which files for planners are asked for. Each asks for `--limits`, too
+/// ([`limits::Asked::limits`]).
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Planners")]
 pub(super) struct Exports {
@@ -24,7 +25,8 @@ pub(super) struct Exports {
     /// Write a project of Choreo (`.chor`): a swerve drive with this robot's limits.
     #[arg(long, value_name = "FILE")]
     choreo: Option<PathBuf>,
-    /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs `--set motors.dc...`.
+    /// Write feedforward and limits for Road Runner's mecanum drive, as Java; needs `--set
+    /// motors.dc...`.
     #[arg(long, value_name = "FILE")]
     road_runner: Option<PathBuf>,
     /// Write Pedro Pathing's constants of a mecanum drive, as Java; needs `--set motors.dc...`.

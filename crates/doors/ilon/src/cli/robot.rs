@@ -20,7 +20,8 @@ use crate::sim::remedy;
 pub(super) struct Reading {
     #[command(flatten)]
     sources: Sources,
-    /// Use the collision shapes of the rollers as they are (`robot.rollers = "as_modelled"`); gaps are then allowed.
+    /// Use the collision shapes of the rollers as they are (`robot.rollers = "as_modelled"`); gaps
+    /// are then allowed.
     #[arg(long)]
     as_modelled: bool,
     /// Radius of wheels whose geometry does not show it.
@@ -53,7 +54,8 @@ pub(super) struct Sources {
     density_kg_m3: Option<f64>,
 }
 
-/// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command line.
+/// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command
+/// line.
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Rollers for wheels that have none in the file")]
 struct Wheels {
@@ -104,7 +106,8 @@ struct Wheels {
         requires = "given"
     )]
     wheels: Vec<String>,
-    /// Largest radius of the rollers [default: a fifth of the wheel's, or more, to reach the neighbours].
+    /// Largest radius of the rollers [default: a fifth of the wheel's, or more, to reach the
+    /// neighbours].
     #[arg(long, value_name = "M", requires = "rollers")]
     roller_radius_m: Option<f64>,
     /// Mass of one roller, taken from the wheel's [default: solid rubber].

@@ -158,8 +158,8 @@ impl Export {
         })
     }
 
-    /// Simulates the drives in ilon, with contacts as stiff as those of the MJCF; `robot` is the one
-    /// before the scenario's keys are applied.
+    /// Simulates the drives in ilon, with contacts as stiff as those of the MJCF; `robot` is the
+    /// one before the scenario's keys are applied.
     ///
     /// # Errors
     /// If the simulation is invalid.
@@ -169,8 +169,8 @@ impl Export {
         settings: &[Setting],
         files: &ilon_files::FileAccess,
     ) -> Result<(), Error> {
-        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where they slip. Treads and tyres have
-        // their own.
+        // Where hubs rise and fall, the stiffness decides how wheels share the load, and so where
+        // they slip. Treads and tyres have their own.
         let is_soft = |of: &Wheel| of.surface.tread.is_some() || of.has_tyre();
         let stiffness = match robot.wheels.iter().any(is_soft) {
             true => String::new(),

@@ -13,8 +13,8 @@ use crate::Error;
 pub(super) fn positions(robot: &Robot, twist_in_body: Twist) -> Option<Vec<f64>> {
     /// Of a joint's range: a turn to its very limit is within.
     const ROUNDING_RAD: f64 = 1e-9;
-    /// A hub beside its steering axis moves as its module turns; each pass is nearer by the share of
-    /// that offset in the way to the centre of the turn.
+    /// A hub beside its steering axis moves as its module turns; each pass is nearer by the share
+    /// of that offset in the way to the centre of the turn.
     const PASSES: usize = 30;
     let mut positions = vec![0.0; robot.joints.len()];
     for _ in 0..PASSES {

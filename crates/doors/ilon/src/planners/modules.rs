@@ -60,8 +60,8 @@ impl Swerve {
 }
 
 /// Accelerations ahead, left and turning, of which every corner takes no more than a force from any
-/// module, in the proportions of the largest of each alone. Modules share a push equally, and a turn
-/// across their distance from the origin.
+/// module, in the proportions of the largest of each alone. Modules share a push equally, and a
+/// turn across their distance from the origin.
 fn box_within(
     modules_m: &[[f64; 2]; 4],
     force_n: f64,

@@ -143,7 +143,8 @@ pub fn road_runner(
          // Volts of a motor on {BATTERY_V} V per speed of a wheel's rim, ahead. To the left the same robot has kS = {ks_left:.4},\n\
          // kV = {kv_left:.6} * inPerTick and kA = {ka_left:.6} * inPerTick: Road Runner has one set for both.\n\
          public double kS = {ks:.4};\npublic double kV = {kv:.6} * inPerTick;\npublic double kA = {ka:.6} * inPerTick;\n\n\
-         // In inches: nine tenths of what the wheels' rates allow, and of what neither grip (friction {friction}) nor motors forbid.\n\
+         // In inches: nine tenths of what the wheels' rates allow, and of what neither grip
+         // (friction {friction}) nor motors forbid.\n\
          public double maxWheelVel = {wheel:.2};\npublic double minProfileAccel = {down:.2};\npublic double maxProfileAccel = {up:.2};\n\
          public double maxAngVel = {yaw_rate:.4};\npublic double maxAngAccel = {yaw:.4};\n",
         version = env!("CARGO_PKG_VERSION"),

@@ -142,7 +142,8 @@ fn placed<'r>(robot: &'r Robot, wheel: &'r Wheel) -> Placed<'r> {
     }
 }
 
-/// Refuses a wheel that does not roll along the body's x axis, or a joint that steers the other way.
+/// Refuses a wheel that does not roll along the body's x axis, or a joint that steers the other
+/// way.
 fn straight(robot: &Robot, of: &Placed) -> Result<(), String> {
     let (name, n) = (&of.wheel.name, of.wheel.axis());
     if n.x.abs() > WITHIN {

@@ -697,8 +697,8 @@ fn a_reference_point_that_is_none() {
     assert_eq!(told.mend, "did you mean \"decoupling\"?");
 }
 
-/// The robot drives 0.1 m from the origin; its wheels stand within 0.5 m of it. One patch lies under all of them, one beside, and one comes
-/// too late.
+/// The robot drives 0.1 m from the origin; its wheels stand within 0.5 m of it. One patch lies
+/// under all of them, one beside, and one comes too late.
 #[test]
 fn a_patch_that_no_wheel_meets_and_a_body_out_of_reach_are_remarked() {
     let folder = Folder::new();

@@ -454,7 +454,8 @@ fn a_check_of_nothing_fails() {
     ended_with(0, &folder.ilon(&["check", "some", "--init"]));
 }
 
-/// A name of 240 characters leaves no room for that of the unfinished file, in every command that writes one.
+/// A name of 240 characters leaves no room for that of the unfinished file, in every command that
+/// writes one.
 #[test]
 fn an_update_that_cannot_be_written_is_not_reported_as_done() {
     let folder = Folder::new();

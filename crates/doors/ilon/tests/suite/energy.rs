@@ -35,9 +35,9 @@ fn every_shipped_scenario_expects_its_energy_to_close_within_a_hundredth() {
 }
 
 /// A gear of efficiency 0.7 takes 0.3 of the motor's power while driving, and 0.75 while braking,
-/// from 1 / (2 - 1 / 0.7) - 1, at any stiffness of the wheel loop: the torque that the loop requests
-/// at the start of a step is not the one that acts. Rows of one step each hold the mean torque and
-/// the angle turned.
+/// from 1 / (2 - 1 / 0.7) - 1, at any stiffness of the wheel loop: the torque that the loop
+/// requests at the start of a step is not the one that acts. Rows of one step each hold the mean
+/// torque and the angle turned.
 #[test]
 fn a_gear_takes_its_share_of_the_torque_that_acts_at_any_stiffness_of_the_loop() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");

@@ -139,8 +139,8 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
 }
 
 /// A steered wheel that stands 2 degrees to the left of where it is taken to stand turns a tricycle
-/// with its axle l = 0.45 m behind by tan(2 deg) / l per metre, less what its servo gives way to the
-/// scrub of its tyre: up to 0.005 rad, a seventh. Motions that tyres exclude have no column.
+/// with its axle l = 0.45 m behind by tan(2 deg) / l per metre, less what its servo gives way to
+/// the scrub of its tyre: up to 0.005 rad, a seventh. Motions that tyres exclude have no column.
 #[test]
 fn a_steered_wheel_off_its_zero_is_a_suspect() {
     let folder = Folder::new();

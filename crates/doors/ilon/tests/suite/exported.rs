@@ -106,8 +106,8 @@ fn mujoco_drives_as_ilon_does(name: &str) {
 }
 
 /// At rest in MuJoCo a roller sinks by 4e-4 of the wheel's radius, whatever the wheels weigh. That
-/// follows from the inverse mass of the robot as one body on free wheels; what turns with a wheel and
-/// moves with the robot is counted in both, which is a few hundredths of it.
+/// follows from the inverse mass of the robot as one body on free wheels; what turns with a wheel
+/// and moves with the robot is counted in both, which is a few hundredths of it.
 #[test_case("mecanum4.urdf")]
 #[test_case("mecanum6.urdf")]
 #[test_case("optiodom_omni3.toml")]

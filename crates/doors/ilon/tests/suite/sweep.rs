@@ -463,7 +463,8 @@ fn running_a_study_as_a_scenario_says_how_it_is_run() {
     );
 }
 
-/// A robot that loses less the slower it drives: the least lies at the slow end of the grid, and the run's remark on its patch is not lost.
+/// A robot that loses less the slower it drives: the least lies at the slow end of the grid, and
+/// the run's remark on its patch is not lost.
 #[test]
 fn a_grid_says_where_its_ends_are_best_and_what_its_runs_remark() {
     let folder = Folder::new();

@@ -8,15 +8,16 @@ use test_case::test_case;
 use crate::support::{Folder, ended_with, python};
 
 /// Width of the tyres in both, in metres. A module of a robot that turns turns on the floor too: a
-/// cylinder of MuJoCo touches with its two ends, which slide at half of the width times the yaw rate
-/// and hold to the side only what is left of their grip; ilon's tyre holds with its middle. Both
-/// agree as tyres become narrow.
+/// cylinder of MuJoCo touches with its two ends, which slide at half of the width times the yaw
+/// rate and hold to the side only what is left of their grip; ilon's tyre holds with its middle.
+/// Both agree as tyres become narrow.
 const WIDTH_M: f64 = 0.01;
 
 /// Ahead, to the left and turning at once, both reach the twist of their wheels and modules. MuJoCo
-/// leaves out how the axes of its contacts turn: at the time constant of 4 ms it slides aside by 2 ms
-/// times the acceleration towards the middle of the circle, 0.2 m/s^2, which is 0.13 % of 0.3 m/s;
-/// its soft contacts and the ends of its cylinders explain as much again. 0.5 % holds all of them.
+/// leaves out how the axes of its contacts turn: at the time constant of 4 ms it slides aside by 2
+/// ms times the acceleration towards the middle of the circle, 0.2 m/s^2, which is 0.13 % of 0.3
+/// m/s; its soft contacts and the ends of its cylinders explain as much again. 0.5 % holds all of
+/// them.
 #[test_case([0.3, 0.3, 0.5])]
 #[test_case([0.2, -0.3, -0.6])]
 fn a_swerve_robot_drives_as_in_mujoco(twist: [f64; 3]) {

@@ -3,11 +3,12 @@
 use crate::error::{Fault, RobotError};
 use crate::urdf::{UrdfText, wheels_seen};
 
-/// Longest URDF that is read, in bytes: ten times that of any robot known. Reading it takes a second.
+/// Longest URDF that is read, in bytes: ten times that of any robot known. Reading it takes a
+/// second.
 const MOST_BYTES: usize = 4 << 20;
 
-/// Of robots that a file may hold, the one in which the most wheels are seen; of as many, the first. An arm has more joints than the
-/// base that it stands on.
+/// Of robots that a file may hold, the one in which the most wheels are seen; of as many, the
+/// first. An arm has more joints than the base that it stands on.
 pub(super) fn with_most_wheels(
     written: impl IntoIterator<Item = Result<UrdfText, RobotError>>,
 ) -> Option<Result<UrdfText, RobotError>> {

@@ -11,10 +11,12 @@ const BALLS: usize = 31;
 /// Shapes, placed in a frame.
 pub(super) type Placed = Vec<(Isometry3<f64>, ShapeOf)>;
 
-/// Balls whose envelope an ellipsoid of revolution is, if it is one that is longer than it is thick.
+/// Balls whose envelope an ellipsoid of revolution is, if it is one that is longer than it is
+/// thick.
 ///
-/// Of an ellipsoid with the half axes a across and c > a along, the ball at t along the axis that touches it from inside has the
-/// radius a sqrt(1 - t^2 / (c^2 - a^2)), as long as it touches at all: |t| <= c - a^2 / c.
+/// Of an ellipsoid with the half axes a across and c > a along, the ball at t along the axis that
+/// touches it from inside has the radius a sqrt(1 - t^2 / (c^2 - a^2)), as long as it touches at
+/// all: |t| <= c - a^2 / c.
 pub(super) fn ellipsoid(halves: [f64; 3]) -> Option<Placed> {
     let along = (0..3).find(|&i| {
         let (p, q) = (halves[(i + 1) % 3], halves[(i + 2) % 3]);
@@ -38,9 +40,10 @@ pub(super) fn ellipsoid(halves: [f64; 3]) -> Option<Placed> {
 mod tests {
     use super::*;
 
-    /// At a tilt of sine w an ellipsoid reaches h = sqrt(a^2 + (c^2 - a^2) w^2), and the ball at t =
-    /// h' touches it there. Of balls that are s apart two neighbours touch at most s / h'' apart, and
-    /// between them the reach is less by at most (s / h'')^2 h'' / 8, h'' = (c^2 - a^2) a^2 / h^3.
+    /// At a tilt of sine w an ellipsoid reaches h = sqrt(a^2 + (c^2 - a^2) w^2), and the ball at t
+    /// = h' touches it there. Of balls that are s apart two neighbours touch at most s / h'' apart,
+    /// and between them the reach is less by at most (s / h'')^2 h'' / 8, h'' = (c^2 - a^2) a^2 /
+    /// h^3.
     #[test]
     fn the_balls_reach_as_far_as_the_ellipsoid() {
         let (a, c): (f64, f64) = (0.012, 0.03);

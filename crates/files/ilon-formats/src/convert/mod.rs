@@ -1,7 +1,8 @@
 //! Robots of other formats, written as the URDF that they come to: SDF and MJCF.
 //!
-//! Only the robot is read of them: links, joints, masses and shapes. What is written keeps the place that it came from, so that
-//! errors are shown there, and goes the way of any URDF from there on.
+//! Only the robot is read of them: links, joints, masses and shapes. What is written keeps the
+//! place that it came from, so that errors are shown there, and goes the way of any URDF from there
+//! on.
 
 mod assembled;
 mod choice;

@@ -1,7 +1,8 @@
 //! Models of SDF that lie within others: written out into the one that holds them.
 //!
-//! What lies in a model `m` is called `m::name` outside of it, and its poses count from the model's own frame: that is written as a frame
-//! `m::__model__`, to which all poses within refer that name none. A model that is merged keeps its names.
+//! What lies in a model `m` is called `m::name` outside of it, and its poses count from the model's
+//! own frame: that is written as a frame `m::__model__`, to which all poses within refer that name
+//! none. A model that is merged keeps its names.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -241,7 +242,8 @@ impl Writing<'_> {
         }
     }
 
-    /// Writes the frame of a model, at the pose that is said for it: by what includes it, or by itself.
+    /// Writes the frame of a model, at the pose that is said for it: by what includes it, or by
+    /// itself.
     fn open(
         &mut self,
         source: &Assembled,
@@ -355,7 +357,8 @@ impl Writing<'_> {
         self.out.append(source, done..node.range().end);
     }
 
-    /// The frame that an element's pose counts from where it names none: of a joint its child, of a frame what it is attached to.
+    /// The frame that an element's pose counts from where it names none: of a joint its child, of a
+    /// frame what it is attached to.
     fn default_frame(&self, node: Node, place: &Place) -> String {
         let named = match node.tag_name().name() {
             "joint" => text_of(node, "child"),

@@ -1,7 +1,8 @@
 //! SDF, the format of Gazebo: the model of a file in which most wheels are seen.
 //!
-//! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names, and every joint one of its
-//! child link. A URDF hangs links by their joints: here a link's frame is that of the joint above it.
+//! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names,
+//! and every joint one of its child link. A URDF hangs links by their joints: here a link's frame
+//! is that of the joint above it.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;
@@ -205,7 +206,8 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         Ok(hinges)
     }
 
-    /// The pose of an element in the model's frame; `default` is the frame that it is in where it names none.
+    /// The pose of an element in the model's frame; `default` is the frame that it is in where it
+    /// names none.
     fn pose_of(
         &self,
         node: Node,

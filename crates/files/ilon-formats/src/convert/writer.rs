@@ -33,7 +33,8 @@ pub(super) struct JointOf<'a> {
     pub(super) velocity: Option<f64>,
     pub(super) damping: f64,
     pub(super) friction: f64,
-    /// The joint that it follows, its movement per movement of that, and where it stands while that stands at zero.
+    /// The joint that it follows, its movement per movement of that, and where it stands while that
+    /// stands at zero.
     pub(super) mimic: Option<(&'a str, f64, f64)>,
 }
 

@@ -1,4 +1,5 @@
-//! The robot's URDF as viewers need it: with a link for each wheel and roller, and something to see of each roller.
+//! The robot's URDF as viewers need it: with a link for each wheel and roller, and something to see
+//! of each roller.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -14,11 +15,12 @@ use super::slices_of;
 use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
 use crate::urdf::{child, link_tree};
 
-/// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that it was read from, and what that
-/// lacks of them. Rollers that the text does not show are shown as the spheres whose envelope is their barrel.
+/// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that
+/// it was read from, and what that lacks of them. Rollers that the text does not show are shown as
+/// the spheres whose envelope is their barrel.
 ///
-/// `urdf` is the URDF that was read ([`Loaded::urdf`](crate::Loaded::urdf)); of an empty text, or one that is no tree of links, the robot is
-/// described anew.
+/// `urdf` is the URDF that was read ([`Loaded::urdf`](crate::Loaded::urdf)); of an empty text, or
+/// one that is no tree of links, the robot is described anew.
 pub fn describe(robot: &Robot, urdf: &str) -> RobotDescription {
     let urdf = completed(robot, urdf).unwrap_or_else(|| {
         let [name, base] = [&robot.name, &robot.chassis.name].map(|name| quoted(name));
@@ -198,8 +200,8 @@ mod tests {
         link.visuals.iter().map(sphere).collect()
     }
 
-    /// A barrel is what a wheel's rim leaves of a sphere that goes along the roller's axis: each touches the rim from within, and the first
-    /// and the last stand at the barrel's ends.
+    /// A barrel is what a wheel's rim leaves of a sphere that goes along the roller's axis: each
+    /// touches the rim from within, and the first and the last stand at the barrel's ends.
     #[test]
     fn spheres_of_a_roller_touch_the_rim_from_within_and_reach_its_ends() {
         let robot = mecanum4();
@@ -246,7 +248,8 @@ mod tests {
         }
     }
 
-    /// A roller by numbers is a stack of cylinders on its axis, from its one end to the other without a gap.
+    /// A roller by numbers is a stack of cylinders on its axis, from its one end to the other
+    /// without a gap.
     #[test]
     fn a_roller_by_numbers_is_shown_from_end_to_end() {
         let points_m = [[-0.02, 0.005], [0.0, 0.01], [0.03, 0.004]];

@@ -113,7 +113,8 @@ pub(super) fn write_dynamics(
     )
 }
 
-/// A number with fifteen significant digits: all that a double holds but for the noise of its last place.
+/// A number with fifteen significant digits: all that a double holds but for the noise of its last
+/// place.
 pub(crate) fn num(value: f64) -> String {
     if value.abs() < 1e-15 {
         return "0".to_owned();
@@ -176,8 +177,8 @@ pub(super) fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Resu
     writeln!(out, "  </link>")
 }
 
-/// The element that names the wheels on tyres, each with whether a motor drives it, and the width and
-/// shoulder radius in metres that all tyres share.
+/// The element that names the wheels on tyres, each with whether a motor drives it, and the width
+/// and shoulder radius in metres that all tyres share.
 pub(crate) fn tyres_element<'a>(
     all: Option<(f64, Option<f64>)>,
     wheels: impl Iterator<Item = (&'a str, bool)>,

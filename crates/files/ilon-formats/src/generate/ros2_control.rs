@@ -7,8 +7,10 @@ use roxmltree::Document;
 use super::description::quoted;
 use crate::model::Robot;
 
-/// A URDF with a `<ros2_control>` block for the driven wheels and the joints that steer them, without which no controller manager takes it: commands and states go over the topics
-/// that `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left as it is.
+/// A URDF with a `<ros2_control>` block for the driven wheels and the joints that steer them,
+/// without which no controller manager takes it: commands and states go over the topics that
+/// `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left
+/// as it is.
 ///
 /// `None` of a text without an end.
 pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
@@ -88,7 +90,8 @@ mod tests {
         (Robot::from_urdf_str(&urdf, "mecanum4.urdf").unwrap(), urdf)
     }
 
-    /// A controller manager takes the first description that it hears, and parses exactly what it needs out of this block.
+    /// A controller manager takes the first description that it hears, and parses exactly what it
+    /// needs out of this block.
     #[test]
     fn every_wheel_has_its_interfaces_in_the_one_block_that_there_is() {
         let (robot, urdf) = mecanum4();

@@ -1,4 +1,5 @@
-//! What wheels hang on: links on joints between the chassis and the wheels, and how they are written in URDF.
+//! What wheels hang on: links on joints between the chassis and the wheels, and how they are
+//! written in URDF.
 
 use std::fmt::Write;
 
@@ -91,7 +92,8 @@ pub(crate) fn carriers(spec: &Spec, wheels: &[Described]) -> Vec<Carrier> {
                 let [_, thick_m, _] = at_wheel.sides_m;
                 Carrier {
                     place_m: [x_m + length_m, y_m, z_m],
-                    // A load on a wheel behind its pivot turns the arm about the left, and about the right where the wheel is ahead.
+                    // A load on a wheel behind its pivot turns the arm about the left, and about
+                    // the right where the wheel is ahead.
                     axis: [0.0, 1.0_f64.copysign(length_m), 0.0],
                     travel: travel_deg.to_radians(),
                     stiffness: Some(stiffness_n_m_rad),

@@ -6,11 +6,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the rollers of a wheel turn on their axles: a class of wheels, from which friction and radius of the axles follow.
+/// How the rollers of a wheel turn on their axles: a class of wheels, from which friction and
+/// radius of the axles follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RollerBearings {
-    /// Rollers that slide on a pin, or on a tube around it, without lubricant: kits for schools and contests.
+    /// Rollers that slide on a pin, or on a tube around it, without lubricant: kits for schools and
+    /// contests.
     Bushings,
     /// Rollers on open or shielded ball bearings.
     Ball,
@@ -33,8 +35,9 @@ impl RollerBearings {
         }
     }
 
-    /// Radius of the axles of rollers with this largest radius, in metres: 0.15 of it, as AndyMark's 8 inch mecanum wheel has it (a screw of
-    /// 0.190 in through rollers of 1.25 in); twice that for industrial wheels, of which no maker gives it.
+    /// Radius of the axles of rollers with this largest radius, in metres: 0.15 of it, as
+    /// AndyMark's 8 inch mecanum wheel has it (a screw of 0.190 in through rollers of 1.25 in);
+    /// twice that for industrial wheels, of which no maker gives it.
     pub fn axle_radius_m(self, roller_radius_m: f64) -> f64 {
         let share = match self {
             Self::Bushings | Self::Ball => 0.15,

@@ -33,7 +33,8 @@ pub use suspension::{SuspensionLaw, SuspensionSpec};
 /// Largest description, in bytes: one with thousands of wheels stays below.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and what is overridden of some.
+/// A robot in short: one chassis, and wheels that are alike but for place, axis, handedness, and
+/// what is overridden of some.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Robot")]
@@ -48,8 +49,8 @@ pub struct Spec {
     pub rollers: RollerSpec,
     /// Where the wheels sit and which way they roll.
     pub wheels: Arrangement,
-    /// `[suspension.NAME]`: a rocker, springs or trailing arms between chassis and wheels. Other wheels are fixed to the
-    /// chassis.
+    /// `[suspension.NAME]`: a rocker, springs or trailing arms between chassis and wheels. Other
+    /// wheels are fixed to the chassis.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub suspension: BTreeMap<String, SuspensionSpec>,
     /// `[overrides.NAME]`: other values for one wheel, worn or mounted differently.
@@ -117,8 +118,8 @@ pub struct WheelSpec {
     /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it.
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
-    /// Efficiency eta of the gear, in (0, 1]. Where the load drives, 2 - 1 / eta of its power arrives at the motor; up to
-    /// 0.5 the gear locks itself.
+    /// Efficiency eta of the gear, in (0, 1]. Where the load drives, 2 - 1 / eta of its power
+    /// arrives at the motor; up to 0.5 the gear locks itself.
     #[serde(default = "unity")]
     pub gear_efficiency: f64,
     /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
@@ -160,16 +161,16 @@ pub struct RollerSpec {
     /// Dry friction of the roller's bearing, in N m.
     #[serde(default)]
     pub friction_n_m: f64,
-    /// Length of a roller, above 0; 1 leaves neither gap nor overlap. Longer rollers share the ground (with a tread);
-    /// shorter ones leave gaps.
+    /// Length of a roller, above 0; 1 leaves neither gap nor overlap. Longer rollers share the
+    /// ground (with a tread); shorter ones leave gaps.
     #[serde(default = "unity", skip_serializing_if = "is_unity")]
     pub length_factor: f64,
-    /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a circle, less is flatter,
-    /// more is rounder; at least 0.01.
+    /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a
+    /// circle, less is flatter, more is rounder; at least 0.01.
     #[serde(default = "unity", skip_serializing_if = "is_unity")]
     pub crown: f64,
-    /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the middle, joined by straight
-    /// lines. Two points make a cylinder.
+    /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the
+    /// middle, joined by straight lines. Two points make a cylinder.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
@@ -179,14 +180,15 @@ pub struct RollerSpec {
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub edge_radius_m: f64,
-    /// Tolerance of the rollers' radius, in metres: each differs at random, evenly between minus and plus this.
+    /// Tolerance of the rollers' radius, in metres: each differs at random, evenly between minus
+    /// and plus this.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_spread_m: f64,
     /// Seed of `radius_spread_m`.
     #[serde(default, skip_serializing_if = "is_none")]
     pub radius_seed: u32,
-    /// Error of the radius of single rollers, in metres, by joint name: `front_left_roller_1 = 0.0001`. Instead of random
-    /// ones.
+    /// Error of the radius of single rollers, in metres, by joint name: `front_left_roller_1 =
+    /// 0.0001`. Instead of random ones.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub radius_offsets_m: BTreeMap<String, f64>,
     /// Rolling resistance of the rollers: drag per load, dimensionless.
@@ -195,15 +197,16 @@ pub struct RollerSpec {
     /// Play of each roller along its axle, from stop to stop, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub axial_play_m: f64,
-    /// Class of the rollers' bearings, which sets `axle_friction` and `axle_radius_m` [default: no friction that grows with
-    /// the load].
+    /// Class of the rollers' bearings, which sets `axle_friction` and `axle_radius_m` [default: no
+    /// friction that grows with the load].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bearings: Option<RollerBearings>,
-    /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times `axle_radius_m` times
-    /// the load.
+    /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times
+    /// `axle_radius_m` times the load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_friction: Option<f64>,
-    /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of its bore.
+    /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of
+    /// its bore.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_radius_m: Option<f64>,
     /// A soft tread. Without it rollers are rigid.
@@ -229,8 +232,8 @@ pub struct TreadSpec {
     /// Damping across the normal, in N s/m [default: the same share of stiffness as along it].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_damping_n_s_m: Option<f64>,
-    /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull / (`shear_stiffness_n_m`
-    /// times this) [default: no creep].
+    /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull /
+    /// (`shear_stiffness_n_m` times this) [default: no creep].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation_length_m: Option<f64>,
 }
@@ -290,7 +293,8 @@ fn unity() -> f64 {
     1.0
 }
 
-/// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans on a smaller wheel.
+/// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans
+/// on a smaller wheel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -301,7 +305,8 @@ pub struct WheelOverride {
     /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
-    /// Rotation of its rollers at wheel angle zero, in degrees; at 0 the first points straight down.
+    /// Rotation of its rollers at wheel angle zero, in degrees; at 0 the first points straight
+    /// down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<f64>,
     /// Number of its rollers in one row.
@@ -325,7 +330,8 @@ pub struct WheelOverride {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Arrangement {
-    /// `[wheels.mecanum]`: pairs of wheels on axles in the usual X: from above, the axes of the upper rollers form an X.
+    /// `[wheels.mecanum]`: pairs of wheels on axles in the usual X: from above, the axes of the
+    /// upper rollers form an X.
     Mecanum {
         /// x of each axle in the body frame, front first, in metres.
         axles_m: Vec<f64>,
@@ -334,7 +340,8 @@ pub enum Arrangement {
         /// The paper's |gamma|, in degrees, in (0, 90).
         gamma_deg: f64,
     },
-    /// `[wheels.ring]`: wheels at even angles around the body's origin, their hub axes pointing outward.
+    /// `[wheels.ring]`: wheels at even angles around the body's origin, their hub axes pointing
+    /// outward.
     Ring {
         /// Number of wheels.
         count: usize,
@@ -359,11 +366,11 @@ pub struct PlacedWheel {
     /// The paper's **b**: the wheel's middle in the body frame, x and y, in metres.
     #[serde(deserialize_with = "exactly")]
     pub position_m: [f64; 2],
-    /// The hub axis **n** as an angle from the body's x axis, counter-clockwise, in degrees. Positive wheel rates turn
-    /// about it.
+    /// The hub axis **n** as an angle from the body's x axis, counter-clockwise, in degrees.
+    /// Positive wheel rates turn about it.
     pub axis_deg: f64,
-    /// The paper's gamma, with its sign: from the hub axis to the rolling direction of the roller on the ground,
-    /// counter-clockwise seen from above, in degrees, in (-90, 90).
+    /// The paper's gamma, with its sign: from the hub axis to the rolling direction of the roller
+    /// on the ground, counter-clockwise seen from above, in degrees, in (-90, 90).
     pub gamma_deg: f64,
 }
 

@@ -16,7 +16,8 @@ use crate::files::FileAccess;
 /// The table that only such a description has.
 const TYRES: &str = "tyres";
 
-/// A robot on tyres in short: one chassis, and wheels without rollers that are alike but for place, axis, drive and steering.
+/// A robot on tyres in short: one chassis, and wheels without rollers that are alike but for place,
+/// axis, drive and steering.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotOnTyres")]
@@ -47,7 +48,8 @@ pub struct TyreSpec {
     pub radius_m: f64,
     /// Width of the tyre, in metres.
     pub width_m: f64,
-    /// Radius of the tyre's shoulders, in metres, below half of its width [default: an eighth of the width].
+    /// Radius of the tyre's shoulders, in metres, below half of its width [default: an eighth of
+    /// the width].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shoulder_radius_m: Option<f64>,
     /// Mass of a wheel, in kg.
@@ -78,7 +80,8 @@ pub struct SteeringSpec {
     /// How far it turns to each side, in degrees [default: all around].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_deg: Option<f64>,
-    /// How far the wheel's middle stands behind the steering axis as the wheel points ahead, in metres.
+    /// How far the wheel's middle stands behind the steering axis as the wheel points ahead, in
+    /// metres.
     #[serde(default)]
     pub trail_m: f64,
 }
@@ -93,7 +96,8 @@ pub struct TyredWheel {
     /// Its middle in the body frame, x and y, in metres, as its steering points ahead.
     #[serde(deserialize_with = "exactly")]
     pub position_m: [f64; 2],
-    /// The hub axis as an angle from the body's x axis, counter-clockwise, in degrees: at 90 a positive rate drives ahead.
+    /// The hub axis as an angle from the body's x axis, counter-clockwise, in degrees: at 90 a
+    /// positive rate drives ahead.
     #[serde(default = "right_angle")]
     pub axis_deg: f64,
     /// Whether a motor drives it.

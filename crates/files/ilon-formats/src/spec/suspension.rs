@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A suspension: bodies on joints between the chassis and some wheels. At zero the axles are as high as the wheels' radius.
+/// A suspension: bodies on joints between the chassis and some wheels. At zero the axles are as
+/// high as the wheels' radius.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SuspensionSpec {
@@ -20,8 +21,8 @@ pub struct SuspensionSpec {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum SuspensionLaw {
-    /// `law.rocker = { limit_deg = 5 }`: a bar between two wheels that turns freely about its middle; between a front and a
-    /// rear wheel a bogie. Its joint has the suspension's name.
+    /// `law.rocker = { limit_deg = 5 }`: a bar between two wheels that turns freely about its
+    /// middle; between a front and a rear wheel a bogie. Its joint has the suspension's name.
     Rocker {
         /// Travel to its stops, either way, in degrees.
         limit_deg: f64,
@@ -32,7 +33,8 @@ pub enum SuspensionLaw {
         #[serde(default)]
         friction_n_m: f64,
     },
-    /// `law.sprung = { stiffness_n_m = 4000, travel_m = 0.02 }`: each wheel slides up and down on a spring; joints `WHEEL_spring`.
+    /// `law.sprung = { stiffness_n_m = 4000, travel_m = 0.02 }`: each wheel slides up and down on a
+    /// spring; joints `WHEEL_spring`.
     Sprung {
         /// Stiffness of the spring, in N/m.
         stiffness_n_m: f64,
@@ -48,8 +50,9 @@ pub enum SuspensionLaw {
         /// Travel to its stops, either way, in metres.
         travel_m: f64,
     },
-    /// `law.trailing_arm = { length_m = 0.1, stiffness_n_m_rad = 40, travel_deg = 15 }`: each wheel on an arm with a torsion
-    /// spring, pivot ahead of it (behind, if the length is negative); joints `WHEEL_arm`.
+    /// `law.trailing_arm = { length_m = 0.1, stiffness_n_m_rad = 40, travel_deg = 15 }`: each wheel
+    /// on an arm with a torsion spring, pivot ahead of it (behind, if the length is negative);
+    /// joints `WHEEL_arm`.
     TrailingArm {
         /// From the wheel's axle ahead to the pivot, in metres, at the same height.
         length_m: f64,

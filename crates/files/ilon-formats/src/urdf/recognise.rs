@@ -38,8 +38,8 @@ pub(super) fn find(tree: &Tree) -> Vec<Candidate> {
         (rollers.len() >= LEAST_ROLLERS).then_some(Candidate { hub, rollers })
     });
     let mut found: Vec<Candidate> = of_hubs.collect();
-    // One upright joint (within 8 degrees) above only level ones turns the robot on its wheels, like
-    // the last joint of a planar base.
+    // One upright joint (within 8 degrees) above only level ones turns the robot on its wheels,
+    // like the last joint of a planar base.
     if let [only] = &found[..]
         && tree.joints[only.hub].axis.z.abs() > 0.99
         && only.rollers.iter().all(|&roller| tree.is_level(roller))

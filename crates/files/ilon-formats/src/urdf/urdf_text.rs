@@ -23,7 +23,8 @@ pub(crate) struct UrdfText {
     /// What messages call the file.
     pub(crate) file: String,
     pub(crate) text: Arc<str>,
-    /// Where the text's elements came from, by their first bytes, in order; empty where the text is the file's own.
+    /// Where the text's elements came from, by their first bytes, in order; empty where the text is
+    /// the file's own.
     pub(crate) origins: Vec<(usize, Origin)>,
     /// What is to be said of how the text was made.
     pub(crate) remarks: Vec<Remark>,
@@ -39,7 +40,8 @@ pub(crate) struct UrdfText {
     pub(crate) sizes: Vec<(String, f64)>,
     /// Values that its xacro source knows of its arguments, other than those that they have.
     pub(crate) choices: Vec<(String, Vec<String>)>,
-    /// What the files of settings say that the file names for controllers, as of ros2_control: keys and values, line by line.
+    /// What the files of settings say that the file names for controllers, as of ros2_control: keys
+    /// and values, line by line.
     pub(crate) settings: Vec<(String, String)>,
 }
 

@@ -1,10 +1,11 @@
 //! The native shape of other simulators that is nearest to a roller as made.
 //!
-//! On level ground only the support of a roller counts: how far it reaches in the direction of the ground, as a function of the
-//! direction's component w along its axis. A roller serves the angles phi from straight down to half of the way to its neighbours,
-//! and the wheel's hub stands at a cos(phi) plus that support. A shape is fitted so that the largest error of the support over these
-//! angles is the least, which is the largest error of the hub's height; further out the
-//! shape must end where the wheel rests on the neighbours.
+//! On level ground only the support of a roller counts: how far it reaches in the direction of the
+//! ground, as a function of the direction's component w along its axis. A roller serves the angles
+//! phi from straight down to half of the way to its neighbours, and the wheel's hub stands at a
+//! cos(phi) plus that support. A shape is fitted so that the largest error of the support over
+//! these angles is the least, which is the largest error of the hub's height; further out the shape
+//! must end where the wheel rests on the neighbours.
 
 use std::f64::consts::{PI, TAU};
 
@@ -37,7 +38,8 @@ pub enum RollerShape {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FittedRobot {
-    /// The robot with the outlines of the shapes in place of the rollers' own, so that its kinematics are those of the shapes.
+    /// The robot with the outlines of the shapes in place of the rollers' own, so that its
+    /// kinematics are those of the shapes.
     pub robot: Robot,
     /// Height of the body frame's origin above the ground when the robot stands level, in metres.
     pub ride_height_m: f64,
@@ -51,12 +53,14 @@ pub struct FittedRobot {
     pub travel_as_made_m: f64,
 }
 
-/// An error of this share of the wheel's radius is small enough for one native shape: as much again is off in speed, which shall stay below
-/// 0.1 % together with the simulator's own errors. Of spheres more are taken until the second is reached.
+/// An error of this share of the wheel's radius is small enough for one native shape: as much again
+/// is off in speed, which shall stay below 0.1 % together with the simulator's own errors. Of
+/// spheres more are taken until the second is reached.
 const ENOUGH: f64 = 9e-4;
 const OF_SPHERES: f64 = 2e-4;
-/// Beyond the hand-over a shape must stay below what carries the wheel there, by this share of the wheel's radius per radian and at most by so
-/// much of it. The end spheres of barrels that touch each other lie in one place: as long as both carry, they slip against each other.
+/// Beyond the hand-over a shape must stay below what carries the wheel there, by this share of the
+/// wheel's radius per radian and at most by so much of it. The end spheres of barrels that touch
+/// each other lie in one place: as long as both carry, they slip against each other.
 const CLEAR_PER_RAD: f64 = 0.03;
 const CLEAR: f64 = 2e-3;
 /// Angles at which supports are compared.
@@ -329,7 +333,8 @@ impl<'a> Target<'a> {
         self.served().map(|of| of.w.abs()).fold(0.0, f64::max)
     }
 
-    /// How far supports fall short and reach too far at most, in metres: the least and the largest error.
+    /// How far supports fall short and reach too far at most, in metres: the least and the largest
+    /// error.
     fn errors_m(&self, support_m: impl Fn(f64) -> f64) -> [f64; 2] {
         self.supports.iter().fold([0.0_f64; 2], |[low, high], of| {
             let off_m = support_m(of.w) - of.reach_m;
@@ -350,8 +355,8 @@ impl<'a> Target<'a> {
             return RollerShape::Solids(modelled.shapes.clone());
         }
         let is_turned = matches!(self.roller.form, RollerForm::Turned(_));
-        // URDF has neither ellipsoids nor capsules. Meshes have flat sides, and each costs a rolling roller energy: in MuJoCo 64 of them
-        // take 8 % of the speed sideways.
+        // URDF has neither ellipsoids nor capsules. Meshes have flat sides, and each costs a
+        // rolling roller energy: in MuJoCo 64 of them take 8 % of the speed sideways.
         let native = match (format, is_turned) {
             (Format::Urdf, false) => &[],
             (Format::Urdf, true) => &NATIVE[2..],
@@ -376,8 +381,8 @@ impl<'a> Target<'a> {
         best.1.unwrap_or_else(of_many)
     }
 
-    /// The two figures of a shape, in metres, by which the largest error of its support is the least: the first is searched for each
-    /// value of the second.
+    /// The two figures of a shape, in metres, by which the largest error of its support is the
+    /// least: the first is searched for each value of the second.
     fn two_figures(&self, support_m: impl Fn([f64; 2], f64) -> f64) -> [f64; 2] {
         let thick_m = self.served().map(|of| of.reach_m).fold(0.0, f64::max);
         let most_m = 2.0 * self.roller.length_m + thick_m;
@@ -386,8 +391,9 @@ impl<'a> Target<'a> {
         [first(second).0, second]
     }
 
-    /// Spheres along the axis: the fewest that are near enough, or of which more are hardly nearer. The outermost stand at the roller's ends
-    /// or a little before, so that neighbours hand over; all are grown so that they reach too far by as much as they fall short.
+    /// Spheres along the axis: the fewest that are near enough, or of which more are hardly nearer.
+    /// The outermost stand at the roller's ends or a little before, so that neighbours hand over;
+    /// all are grown so that they reach too far by as much as they fall short.
     fn spheres(&self, enough_m: f64) -> RollerShape {
         const MOST: usize = 25;
         const WORTH: f64 = 0.8;
@@ -439,8 +445,8 @@ fn sphere_within(turned: &SolidOfRevolution, w: f64) -> (f64, f64) {
     (t_m, turned.profile().support_m(w) - t_m * w)
 }
 
-/// Where a function with one minimum between 0 and an end has it, and its value there: of the thirds
-/// of a range the one beside the larger value is left out.
+/// Where a function with one minimum between 0 and an end has it, and its value there: of the
+/// thirds of a range the one beside the larger value is left out.
 fn least(end: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
     /// They leave 5e-13 of the range.
     const SECTIONS: usize = 70;

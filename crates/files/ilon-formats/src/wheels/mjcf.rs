@@ -15,11 +15,12 @@ use crate::model::{
 
 /// Time constant of contacts of rollers: two steps, the shortest that MuJoCo takes.
 const SETTLES_S: f64 = 2.0 * STEP_S;
-/// Settings of tyres' contacts, which slide in turns. Where MuJoCo's contacts slide at v they push apart
-/// by friction times the damping of friction times v, as an acceleration: what slides faster carries
-/// more, and beyond (1 - d) / d of gravity it hops. So friction is damped little, which needs a pair
-/// of geoms, and impratio makes up for that; less, and a wheel that spins at a hard start slides for
-/// longer. In MuJoCo's form d^2 k and d b, of k = 4e5 /s^2, b = 833 /s, and 70 /s of friction.
+/// Settings of tyres' contacts, which slide in turns. Where MuJoCo's contacts slide at v they push
+/// apart by friction times the damping of friction times v, as an acceleration: what slides faster
+/// carries more, and beyond (1 - d) / d of gravity it hops. So friction is damped little, which
+/// needs a pair of geoms, and impratio makes up for that; less, and a wheel that spins at a hard
+/// start slides for longer. In MuJoCo's form d^2 k and d b, of k = 4e5 /s^2, b = 833 /s, and 70 /s
+/// of friction.
 const TYRE: (&str, f64, &str) = ("-36000 -250", 0.3, "1000");
 const TYRE_FRICTION: &str = "0 -21";
 /// How deep a roller sinks, over the wheel's radius: as far as native shapes raise and lower hubs.
@@ -226,7 +227,8 @@ fn body(out: &mut String, hulls: &mut String, parts: &[Part], index: usize, heig
     let _ = writeln!(out, "    </body>");
 }
 
-/// The friction of a shape that has its own, such as of a ball: without priority the floor's, if greater, would hold.
+/// The friction of a shape that has its own, such as of a ball: without priority the floor's, if
+/// greater, would hold.
 fn friction(of_shape: Option<f64>) -> String {
     of_shape.map_or(String::new(), |friction| {
         format!(

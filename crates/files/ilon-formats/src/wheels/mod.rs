@@ -30,8 +30,8 @@ pub enum Format {
     Urdf,
 }
 
-/// The files of a fitted robot, by name: the robot's, called after `stem`, and a world to start in. `about` is put at
-/// their head as a comment.
+/// The files of a fitted robot, by name: the robot's, called after `stem`, and a world to start in.
+/// `about` is put at their head as a comment.
 pub fn write_fitted(
     fitted: &FittedRobot,
     format: Format,

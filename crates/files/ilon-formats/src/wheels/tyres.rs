@@ -1,8 +1,9 @@
 //! What stands for a tyre in other simulators.
 //!
-//! A tyre touches in its middle and s from it on both sides, each with a third of the load, and resists a turn on the spot by mu N 2 s / 3.
-//! In MJCF an ellipsoid touches at each of these places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length
-//! l, and resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
+//! A tyre touches in its middle and s from it on both sides, each with a third of the load, and
+//! resists a turn on the spot by mu N 2 s / 3. In MJCF an ellipsoid touches at each of these
+//! places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length l, and
+//! resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
 
 use super::{Format, RollerShape};
 use crate::generate::elements::tyres_element;

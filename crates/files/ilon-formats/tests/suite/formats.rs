@@ -767,8 +767,8 @@ fn what_cannot_be_replicated_is_refused(wheels: &str, words: &str) {
 }
 
 /// What lies in many `<replicate>` elements is read once for each level of them, and not once for
-/// each element: 64 MB in all may be read. Ninety beside each other around a megabyte are one level,
-/// eighty within each other are not.
+/// each element: 64 MB in all may be read. Ninety beside each other around a megabyte are one
+/// level, eighty within each other are not.
 #[test]
 fn levels_of_replicates_are_bounded_and_not_their_number() {
     let bodies = "<body><geom size=\"1\"/></body>".repeat(36_000);

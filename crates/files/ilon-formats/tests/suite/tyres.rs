@@ -57,8 +57,8 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
-/// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A wheel
-/// straight below such a joint has none, nor is one with a drive a caster; both are steered.
+/// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A
+/// wheel straight below such a joint has none, nor is one with a drive a caster; both are steered.
 #[test]
 fn a_caster_is_known_by_its_trail() {
     let urdf = DIFFERENTIAL.replace("caster", "fork");
@@ -87,8 +87,9 @@ fn a_caster_is_known_by_its_trail() {
     assert_eq!(steered(&urdf.replace(r#"<axis xyz="0 0 1"/>"#, drive)), 2);
 }
 
-/// A ball is no wheel, on a joint that turns, or an upright one and another, or none; nor is a foot,
-/// nor what is called a caster and does not swivel: the robot stands on them without friction.
+/// A ball is no wheel, on a joint that turns, or an upright one and another, or none; nor is a
+/// foot, nor what is called a caster and does not swivel: the robot stands on them without
+/// friction.
 #[test]
 fn a_caster_that_does_not_swivel_rolls_in_every_direction() {
     let (bare, _) = DIFFERENTIAL

@@ -10,7 +10,8 @@ fn shipped(name: &str) -> PathBuf {
     PathBuf::from(robots).join(name)
 }
 
-/// The description says what the URDF of the same robot says, but for the fork's moments of inertia.
+/// The description says what the URDF of the same robot says, but for the fork's moments of
+/// inertia.
 #[test]
 fn the_described_tricycle_is_that_of_its_urdf() {
     let [short, long] = ["tricycle.toml", "tricycle.urdf"]

@@ -271,8 +271,8 @@ fn range(one: &RangeOf, study: &Study) -> String {
     text + "."
 }
 
-/// Reports that the least or the largest value of a grid lies at the end of axes that matter, so that the grid may have missed
-/// what lies beyond.
+/// Reports that the least or the largest value of a grid lies at the end of axes that matter, so
+/// that the grid may have missed what lies beyond.
 fn at_the_ends(one: &RangeOf, study: &Study) -> String {
     let ends = |extreme: &Extreme, of: fn(&Level) -> Option<f64>| -> String {
         let axes = one.axes.iter();
@@ -303,8 +303,8 @@ fn at_the_ends(one: &RangeOf, study: &Study) -> String {
     }
 }
 
-/// Whether a run has the lowest or the highest value of an axis of numbers, and no value between them comes to the same, to four digits. Two values are
-/// all ends, and a seed has no order.
+/// Whether a run has the lowest or the highest value of an axis of numbers, and no value between
+/// them comes to the same, to four digits. Two values are all ends, and a seed has no order.
 fn is_at_an_end_alone(
     quantity: &str,
     extreme: &Extreme,
@@ -476,7 +476,8 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
 mod tests {
     use super::*;
 
-    /// The least is 1, at the first of three values of an axis: at its end, unless the middle one reaches it too.
+    /// The least is 1, at the first of three values of an axis: at its end, unless the middle one
+    /// reaches it too.
     #[test]
     fn a_least_that_is_reached_between_the_ends_too_does_not_lie_at_an_end() {
         let is_at_end = |inner: f64, outer: f64| {

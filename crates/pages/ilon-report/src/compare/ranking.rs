@@ -44,8 +44,8 @@ pub struct Named {
 }
 
 /// Returns the figures in which the runs differ from the first, under their verdicts: regressed in
-/// one of the runs, improved, or neither of the two. The largest differences stand first. The others
-/// are within the noise.
+/// one of the runs, improved, or neither of the two. The largest differences stand first. The
+/// others are within the noise.
 pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
     let verdict = |named: &Named| {
         let others = comparison.runs.iter().skip(1);

@@ -100,7 +100,8 @@ mod tests {
     };
     use nalgebra::{Isometry3, Vector3};
 
-    /// A wheel 40 mm wide of radius 50 mm, its axis along y: 20 mm to either side, 50 ahead and back.
+    /// A wheel 40 mm wide of radius 50 mm, its axis along y: 20 mm to either side, 50 ahead and
+    /// back.
     #[test]
     fn a_wheel_is_drawn_as_wide_and_as_long_as_it_is() {
         let wheel = &header().wheels[0];

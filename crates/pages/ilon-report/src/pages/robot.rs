@@ -305,8 +305,8 @@ mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
 
-    /// Beyond half a turn the speeds repeat. Rollers at 45 degrees let the robot go ahead as eq. (7)
-    /// says, and back as well.
+    /// Beyond half a turn the speeds repeat. Rollers at 45 degrees let the robot go ahead as eq.
+    /// (7) says, and back as well.
     #[test]
     fn directions_are_from_ahead_to_back() {
         let robot = Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");

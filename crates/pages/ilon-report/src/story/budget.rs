@@ -127,14 +127,17 @@ impl Integrator {
     }
 }
 
-/// What leads from the ledger of the whole run to the error at its end: where it follows a reference, the error at the start and the guidance's corrections;
-/// in open loop the commands that were carried out at another heading than where they lead.
+/// What leads from the ledger of the whole run to the error at its end: where it follows a
+/// reference, the error at the start and the guidance's corrections; in open loop the commands that
+/// were carried out at another heading than where they lead.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct OffCourse {
     before: Option<Record>,
-    /// Desired minus real pose of the reference point at the first row and at the last, in the world frame, in m, m and rad.
+    /// Desired minus real pose of the reference point at the first row and at the last, in the
+    /// world frame, in m, m and rad.
     errors: Option<[[f64; 3]; 2]>,
-    /// In open loop: what the commands would have moved the robot by at the heading to which they lead, minus what at its own, in metres.
+    /// In open loop: what the commands would have moved the robot by at the heading to which they
+    /// lead, minus what at its own, in metres.
     through_heading_m: [f64; 2],
 }
 
@@ -161,7 +164,8 @@ impl OffCourse {
         }
     }
 
-    /// The parts beside the terms of a ledger by their names, and the error at the end that all add up to, each in m, m and rad.
+    /// The parts beside the terms of a ledger by their names, and the error at the end that all add
+    /// up to, each in m, m and rad.
     pub fn closing(&self, ledger: &Ledger) -> Vec<(&'static str, [f64; 3])> {
         let total = ledger.total;
         let total = [total.x_m, total.y_m, total.heading_rad];
@@ -338,8 +342,8 @@ mod tests {
         assert!((budget.from_s - 1.1).abs() < 0.011 && (budget.at_s - 2.0).abs() < 0.011);
     }
 
-    /// A robot that is asked for 1 m/s ahead turns by 0.3 rad/s all the same, by slip: nothing is lost along its own axes, and after 4 s it is on a circle
-    /// instead of at (4, 0) m.
+    /// A robot that is asked for 1 m/s ahead turns by 0.3 rad/s all the same, by slip: nothing is
+    /// lost along its own axes, and after 4 s it is on a circle instead of at (4, 0) m.
     #[test]
     fn what_a_lost_heading_does_closes_the_budget() {
         let (header, omega_rad_s) = (Header::default(), 0.3_f64);

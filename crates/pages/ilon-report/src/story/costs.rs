@@ -346,8 +346,8 @@ mod tests {
         assert!(said.contains("<b>3.10 mm</b> off"), "{said}");
     }
 
-    /// Suppliers of a hundredth of the energy or more are named, in words that do not depend on their
-    /// order.
+    /// Suppliers of a hundredth of the energy or more are named, in words that do not depend on
+    /// their order.
     #[test]
     fn who_put_the_energy_in_is_named() {
         let mut summary = Summary::default();

@@ -17,7 +17,8 @@ const TOLD_TOGETHER: f64 = 0.2;
 const PASSING: f64 = 2.0;
 /// If a run's accuracy is worse than this, in metres, smaller effects are not reported.
 const ROUGHLY_KNOWN_M: f64 = 5e-3;
-/// A largest error is reported if it differs by this share. A remedy is reported if it improves a figure by it, and worsens none by as much.
+/// A largest error is reported if it differs by this share. A remedy is reported if it improves a
+/// figure by it, and worsens none by as much.
 const WORTH_TELLING: f64 = 0.05;
 
 /// Reports the effect of each cause, the largest first; nothing for a run that was not repeated.
@@ -368,7 +369,8 @@ mod tests {
     use crate::sample::made_up_run;
     use ilon_trace::{Apart, Cause, Settings, Twin};
 
-    /// The sentences of a run that was repeated without causes: of each how many times as large its error was without it.
+    /// The sentences of a run that was repeated without causes: of each how many times as large its
+    /// error was without it.
     fn said(open_loop: bool, errors: &[f64]) -> Vec<String> {
         let mut trace = made_up_run(2.0, open_loop);
         let summary = Summary::of(&trace, &Settings::default());

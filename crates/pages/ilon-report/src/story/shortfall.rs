@@ -43,8 +43,8 @@ struct Stretch {
     moved: Twist,
     terms: Terms,
     /// Deviation of the wheels from their targets, in rad, summed over all; the part with a motor
-    /// at its limit, the part of that with a wheel at its rate limit, the part in which dry friction
-    /// takes most of the torque, and that of wheels without a motor.
+    /// at its limit, the part of that with a wheel at its rate limit, the part in which dry
+    /// friction takes most of the torque, and that of wheels without a motor.
     off_rad: f64,
     at_limit_rad: f64,
     at_rate_limit_rad: f64,
@@ -770,8 +770,8 @@ mod tests {
         assert_eq!(said(&summary), "");
     }
 
-    /// A wheel that is 1 rad/s behind its target for a second, and then as much ahead of it, was off
-    /// by 2 rad in all.
+    /// A wheel that is 1 rad/s behind its target for a second, and then as much ahead of it, was
+    /// off by 2 rad in all.
     #[test]
     fn what_a_wheel_is_ahead_does_not_make_up_for_what_it_was_behind() {
         let mut header = Header::default();

@@ -49,8 +49,8 @@ fn the_way_of_a_run_begins_and_ends_where_the_run_does() {
     assert_eq!(way.poses.last().expect("poses")[1..], f32_of(last));
 }
 
-/// A robot's file that has changed since the run is not shown moving: one with a wheel more, or with
-/// other rollers.
+/// A robot's file that has changed since the run is not shown moving: one with a wheel more, or
+/// with other rollers.
 #[test]
 fn a_robot_with_other_wheels_than_the_run_is_not_shown() {
     let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");

@@ -8,7 +8,8 @@ use ilon_sim::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the logs are written. A file that ends in `.csv`, `.tsv`, `.txt` or `.dat` is a table of text; everything else a bag.
+/// How the logs are written. A file that ends in `.csv`, `.tsv`, `.txt` or `.dat` is a table of
+/// text; everything else a bag.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -17,7 +18,8 @@ pub struct Format {
     /// What stands between two columns: one character, or `"tab"`.
     #[serde(default = "comma")]
     pub delimiter: String,
-    /// The line that holds the names of the columns, counted from 1; 0 where there is none. Rows begin after it.
+    /// The line that holds the names of the columns, counted from 1; 0 where there is none. Rows
+    /// begin after it.
     #[serde(default = "one")]
     pub header_line: usize,
     /// When a row was.
@@ -27,7 +29,8 @@ pub struct Format {
     pub period_s: Option<f64>,
     /// By how much the poses come after the wheels, in seconds; `"fit"` of each series by itself.
     pub delay_s: Option<Delayed>,
-    /// Whether decimals are written with a comma, as in `0,25`; columns are then parted by something else.
+    /// Whether decimals are written with a comma, as in `0,25`; columns are then parted by
+    /// something else.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub decimal_comma: bool,
     /// x of the point that the tracker follows.
@@ -97,10 +100,11 @@ fn joint_states() -> String {
 pub struct Column {
     /// Its name in the header, or its place, counted from 1.
     pub column: ColumnPlace,
-    /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"m"`, `"cm"`, `"mm"`, `"in"`; `"rad"`, `"deg"`, `"turns"`, `"ticks"`; `"rad/s"`, `"deg/s"`, `"rpm"`,
-    /// `"turns/s"`; `"A"`, `"mA"`.
+    /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"m"`, `"cm"`, `"mm"`, `"in"`; `"rad"`, `"deg"`,
+    /// `"turns"`, `"ticks"`; `"rad/s"`, `"deg/s"`, `"rpm"`, `"turns/s"`; `"A"`, `"mA"`.
     pub unit: String,
-    /// By what numbers are multiplied beside their unit: -1 of a wheel that counts the other way, or metres of a pixel.
+    /// By what numbers are multiplied beside their unit: -1 of a wheel that counts the other way,
+    /// or metres of a pixel.
     #[serde(default = "unity")]
     pub scale: f64,
     /// Ticks of one turn of the wheel, behind its gear; of `"ticks"` only.
@@ -110,8 +114,8 @@ pub struct Column {
     /// Whether each row holds what was turned since the row before, and not since the beginning.
     #[serde(default)]
     pub increments: bool,
-    /// What it reads in its unit where the wheel stands as the robot's file has it, of absolute encoders; it counts with `simulate.phases = "log"`
-    /// alone.
+    /// What it reads in its unit where the wheel stands as the robot's file has it, of absolute
+    /// encoders; it counts with `simulate.phases = "log"` alone.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub zero: f64,
 }

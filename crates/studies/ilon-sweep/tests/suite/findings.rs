@@ -38,7 +38,8 @@ fn a_grid_says_where_a_quantity_is_least_and_largest_and_what_each_axis_does_to_
     for (axis, means) in range.axes.iter().zip([[150.0, 300.0], [300.0, 150.0]]) {
         let own: Vec<Option<f64>> = axis.levels.iter().map(|level| level.mean).collect();
         assert_eq!(own, means.map(Some), "{}", axis.key);
-        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the interaction of both has 2500 of 47500.
+        // 2 (75^2 + 75^2) of 25^2 + 175^2 + 125^2 + 25^2; the interaction of both has 2500 of
+        // 47500.
         let share = axis.share.unwrap();
         assert!((share - 22500.0 / 47500.0).abs() < 1e-12, "{share}");
     }

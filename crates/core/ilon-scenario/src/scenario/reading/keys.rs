@@ -507,7 +507,8 @@ impl<'s> Checker<'s> {
             .flat_map(|keys| keys.keys().map(String::as_str))
     }
 
-    /// The key that may be meant by one that stands beside the table it belongs into: `payload.from_s` by `from`.
+    /// The key that may be meant by one that stands beside the table it belongs into:
+    /// `payload.from_s` by `from`.
     fn within_another(
         &self,
         unknown: &str,

@@ -41,8 +41,8 @@ const OTHERS: (u32, Stride) = (60, Stride::Searched);
 const BETWEEN: [usize; 8] = [25, 25, 50, 100, 200, 400, 800, 1600];
 
 impl Solver {
-    /// Solves for the impulses from the assumed ones. Returns by how much the laws are broken in the
-    /// end, in m/s or rad/s.
+    /// Solves for the impulses from the assumed ones. Returns by how much the laws are broken in
+    /// the end, in m/s or rad/s.
     pub fn solve(&mut self, problem: &mut ImpulseProblem) -> f64 {
         let error = self.solve_in_discs(problem);
         problem.take_back();

@@ -96,8 +96,8 @@ impl ReactionSolver {
             });
             return creeps.then(|| TangentCompliance::along(softness, along, None));
         };
-        // What pressed here in the last step continues from there: of several places of a tyre on one
-        // face each from its own.
+        // What pressed here in the last step continues from there: of several places of a tyre on
+        // one face each from its own.
         let Candidate { a, b, .. } = *place;
         let same = |other: &&Reaction| {
             (other.a, other.b) == (a, b) && other.frame[0].dot(&contact.frame[0]) > 0.7

@@ -96,7 +96,8 @@ impl Judged {
     }
 
     /// The failures, one line each. Of many differences from a baseline the largest are listed, as
-    /// shares of their signals' sizes, without those at rounding level; numbers of rollers come last.
+    /// shares of their signals' sizes, without those at rounding level; numbers of rollers come
+    /// last.
     pub fn failures(&self) -> Vec<String> {
         const DIFFERENCES_SHOWN: usize = 3;
         /// Relative to the largest difference.

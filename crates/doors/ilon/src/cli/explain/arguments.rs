@@ -9,7 +9,8 @@ use crate::cli::robot::Reading;
 /// Arguments of `ilon explain`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A scenario, run without each cause in turn; or a robot's file, tried with the usual causes in five standard motions.
+    /// A scenario, run without each cause in turn; or a robot's file, tried with the usual causes
+    /// in five standard motions.
     pub file: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
@@ -24,8 +25,9 @@ pub struct Arguments {
     /// Open the page of a scenario in the browser.
     #[arg(long)]
     pub open: bool,
-    /// The drift of your real robot: "left 20 mm/m, turn 1 deg/m" of a drive of 1 m ahead, "left 60 mm over 3 m" of a longer
-    /// one, "turn: left 5 mm/turn" for another motion (ahead, left, diagonal, arc, turn; once each). Ranks the causes that look like it.
+    /// The drift of your real robot: "left 20 mm/m, turn 1 deg/m" of a drive of 1 m ahead, "left 60
+    /// mm over 3 m" of a longer one, "turn: left 5 mm/turn" for another motion (ahead, left,
+    /// diagonal, arc, turn; once each). Ranks the causes that look like it.
     #[arg(long, value_name = "DRIFT")]
     pub(super) seen: Vec<Seen>,
     #[command(flatten)]

@@ -33,11 +33,12 @@ pub struct Arguments {
     pub settings: Settings,
     #[command(flatten)]
     pub sandbox: Sandbox,
-    /// Print the summary as JSON, and nothing else, on standard output; of several scenarios a list.
+    /// Print the summary as JSON, and nothing else, on standard output; of several scenarios a
+    /// list.
     #[arg(long)]
     pub json: bool,
-    /// Write a bag too, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove, Rerun and PlotJuggler.
-    /// Rollers turn if `run.roller_angles_hz` is set.
+    /// Write a bag too, `bag/`: the run as ROS 2 topics in MCAP, for `ros2 bag play`, Foxglove,
+    /// Rerun and PlotJuggler. Rollers turn if `run.roller_angles_hz` is set.
     #[arg(long)]
     pub mcap: bool,
     /// Write no report.html.

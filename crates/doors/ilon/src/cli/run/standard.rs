@@ -94,7 +94,8 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
     ));
     let percent =
         |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
-    // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for that.
+    // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
+    // that.
     let least = |motion: &StandardMotion, ratio: &TwistRatio| {
         let asked = motion.twist_in_body;
         let parts = [

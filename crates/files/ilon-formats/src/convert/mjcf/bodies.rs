@@ -89,7 +89,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         Ok(link_from_body)
     }
 
-    /// Writes the chain of joints that holds a body; returns the body's frame in that of the last, which is its link's.
+    /// Writes the chain of joints that holds a body; returns the body's frame in that of the last,
+    /// which is its link's.
     fn joints(
         &mut self,
         id: usize,
@@ -185,9 +186,11 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         Ok(())
     }
 
-    /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), q counted so that the body stands at `ref` as it is drawn.
+    /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), q counted so that
+    /// the body stands at `ref` as it is drawn.
     fn spring(&mut self, joint: &mj::Joint, name: &str) {
-        /// No joint comes near such a rest, in rad or m, and its force would leave no step short enough.
+        /// No joint comes near such a rest, in rad or m, and its force would leave no step short
+        /// enough.
         const FARTHEST_REST: f64 = 1e4;
         if joint
             .springdamper
@@ -225,7 +228,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         }
     }
 
-    /// What a joint follows by an equality of the file: the other joint, factor and offset. MuJoCo counts both from `ref`, as joints here count.
+    /// What a joint follows by an equality of the file: the other joint, factor and offset. MuJoCo
+    /// counts both from `ref`, as joints here count.
     fn follows(&mut self, joint: &str) -> Option<(&'a str, f64, f64)> {
         let model = self.robot.model;
         let equality = model.equality.iter().find_map(|equality| match equality {

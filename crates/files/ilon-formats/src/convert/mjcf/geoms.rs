@@ -17,8 +17,9 @@ use crate::urdf::{Meshes, mesh_triangles};
 /// Density of a geom that says none, in kg/m^3: MuJoCo's own.
 const DENSITY_KG_M3: f64 = 1000.0;
 
-/// Gives a geom that is said by its ends, `fromto`, the place, the turn and the sizes that it has by them, as MuJoCo does: its z axis lies along the line
-/// between them, and of a box and an ellipsoid both sizes across are the first.
+/// Gives a geom that is said by its ends, `fromto`, the place, the turn and the sizes that it has
+/// by them, as MuJoCo does: its z axis lies along the line between them, and of a box and an
+/// ellipsoid both sizes across are the first.
 pub(super) fn put_between_ends(geom: &mut mj::Geom) {
     let Some([ax, ay, az, bx, by, bz]) = geom.fromto else {
         return;
@@ -153,7 +154,8 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
         .ok_or_else(|| format!("the mesh `{file}` encloses nothing"))
 }
 
-/// A geom that is no mesh for the density of 1 kg/m^3, in its frame; `None` of one without a volume.
+/// A geom that is no mesh for the density of 1 kg/m^3, in its frame; `None` of one without a
+/// volume.
 fn solid(geom: &mj::Geom) -> Option<MassProperties> {
     let (volume_m3, unit) = volume_and_moments(geom)?;
     (volume_m3 > 0.0).then(|| MassProperties {
@@ -185,7 +187,8 @@ fn volume_and_moments(geom: &mj::Geom) -> Option<(f64, Vector3<f64>)> {
             )
         }
         mj::GeomType::Capsule => {
-            // A cylinder and the two halves of a ball, whose centres of mass are 3/8 of the radius beyond its ends.
+            // A cylinder and the two halves of a ball, whose centres of mass are 3/8 of the radius
+            // beyond its ends.
             let (rod, caps) = (2.0 * PI * x * x * y, ball * x.powi(3));
             let whole = rod + caps;
             let across =

@@ -12,7 +12,8 @@ use crate::files::ReadError;
 use crate::options::LoadOptions;
 use crate::xml;
 
-/// Most files that one may include, and those include: models that are kept in a file for each part have dozens.
+/// Most files that one may include, and those include: models that are kept in a file for each part
+/// have dozens.
 const MOST_INCLUDES: usize = 500;
 /// Most bytes that all files that are included have.
 const MAX_BYTES: u64 = 16 << 20;
@@ -90,7 +91,8 @@ impl Putting<'_> {
     }
 }
 
-/// Where a file lies that another includes: beside the first of all, or beside the one that includes it, as in MuJoCo.
+/// Where a file lies that another includes: beside the first of all, or beside the one that
+/// includes it, as in MuJoCo.
 fn included_path(file: &str, folder: &Path, name: &str, options: &LoadOptions) -> PathBuf {
     let beside_first = folder.join(name);
     let own = Path::new(file).parent().unwrap_or(Path::new(""));

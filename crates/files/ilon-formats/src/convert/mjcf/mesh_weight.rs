@@ -8,11 +8,13 @@ use crate::model::MassProperties;
 /// A triangle by its corners.
 pub(super) type Triangle = [Point3<f64>; 3];
 
-/// Volume, centre and inertia of a mesh for the density of 1 kg/m^3, in the mesh's frame; `None` of one that encloses nothing.
+/// Volume, centre and inertia of a mesh for the density of 1 kg/m^3, in the mesh's frame; `None` of
+/// one that encloses nothing.
 ///
-/// MuJoCo's default, `legacy`, counts each tetrahedron as a positive volume: of a mesh that is not convex the whole then hangs on the inner
-/// point, which is the middle of the surface for the centre, and the centre for mass and inertia. With `exact`, tetrahedra that face inwards
-/// are taken away.
+/// MuJoCo's default, `legacy`, counts each tetrahedron as a positive volume: of a mesh that is not
+/// convex the whole then hangs on the inner point, which is the middle of the surface for the
+/// centre, and the centre for mass and inertia. With `exact`, tetrahedra that face inwards are
+/// taken away.
 pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassProperties> {
     let volume_of = |tetrahedron: &[Vector3<f64>; 3]| {
         let [a, b, c] = tetrahedron;
@@ -36,8 +38,8 @@ pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassPro
         return None;
     }
     let center = inner + moment / volume_m3;
-    // The integral of x x^T over a tetrahedron with a corner at the origin is V / 20 (s s^T + sum of c c^T), s the sum of its other
-    // corners c.
+    // The integral of x x^T over a tetrahedron with a corner at the origin is V / 20 (s s^T + sum
+    // of c c^T), s the sum of its other corners c.
     let (mut mass_kg, mut second) = (0.0, Matrix3::zeros());
     for triangle in triangles {
         let corners = triangle.map(|corner| corner - center);

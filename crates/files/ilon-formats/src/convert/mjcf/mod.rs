@@ -1,7 +1,8 @@
 //! MJCF, the format of MuJoCo: the body of a file in which most wheels are seen.
 //!
-//! mjcf-rs reads it, with its defaults, classes and angles; what it includes is put in first, through the door through which all
-//! files are read, and what it replicates is written out. A body's frame becomes that of its joint; a body of several joints becomes a chain of links.
+//! mjcf-rs reads it, with its defaults, classes and angles; what it includes is put in first,
+//! through the door through which all files are read, and what it replicates is written out. A
+//! body's frame becomes that of its joint; a body of several joints becomes a chain of links.
 
 mod bodies;
 mod geoms;

@@ -1,4 +1,5 @@
-//! `<replicate>`: what it holds, written out as often as it says, each time in a `<frame>` of its own.
+//! `<replicate>`: what it holds, written out as often as it says, each time in a `<frame>` of its
+//! own.
 
 use std::collections::HashMap;
 
@@ -21,8 +22,8 @@ const MOST_COPIES: usize = 10_000;
 
 /// A text without `<replicate>`: innermost first, each is replaced by its copies.
 ///
-/// Copy i stands where i of its offsets and turns lead, and all names in it end in its separator and i. An actuator of a joint that is
-/// replicated is replicated with it, as in MuJoCo.
+/// Copy i stands where i of its offsets and turns lead, and all names in it end in its separator
+/// and i. An actuator of a joint that is replicated is replicated with it, as in MuJoCo.
 pub(super) fn written_out(file: &str, whole: Assembled) -> Result<Assembled, RobotError> {
     let mut whole = whole;
     let mut read = 0;
@@ -234,7 +235,8 @@ fn three(node: Node, attribute: &str) -> Result<Vector3<f64>, String> {
     }
 }
 
-/// The turn by Euler angles, in the unit and the sequence that the file's `<compiler>` says: degrees about x, y, z of the turning frame.
+/// The turn by Euler angles, in the unit and the sequence that the file's `<compiler>` says:
+/// degrees about x, y, z of the turning frame.
 fn turn(euler: Vector3<f64>, document: &Document) -> Result<UnitQuaternion<f64>, String> {
     let of_compiler = |name| {
         let compilers = document

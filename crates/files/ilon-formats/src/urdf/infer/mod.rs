@@ -113,8 +113,8 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     )
 }
 
-/// Returns tyres for wheels that a plug-in or a controller drives as plain wheels, for a lone pair of
-/// parallel wheels, and for steered wheels: none of these can be Swedish wheels. With a remark.
+/// Returns tyres for wheels that a plug-in or a controller drives as plain wheels, for a lone pair
+/// of parallel wheels, and for steered wheels: none of these can be Swedish wheels. With a remark.
 pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOptions> {
     let tree = loading.tree;
     let is_steered = steered(tree, survey).next().is_some();
