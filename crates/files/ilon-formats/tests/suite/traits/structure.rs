@@ -269,6 +269,8 @@ fn tens_of_thousands_of_faults_end_soon() {
 /// A body of 50 characters of MJCF is 600 of URDF, so that a megabyte took 11 s of a release build.
 /// A scene of a thousand bodies is read.
 #[test_case("<body name=\"x{}\"><geom type=\"sphere\" size=\".01\"/></body>"; "bodies")]
+#[test_case("<geom type=\"sphere\" size=\".01\"/>"; "geoms")]
+#[test_case("<geom type=\"capsule\" size=\".01\" fromto=\"0 0 0 0 0 1\"/>"; "capsules")]
 #[test_case("<body><joint name=\"q{}\" type=\"slide\" axis=\"0 0 1\"/><geom size=\".01\"/></body>"; "joints")]
 fn a_megabyte_of_mjcf_is_too_much_and_a_thousand_parts_are_not(part: &str) {
     let refused = |count: usize| {
