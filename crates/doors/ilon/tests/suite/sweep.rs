@@ -252,7 +252,7 @@ fn a_grid_says_its_range_and_main_effects_on_the_terminal_and_on_the_page() {
     // 200 and 400 steps of 1 ms, 100 and 200 of 2 ms: each axis causes 22500 of 47500.
     let sentence = "Physics steps: from 100 (duration 0.2 s, physics dt 0.002 s, run 1) to 400 (duration 0.4 s, physics dt 0.001 s, run 2). \
                     Duration explains 47 % of the variation, physics dt explains 47 % of the variation; their interaction explains 5.3 %.";
-    let printed = stdout(&output);
+    let printed = stdout(&output).replace("\n    ", " ");
     assert!(printed.contains(sentence), "{printed}");
     let lead = lead(&folder.read("out/report.html"));
     assert!(lead.contains(sentence), "{lead}");

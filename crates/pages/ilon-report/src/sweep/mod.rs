@@ -184,6 +184,6 @@ mod tests {
             ..StudyInput::default()
         };
         let page = html(&study, &|run| run.to_string());
-        assert!(page.contains("Best and worst runs"), "{page}");
+        assert!(page.contains("The runs"), "{page}");
     }
 }
