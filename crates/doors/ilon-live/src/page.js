@@ -2,7 +2,8 @@
   'use strict';
   const find = (id) => document.getElementById(id);
   const settings = JSON.parse(find('settings').textContent);
-  const scene = ilonScene(document.querySelector('canvas'), JSON.parse(find('data').textContent));
+  const data = JSON.parse(find('data').textContent);
+  const scene = ilonScene(document.querySelector('canvas'), data);
   const state = find('state');
   const note = find('note');
   let socket = null;
@@ -49,7 +50,7 @@
   }
 
   ilonDrive(document.querySelector('.stage'), (twist) => tell({ twist }), { top: () => Number(find('top').value) });
-  ilonPush(document.querySelector('.stage'), scene, (push_n) => tell({ push_n }), () => find('mouse').value === 'push');
+  ilonPush(document.querySelector('.stage'), scene, data.robot, (push_n) => tell({ push_n }), () => find('mouse').value === 'push');
   // Keys drive again once something is chosen.
   document.querySelectorAll('select').forEach((select) => select.addEventListener('change', () => select.blur()));
 

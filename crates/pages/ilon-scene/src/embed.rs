@@ -43,7 +43,7 @@ pub fn script() -> String {
 }
 
 /// The script with controls for driving: it also defines `ilonDrive(stage, tell, options)`,
-/// `ilonWheels(box, scene)`, `ilonFigures(box)` and `ilonPush(stage, scene, tell, isOn)`.
+/// `ilonWheels(box, scene)`, `ilonFigures(box)` and `ilonPush(stage, scene, robot, tell, isOn)`.
 pub fn driving_script() -> String {
     joined(&[&PARTS[..], &[include_str!("web/drive.js")]].concat())
 }

@@ -90,7 +90,7 @@ mod tests {
         let failed = verdict(Some(2.42), Some(2.0));
         assert_eq!(
             failed.to_string(),
-            "slip_energy_j within +10 % of 2 failed: measured 2.42 J (10 % beyond)"
+            "slip_energy_j within +10 % of 2 failed: measured 2.42 J (10.00 % beyond)"
         );
         assert!(!verdict(Some(1.0), None).held && !verdict(None, Some(1.0)).held);
     }

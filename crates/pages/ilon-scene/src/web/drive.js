@@ -202,11 +202,18 @@ function ilonFigures(box) {
   return (figures) => tiles.forEach((show) => show(figures));
 }
 
+// The point of the floor under a place of the canvas; in the sky it is far away.
+function floorAt(scene, place) {
+  const ray = scene.rayAt(...place);
+  const [eye, way] = [apply(scene.fromLevel, ray.eye), turn(scene.fromLevel, ray.way)];
+  return add(eye, times(way, eye[2] / Math.max(-way[2], 0.02)));
+}
+
 // Pushing the robot with the mouse or a finger, while `isOn()`: an arrow from the robot to the
 // pointer shows the force, which grows with its length up to the robot's weight; `tell` gets the
 // force along x and y of the world, in N.
-function ilonPush(stage, scene, tell, isOn) {
-  const { mass_kg: mass, reach_m: reach } = scene.robot;
+function ilonPush(stage, scene, robot, tell, isOn) {
+  const { mass_kg: mass, reach_m: reach } = robot;
   const weight = 9.81 * mass;
   const words = document.createElement('output');
   words.className = 'ilon-push';
@@ -214,12 +221,13 @@ function ilonPush(stage, scene, tell, isOn) {
   let to = null;
   const push = () => {
     if (!to || !scene.state) return;
-    const way = sub(scene.floorAt(...to), scene.state.at);
+    const point = floorAt(scene, to);
+    const way = sub(point, scene.state.at);
     const length = Math.hypot(way[0], way[1]) || 1;
     const force = weight * Math.min(1, 0.3 * length / reach);
     words.textContent = `${force.toFixed(0)} N`;
     words.style.translate = `${to[0] + 12}px ${to[1]}px`;
-    scene.set({ push: to });
+    scene.set({ push: point });
     tell([force * way[0] / length, force * way[1] / length]);
   };
   setInterval(push, AGAIN_MS / 2);

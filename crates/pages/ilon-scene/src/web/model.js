@@ -232,7 +232,7 @@ class Model {
         hubs('glass', hub, w, paint);
       });
     }
-    if (options.pushed) arrow('mark', originOf(state.body), sub(options.pushed, originOf(state.body)), 0.12 * u, colors.sliding);
+    if (options.push) arrow('mark', state.at, sub(options.push, state.at), 0.12 * u, colors.sliding);
     if (options.wanted && alone === undefined && Number.isFinite(frames.get('want_x'))) {
       const at = fromAngles(frames.get('want_x'), frames.get('want_y'), 0.002, 0, 0, frames.get('want_yaw'));
       put('mark', 'sphere', scaled(at, 0.13 * u, 0.13 * u, 0.03 * u), colors.reference, [0, 0, 0, 0.7]);

@@ -61,10 +61,9 @@ function ilonScene(canvas, data, given) {
 
   const model = new Model(data);
   const reach = data.robot.reach_m;
-  const slope = data.ground.slope_rad;
   // The floor falls towards +x by the slope: gravity is vertical in the picture, and the floor is
   // tilted.
-  const level = fromAngles(0, 0, 0, 0, slope, 0);
+  const [level, fromLevel] = [1, -1].map((sign) => fromAngles(0, 0, 0, 0, sign * data.ground.slope_rad, 0));
   const camera = new Camera(-0.9, 0.5, 3.7 * reach);
   const close = new Camera(0, 0.3, 1);
   const still = window.matchMedia('(prefers-reduced-motion: reduce)');
@@ -215,10 +214,9 @@ function ilonScene(canvas, data, given) {
     const line = colors.line.map((c, i) => clamp(c + floorColor[i] - colors.floor[i], 0, 1));
     const scene = { colors: { ...colors, line }, now, relief: model.relief, floorColor };
     const picture = (eyes, box, layers, bands, cells) => {
-      const floorFromLevel = fromAngles(0, 0, 0, 0, -slope, 0);
       renderer.picture({
-        box, clip: eyes.matrix(box[2] / box[3], level, eyes === camera ? shift() : [0, 0]), eye: apply(floorFromLevel, eyes.axes().eye),
-        middle: apply(floorFromLevel, eyes.target), reach: 22 * eyes.distance, cells, bands,
+        box, clip: eyes.matrix(box[2] / box[3], level, eyes === camera ? shift() : [0, 0]), eye: apply(fromLevel, eyes.axes().eye),
+        middle: apply(fromLevel, eyes.target), reach: 22 * eyes.distance, cells, bands,
       }, { ...scene, layers });
     };
     const ribbon = (name, color, w, later, opacity) => ({ name, color: [...color, opacity], width: w * model.unit, later });
@@ -226,8 +224,7 @@ function ilonScene(canvas, data, given) {
       ribbon('planned', colors.reference, 0.05, 1, 0.5), ribbon('wanted', colors.reference, 0.07, 1, 0.75),
       ...(options.ghost ? [ribbon(options.way === null ? 'dreamt' : `way${options.way}`, colors.ghost, 0.06, 0.12, 0.8)] : []), ribbon('path', colors.path, 0.09, 0.15, 0.95),
     ];
-    const pushed = options.push && floorAt(...options.push);
-    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, { ...options, pushed }), bands, [0.1, 1]);
+    picture(camera, [0, 0, width, height], model.bodies(frames, state, colors, options), bands, [0.1, 1]);
 
     if (inset) {
       const [x, y, w, h] = insetBox();
@@ -251,28 +248,23 @@ function ilonScene(canvas, data, given) {
     if (gliding) refresh();
   }
 
+  // The ray through a place of the canvas.
+  function rayAt(x, y) {
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    const [right, up] = shift();
+    return camera.ray(2 * x / w - 1 - right, 1 - 2 * y / h - up, w / h);
+  }
+
   // The wheel that a ray hits first, as spheres; null if it hits none.
   function pickAt(x, y) {
     if (!state) return null;
-    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
-    const [right, up] = shift();
-    const { eye, way } = camera.ray(2 * x / w - 1 - right, 1 - 2 * y / h - up, w / h);
+    const { eye, way } = rayAt(x, y);
     const met = state.wheels.map(({ center }, index) => {
       const to = sub(apply(level, center), eye);
       const ahead = dot(to, way);
       return { index, ahead, off: norm(sub(to, times(way, ahead))) };
     }).filter(({ index, ahead, off }) => ahead > 0 && off < model.robot.wheels[index].radius_m);
-    return met.length ? met.reduce((a, b) => (a.ahead < b.ahead ? a : b)).index : null;
-  }
-
-  // The point of the floor under a place of the canvas; in the sky it is far away.
-  function floorAt(x, y) {
-    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
-    const [right, up] = shift();
-    const ray = camera.ray(2 * x / w - 1 - right, 1 - 2 * y / h - up, w / h);
-    const floorFromLevel = fromAngles(0, 0, 0, 0, -slope, 0);
-    const [eye, way] = [apply(floorFromLevel, ray.eye), turn(floorFromLevel, ray.way)];
-    return add(eye, times(way, eye[2] / Math.max(-way[2], 0.02)));
+    return met.sort((a, b) => a.ahead - b.ahead)[0]?.index ?? null;
   }
 
   function free() {
@@ -330,8 +322,8 @@ function ilonScene(canvas, data, given) {
     seek(t) { if (t === t && t !== now) { now = t; refresh(); } },
     /// Selects a wheel by its index, and shows it close up; null for none.
     select(wheel) { options.selected = model.robot.wheels[wheel] ? wheel : null; refresh(); },
-    /// Changes options: push (the place on the canvas that a push's arrow points at, or null), ghost, way (the index of the ghost's alternative motion, or null), wanted,
-    /// follow, inset.
+    /// Changes options: push (the point that a push's arrow points at, or null), ghost, way (the
+    /// index of the ghost's alternative motion, or null), wanted, follow, inset.
     set(changed) { Object.assign(options, changed); refresh(); },
     /// The robot from the side ('follow'), the whole run ('whole'), from above ('top').
     view,
@@ -360,10 +352,8 @@ function ilonScene(canvas, data, given) {
       if (renderer) renderer.dispose();
       renderer = null;
     },
-    /// The point of the floor under a place of the canvas, in metres.
-    floorAt,
-    /// The robot's mass and size.
-    get robot() { return { mass_kg: data.robot.mass_kg, reach_m: reach }; },
+    /// The ray through a place of the canvas; the floor's frame, which leans by the slope.
+    rayAt, fromLevel,
     /// The last drawn state: time, body, wheels with contact, force and slip.
     get state() { return state; },
     get options() { return { ...options }; },

@@ -253,7 +253,7 @@ fn a_folder_of_another_study_or_of_none_is_refused_and_not_touched() {
 #[test_case::test_case(
     "axes.world.floor.friction = [\"ice\"]",
     "`world.floor.friction` is a text, but must be a number, which `axes` varies",
-    "write a number here";
+    "write a number, without quotes";
     "wrong kind"
 )]
 #[test_case::test_case(
