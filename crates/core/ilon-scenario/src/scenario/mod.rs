@@ -8,6 +8,7 @@
 mod bodies;
 mod checks;
 mod controller;
+mod driven;
 mod expect;
 mod faults;
 mod guidance;

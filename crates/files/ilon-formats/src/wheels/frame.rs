@@ -1,9 +1,20 @@
-//! What a file has around its robot: the ground, the step, and the comment at its head.
+//! What a file has around its robot: the format, the ground, the step, and the comment at its head.
 
 use crate::generate::elements::comment_text;
 
 /// The step for which the solver of a MJCF is set, in seconds.
 pub const STEP_S: f64 = 0.002;
+
+/// A format that robots are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// MuJoCo's, with a scene.
+    Mjcf,
+    /// Gazebo's, with a world.
+    Sdf,
+    /// The plainest: cylinders and spheres.
+    Urdf,
+}
 
 /// The ground of a written world.
 #[derive(Clone, Copy, Debug, PartialEq)]

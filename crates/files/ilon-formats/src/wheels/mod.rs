@@ -2,9 +2,10 @@
 //!
 //! | module | has |
 //! |---|---|
+//! | `shape` | the shapes that stand for rollers and tyres |
 //! | `fit` | the native shape that is nearest to a roller as made |
 //! | `parts` | the robot as a tree of bodies on joints |
-//! | `frame` | what every file has around the robot: ground, step, the comment at its head |
+//! | `frame` | what every file has around the robot: format, ground, step, the comment at its head |
 //! | `mjcf`, `tags` | the formats |
 //! | `tyres` | what stands for a tyre |
 
@@ -12,23 +13,14 @@ mod fit;
 mod frame;
 mod mjcf;
 mod parts;
+mod shape;
 mod tags;
 mod tyres;
 
-pub use fit::{FittedRobot, RollerShape, fit};
-pub use frame::{Ground, STEP_S};
+pub use fit::{FittedRobot, fit};
+pub use frame::{Format, Ground, STEP_S};
 pub use mjcf::contact_stiffness_n_m;
-
-/// A format that robots are written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// MuJoCo's, with a scene.
-    Mjcf,
-    /// Gazebo's, with a world.
-    Sdf,
-    /// The plainest: cylinders and spheres.
-    Urdf,
-}
+pub use shape::RollerShape;
 
 /// The files of a fitted robot, by name: the robot's, called after `stem`, and a world to start in.
 /// `about` is put at their head as a comment.

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::fit::{FittedRobot, RollerShape};
+use super::fit::FittedRobot;
+use super::shape::RollerShape;
 use crate::model::{Collision, Joint, JointKind, JointRole, MassProperties, Roller};
 
 /// A body and the joint on which it moves; all frames are at zero of all joints.

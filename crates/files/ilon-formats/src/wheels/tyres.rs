@@ -5,7 +5,8 @@
 //! places. SDF and URDF have a cylinder, which on a plane touches at both ends of its length l, and
 //! resists by mu N l / 2: so l = 4 s / 3, with the default shoulders half of the tyre's width.
 
-use super::{Format, RollerShape};
+use super::frame::Format;
+use super::shape::RollerShape;
 use crate::generate::elements::tyres_element;
 use crate::model::{CollisionShape, Robot, Roller, RollerForm, Wheel};
 

@@ -4,7 +4,7 @@ use ilon_trace::{Header, Record};
 
 use super::phrases::list;
 use super::spells::{Spell, Spells};
-use crate::gravity_m_s2;
+use crate::conditions::gravity_m_s2;
 use crate::page::escape;
 use crate::text::{energy, length, percent, time};
 
