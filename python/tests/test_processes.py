@@ -145,7 +145,7 @@ def test_the_command_of_the_wheel_is_the_command(command, assets, tmp_path):
     assert said == ilon.inspect(robot)
     assert "Usage: ilon" in command("--help").stdout
     assert ilon.__version__ in command("--version").stdout
-    assert "unrecognized" in command("fly", code=2).stderr
+    assert "no command `fly`" in command("fly", code=2).stderr
     assert "nowhere.toml" in command("run", "nowhere.toml", "--out", tmp_path / "x", code=2).stderr
     check = command("check", assets / "scenarios" / "mecanum4_lateral.toml", "--set", "twist.vy_m_s=0", code=1)
     assert "failed" in check.stdout
