@@ -104,7 +104,7 @@ impl Judged {
         const ROUNDING: f64 = 1e-6;
         let failed = self.verdicts.iter().filter(|verdict| !verdict.held);
         let mut lines: Vec<String> = failed
-            .map(|verdict| sentence(&verdict.to_string()))
+            .map(|verdict| one_line(&verdict.to_string()).into_owned())
             .collect();
         let differences = self.differences.as_deref().unwrap_or_default();
         let mut by_size: Vec<&Difference> = differences.iter().collect();
@@ -115,7 +115,11 @@ impl Judged {
         let most = by_size.first().map_or(0.0, |one| one.share);
         by_size.retain(|one| one.share > ROUNDING * most.min(1.0));
         by_size.truncate(DIFFERENCES_SHOWN);
-        lines.extend(by_size.iter().map(|one| sentence(&one.to_string())));
+        lines.extend(
+            by_size
+                .iter()
+                .map(|one| one_line(&one.to_string()).into_owned()),
+        );
         match differences.len() - by_size.len() {
             0 => {}
             more => {
@@ -230,6 +234,7 @@ impl Checked {
             Count::Failed => {
                 let mut text = format!("FAILED {label} ({took_s:.1} s)\n");
                 for line in judged.moved.iter().chain(&judged.failures()) {
+                    let line = sentence(line).replace('\n', "\n         ");
                     text.push_str(&format!("         {line}\n"));
                 }
                 let verb = if judged.is_study { "sweep" } else { "run" };
