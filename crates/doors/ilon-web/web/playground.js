@@ -220,7 +220,7 @@ function look(now) {
     } catch (error) {
       if (mine !== asked) return;
       showFault(error);
-      say('It cannot be run as it is.');
+      say('It cannot be run without a change.');
     }
   };
   return now ? read() : new Promise((done) => { setTimeout(() => done(read()), 250); });

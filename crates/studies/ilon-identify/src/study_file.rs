@@ -15,7 +15,7 @@ use crate::simulate::Simulate;
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "IdentifyStudy")]
 pub struct StudyFile {
-    /// The robot as it is known so far: its description in TOML, or any file that a scenario can
+    /// The robot as known so far: its description in TOML, or any file that a scenario can
     /// name.
     pub robot: PathBuf,
     /// Keys of the scenario in which the robot is simulated, and of `[robot]` where its file needs

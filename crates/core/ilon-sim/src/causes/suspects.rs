@@ -610,7 +610,7 @@ mod tests {
         let healthy = lineup.healthy()[0].expect("ahead");
         let heavy = lineup.in_amount(0, 1.0).drifts[0].expect("ahead");
         assert_eq!(healthy.floor, heavy.floor);
-        // Nothing is told below a hundredth of a millimetre, here of half a metre.
+        // Below a hundredth of a millimetre, here of half a metre, nothing is said.
         assert!(healthy.floor[0] > 1.9 * ilon_trace::effects::FLOORS * 1e-5);
     }
 

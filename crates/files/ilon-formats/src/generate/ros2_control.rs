@@ -9,8 +9,8 @@ use crate::model::Robot;
 
 /// A URDF with a `<ros2_control>` block for the driven wheels and the joints that steer them,
 /// without which no controller manager takes it: commands and states go over the topics that
-/// `joint_state_topic_hardware_interface` and ilon share. One that has a block of its own is left
-/// as it is.
+/// `joint_state_topic_hardware_interface` and ilon share. A text with its own block stays
+/// unchanged.
 ///
 /// `None` of a text without an end.
 pub fn with_ros2_control(robot: &Robot, urdf: &str) -> Option<String> {
@@ -96,7 +96,7 @@ mod tests {
     fn every_wheel_has_its_interfaces_in_the_one_block_that_there_is() {
         let (robot, urdf) = mecanum4();
         let whole = with_ros2_control(&robot, &urdf).unwrap();
-        // One that has a block, its own or this one, is left as it is.
+        // A text with a block stays unchanged.
         assert_eq!(with_ros2_control(&robot, &whole).unwrap(), whole);
         let document = Document::parse(&whole).unwrap();
         let mut blocks = document

@@ -250,7 +250,7 @@ fn no_difference(idle: &[&Ablation]) -> Option<String> {
                 least(floor_m)
             ),
             true => format!(
-                "What {names} did to the way cannot be told: the way is known to <b>{}</b>.",
+                "The effect of {names} on the way is <b>unknown</b>: the way itself is uncertain by <b>{}</b>.",
                 length_known(floor_m, floor_m)
             ),
         }

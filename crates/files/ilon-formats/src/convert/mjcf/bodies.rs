@@ -171,7 +171,7 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
             child: between.child,
             parent_from_joint: between.parent_from_joint,
             axis: Vector3::from(joint.axis),
-            // The body stands at `ref` as it is drawn; a joint here stands at zero then.
+            // At `ref` the body stands as drawn; a joint here then stands at zero.
             range: range
                 .filter(|_| kind != "continuous")
                 .map(|range| range.map(|stop| stop - joint.ref_)),
@@ -186,8 +186,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         Ok(())
     }
 
-    /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), q counted so that
-    /// the body stands at `ref` as it is drawn.
+    /// Keeps the spring of a joint: MuJoCo acts with -stiffness (q - springref), where the body
+    /// stands as drawn at q = `ref`.
     fn spring(&mut self, joint: &mj::Joint, name: &str) {
         /// No joint comes near such a rest, in rad or m, and its force would leave no step short
         /// enough.
