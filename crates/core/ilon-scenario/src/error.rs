@@ -273,10 +273,12 @@ impl Error {
 
     pub(crate) fn toml(error: &toml::de::Error, source_code: NamedSource<String>) -> Self {
         let said = error.message();
-        let rest = error
-            .span()
-            .and_then(|span| source_code.inner().get(span.start..));
-        let is_comma = rest.is_some_and(|rest| rest.starts_with(','));
+        let bytes = source_code.inner().as_bytes();
+        let is_digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
+        let is_comma = error.span().is_some_and(|span| {
+            let at = span.start;
+            bytes.get(at) == Some(&b',') && at > 0 && is_digit(at - 1) && is_digit(at + 1)
+        });
         let help = match said {
             said if said.contains("must be quoted") => {
                 "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"

@@ -94,6 +94,25 @@ const HEADLINES: [&str; 18] = [
     "hub_ripple_m",
 ];
 
+/// Whether a figure is better the smaller it is, by its key; false of places, times of an event and
+/// ratios.
+pub fn is_cost(key: &str) -> bool {
+    const PARTS: [&str; 11] = [
+        "error",
+        "converged_s",
+        "torque_max",
+        "conflict",
+        "saturated",
+        "ripple",
+        "slip",
+        "friction_used",
+        "odometry",
+        "energy",
+        "ledger.total",
+    ];
+    !key.ends_with("_at_s") && PARTS.iter().any(|part| key.contains(part))
+}
+
 /// The quantity with a key such as `position_error_rms_m`.
 pub fn by_key(key: &str) -> Option<&'static Quantity> {
     all().find(|quantity| quantity.key == key)

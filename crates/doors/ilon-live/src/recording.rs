@@ -25,12 +25,13 @@ pub(crate) fn write(scenario: &Scenario, drive: &Drive, folder: &Path) -> Result
         let name = scenario.name.trim_end_matches("_driven");
         folder.join(format!("{name}_{number}_driven.{ending}"))
     };
-    let is_free = |number: &u32| !path_of(*number, "toml").exists();
+    let endings = ["toml", "csv"];
+    let is_free = |number: &u32| !endings.iter().any(|of| path_of(*number, of).exists());
     let number = (1..=MOST_DRIVES).find(is_free).ok_or_else(|| {
         let message = format!("`{}` holds {MOST_DRIVES} drives", folder.display());
         Error::invalid(message, "remove some of them")
     })?;
-    let [path, log_path] = ["toml", "csv"].map(|ending| path_of(number, ending));
+    let [path, log_path] = endings.map(|ending| path_of(number, ending));
     let log_name = log_path.file_name().unwrap_or_default();
     let (mut driven, log) = scenario.moved_to(folder).driven(log_name, drive);
     driven.about = format!("{}, driven by hand.", scenario.name);

@@ -322,17 +322,25 @@ impl Session {
                 self.drive = Some(Drive::new());
             }
             (true, drive) => self.drive = drive,
-            (false, Some(mut drive)) => {
+            (false, Some(mut drive)) if !drive.is_empty() => {
                 drive.push((self.plant.time_s(), Twist::default()));
                 let mut scenario = self.scenario.clone();
-                scenario.world.floor.friction = Some(self.friction);
+                if self.has_friction() {
+                    let floor = &mut scenario.world.floor;
+                    (floor.friction, floor.material) = (Some(self.friction), None);
+                    let rollers = &mut scenario.rollers;
+                    (rollers.material, rollers.wheel_materials) = Default::default();
+                }
                 let written = recording::write(&scenario, &drive, &self.records_into);
                 self.notes.push(match written {
-                    Ok(path) => format!("recorded; repeat it with: ilon run {}", path.display()),
+                    Ok(path) => format!(
+                        "recorded are the commanded twists, not pushes, payloads and commands of joints; repeat them with: ilon run {}",
+                        path.display()
+                    ),
                     Err(error) => format!("the drive is not recorded: {error}"),
                 });
             }
-            (false, None) => {}
+            (false, _) => {}
         }
         self.is_recorded = controls.records;
         Ok(())
@@ -447,12 +455,21 @@ impl Session {
         Ok(())
     }
 
+    /// Whether a friction was set in place of the scenario's floor and its materials.
+    fn has_friction(&self) -> bool {
+        self.friction != self.plant.floor_friction()
+    }
+
     fn reset(&mut self) -> Result<(), LiveError> {
         self.plant.reset(self.seed, self.start)?;
-        self.plant.set_friction(self.friction)?;
+        if self.has_friction() {
+            self.plant.set_friction(self.friction)?;
+        }
         self.plant.carry(self.payload_kg)?;
         self.recorder = Recorder::of_plant(&self.plant, &self.urdf)?;
         self.restarts += 1;
+        // A recorded drive begins at the start.
+        self.drive.iter_mut().for_each(Vec::clear);
         Ok(())
     }
 

@@ -339,13 +339,13 @@ fn of_arguments(arguments: &BTreeMap<String, String>) -> String {
 fn callers(path: &Path, options: &LoadOptions) -> Vec<String> {
     /// Largest number of files of a folder that are searched, and of folders.
     const MOST: usize = 200;
-    const MOST_FOLDERS: usize = 20;
+    let path = &std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return Vec::new();
     };
     let name = name.to_string_lossy();
     let above = folder.parent().unwrap_or(folder);
-    let beside = options.files.names_in(above, MOST_FOLDERS).into_iter();
+    let beside = options.files.names_in(above, MOST).into_iter();
     let beside = beside
         .map(|other| above.join(other))
         .filter(|other| other != folder);

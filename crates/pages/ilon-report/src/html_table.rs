@@ -35,6 +35,13 @@ pub(crate) fn table(caption: &str, heads: &str, rows: &str) -> String {
     format!("<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>")
 }
 
+/// A full-width table whose columns sort.
+pub(crate) fn sortable(heads: &str, rows: &str) -> String {
+    wide(&format!(
+        "<table class=\"sortable\"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+    ))
+}
+
 /// A full-width card with content that may be wider than the page.
 pub(crate) fn wide(content: &str) -> String {
     format!("<div class=\"card whole scroll\" tabindex=\"0\">{content}</div>\n")

@@ -197,18 +197,11 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
         html.push_str("</section>\n");
     }
     let _ = write!(html, "</main>\n<footer>{footer}</footer>");
-    let plot: &[&str] = if html.contains("data-figure=") {
-        &[PLOT]
-    } else {
-        &[]
-    };
-    let sort: &[&str] = if html.contains("class=\"sortable\"") {
-        &[SORT]
-    } else {
-        &[]
-    };
+    let plot = html.contains("data-figure=").then_some(PLOT);
+    let sort = html.contains("class=\"sortable\"").then_some(SORT);
     let scripts = [THEME].into_iter().chain(parts.before.iter().copied());
-    for script in scripts.chain([plot, sort, parts.after].concat()) {
+    let after = parts.after.iter().copied();
+    for script in scripts.chain(plot).chain(sort).chain(after) {
         let _ = write!(html, "\n<script>\n{}</script>", compact(script));
     }
     html.push_str("\n</body>\n</html>\n");

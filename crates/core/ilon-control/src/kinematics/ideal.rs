@@ -235,12 +235,21 @@ impl Kinematics {
     }
 
     /// Computes the part of wheel rates that belongs to no motion, r = q' - M M^+ q' in rad/s: zero
-    /// if some twist turns the wheels at these rates by eq. (9), hence always for three wheels.
+    /// if some twist turns the wheels at these rates by eq. (9), hence always for three wheels, and
+    /// for casters.
     pub fn contradiction(&self, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rate_matrix, self.twist(rates_rad_s), out);
-        for (out, rate_rad_s) in out.iter_mut().zip(rates_rad_s) {
-            *out = rate_rad_s - *out;
+        for (wheel, (out, rate_rad_s)) in out.iter_mut().zip(rates_rad_s).enumerate() {
+            *out = match self.swivels(wheel) {
+                true => 0.0,
+                false => rate_rad_s - *out,
+            };
         }
+    }
+
+    /// Whether a wheel is a caster's, whose rate no twist decides: its row in M is zero.
+    pub fn swivels(&self, wheel: usize) -> bool {
+        self.mounts[wheel] == Mount::Swivels
     }
 
     /// Computes the residual of eq. (5) for each wheel, in m/s: its left-hand side for
@@ -248,8 +257,11 @@ impl Kinematics {
     /// along its roller's axis is cos(gamma) times this.
     pub fn residuals(&self, twist_in_body: Twist, rates_rad_s: &[f64], out: &mut [f64]) {
         multiply(&self.rate_matrix, twist_in_body, out);
-        for ((out, rate_rad_s), wheel) in out.iter_mut().zip(rates_rad_s).zip(&self.wheels) {
-            *out = wheel.radius_m * (*out - rate_rad_s);
+        for (index, (out, rate_rad_s)) in out.iter_mut().zip(rates_rad_s).enumerate() {
+            *out = match self.swivels(index) {
+                true => 0.0,
+                false => self.wheels[index].radius_m * (*out - rate_rad_s),
+            };
         }
     }
 

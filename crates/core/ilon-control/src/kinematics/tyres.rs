@@ -319,6 +319,14 @@ mod tests {
             let found = [kinematics.twist(&rates), contact.twist(&[0.0; 3], &rates)];
             assert!(found.iter().all(|of| close(*of, twist)), "{found:?}");
             assert!(close(kinematics.reachable(twist), twist));
+            // However the caster spins, it contradicts nothing.
+            let count = robot.wheels.len();
+            let spun = [rates[0], rates[1], 7.0];
+            let mut off = vec![1.0; count];
+            kinematics.contradiction(&spun[..count], &mut off);
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{off:?}");
+            kinematics.residuals(twist, &spun[..count], &mut off);
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{off:?}");
             (rates, Arrangement::of(&robot).expect("it drives").reachable)
         });
         assert_eq!(without, with);

@@ -218,7 +218,12 @@ impl Budget {
         [carried, along]: [Twist; 2],
     ) -> Twist {
         let wheels = self.turned_rad.iter().zip(&mut self.rates_rad_s);
-        wheels.for_each(|(turned, rate)| *rate = turned / span_s);
+        for (wheel, (turned, rate)) in wheels.enumerate() {
+            *rate = match kinematics.swivels(wheel) {
+                true => 0.0,
+                false => turned / span_s,
+            };
+        }
         let begun_s = self.begun_s;
         self.begun_s += span_s;
         let sizes = self.contradiction.of(kinematics, &self.rates_rad_s);

@@ -318,10 +318,16 @@ impl Recorder {
         let robot = world.robot();
         let contacts = robot.contacts().iter().enumerate();
         for (sample, (wheel, contact)) in self.samples.iter_mut().zip(contacts) {
+            let rate_rad_s = robot.wheel_rates_rad_s()[wheel];
+            // Nothing commands a caster.
+            let target_rad_s = match self.kinematics.swivels(wheel) {
+                true => rate_rad_s,
+                false => targets_rad_s[wheel],
+            };
             *sample = WheelSample {
-                target_rad_s: targets_rad_s[wheel],
-                target_peak_rad_s: targets_rad_s[wheel].abs(),
-                rate_rad_s: robot.wheel_rates_rad_s()[wheel],
+                target_rad_s,
+                target_peak_rad_s: target_rad_s.abs(),
+                rate_rad_s,
                 angle_rad: robot.wheel_angles_rad()[wheel],
                 hub_height_m: robot.hub_height_m(wheel),
                 roller: contact.roller as u32,

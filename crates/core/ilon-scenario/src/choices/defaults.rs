@@ -33,7 +33,7 @@ const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
 /// The largest crown of rollers whose hand-overs on treads long steps resolve: at 1.12 a turn is
 /// off by 0.07 %, below 1 by 0.06 % at most. Beyond, two rollers of a wheel carry at a hand-over,
 /// and shear against one another.
-const ROUND: f64 = 1.1;
+const CROWN_FOR_LONG_STEPS: f64 = 1.1;
 /// The longest step there, relative to the time sqrt(m / k) in which a tread swings the mass of a
 /// roller's rim: in turns at crowns of 1.3 and 1.5, steps of 1.7 ms are off by 0.6 % and miss half
 /// of the sliding, this one, of 0.1 ms, by 0.07 %. Treads so stiff that it would be shorter than
@@ -235,7 +235,7 @@ fn solver_need(scenario: &Scenario) -> Need {
 }
 
 /// The limit by soft rollers: a step that resolves the robot's bouncing on them, and the shear of
-/// round ones on redundant wheels.
+/// strongly crowned ones on more than three wheels.
 fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     let load_kg = scale.load_kg;
     let shortest_s = SHORTEST_FOR_TREAD * scale.time_s();
@@ -246,7 +246,10 @@ fn tread_need(robot: &Robot, scale: &Scale) -> Need {
     let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
     let seen_s = seen_s.reduce(f64::min).unwrap_or(f64::INFINITY);
     let sheared_s = robot.wheels.iter().filter_map(|wheel| {
-        let tread = wheel.surface.tread.filter(|_| wheel.made.crown > ROUND)?;
+        let tread = wheel
+            .surface
+            .tread
+            .filter(|_| wheel.made.crown > CROWN_FOR_LONG_STEPS)?;
         let roller = wheel.rollers.first()?;
         let rim_kg = roller.axial_inertia_kg_m2 / (roller.radius_m * roller.radius_m);
         let swings_s = (rim_kg / tread.shear_n_m()).sqrt();

@@ -194,7 +194,7 @@ impl Expect {
     /// Refuses meaningless expectations: bounds that can never be broken, and bounds that can never
     /// be met.
     pub(super) fn object(&self) -> Result<(), Objection> {
-        for (name, bound) in &self.bounds {
+        for name in self.bounds.keys().chain(self.changes.keys()) {
             if name.starts_with("design.") {
                 return Err(Objection::to(
                     format!("expect.{name}"),
@@ -204,6 +204,8 @@ impl Expect {
                     "bound it in `[expect]` of a study, or leave it out",
                 ));
             }
+        }
+        for (name, bound) in &self.bounds {
             object_to_bound(bound, name, &format!("expect.{name}"))?;
         }
         for (name, change) in &self.changes {
@@ -227,7 +229,7 @@ impl Expect {
     pub(super) fn object_to_tracking(&self) -> Result<(), Objection> {
         let of_tracking =
             |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
-        match self.bounds.keys().find(of_tracking) {
+        match (self.bounds.keys().chain(self.changes.keys())).find(of_tracking) {
             None => Ok(()),
             Some(name) => Err(Objection::to(
                 format!("expect.{name}"),

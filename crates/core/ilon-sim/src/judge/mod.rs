@@ -35,7 +35,7 @@ pub fn judge_rows<R: Rows>(run: &Run<R>) -> Result<Vec<Verdict>, R::Error> {
 fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
     let bounds = expect.bounds.iter();
     bounds
-        .map(|(key, bound)| verdict(key, bound, bound.to_string(), summary))
+        .map(|(key, bound)| verdict(key, Some(bound), bound.to_string(), summary))
         .collect()
 }
 
@@ -44,29 +44,27 @@ pub fn judge_changes(expect: &Expect, summary: &Summary, baseline: &Summary) -> 
     let of = |(key, change): (&String, &String)| {
         let before = quantities::by_key(key).and_then(|quantity| quantity.value(baseline));
         let bound = before.and_then(|before| Bound::of_change(change, before));
-        // Without a value of the baseline no value holds.
-        let bound = bound.unwrap_or(Bound {
-            max: Some(f64::NEG_INFINITY),
-            ..Bound::default()
-        });
         let words = match before {
             Some(before) => format!("within {change} of {}", readable(before, "")),
-            None => format!("{change} of a baseline without it"),
+            None => format!("within {change} of its baseline, which does not have it"),
         };
-        verdict(key, &bound, words, summary)
+        verdict(key, bound.as_ref(), words, summary)
     };
     expect.changes.iter().map(of).collect()
 }
 
-fn verdict(key: &str, bound: &Bound, words: String, summary: &Summary) -> Verdict {
+/// Without a bound no value holds.
+fn verdict(key: &str, bound: Option<&Bound>, words: String, summary: &Summary) -> Verdict {
     let measured = quantities::by_key(key).and_then(|quantity| quantity.value(summary));
     Verdict {
         quantity: key.to_owned(),
         bound: words,
         measured,
         at_s: None,
-        share_beyond: measured.and_then(|measured| bound.share_beyond(measured)),
-        held: measured.is_some_and(|measured| bound.holds(measured)),
+        share_beyond: bound
+            .zip(measured)
+            .and_then(|(bound, measured)| bound.share_beyond(measured)),
+        held: (bound.zip(measured)).is_some_and(|(bound, measured)| bound.holds(measured)),
     }
 }
 

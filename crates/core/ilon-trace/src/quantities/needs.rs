@@ -53,6 +53,10 @@ const NEEDS: &[(&[&str], &str)] = &[
         "no guidance drives the robot; give the scenario a `[reference]`",
     ),
     (
+        &["odometry_joints"],
+        "no joints move the wheels' hubs; the figure is for robots whose wheels are on joints",
+    ),
+    (
         &["odometry_"],
         "it is taken per metre or per turn of the way, and the robot hardly moves; let it drive or turn further",
     ),

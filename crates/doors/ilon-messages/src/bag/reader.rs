@@ -321,8 +321,9 @@ fn check_texts(opcode: u8, data: &[u8]) -> Option<()> {
         rest = &rest[after_text(rest)?..];
     }
     if opcode == op::CHANNEL {
-        // The rest is a list of pairs of texts, and its length.
-        rest = rest.get(4..)?;
+        // A list of pairs of texts, after its length in bytes. Later versions may append more.
+        let (length, list) = rest.split_first_chunk()?;
+        rest = list.get(..u32::from_le_bytes(*length) as usize)?;
         while !rest.is_empty() {
             rest = &rest[after_text(rest)?..];
         }
@@ -467,6 +468,8 @@ mod tests {
         };
         let read = |data: &[u8]| parsed(op::CHANNEL, data).map(|record| record.is_some());
         assert_eq!(read(&channel(2, 1)), Ok(true));
+        // What a later version appends is ignored.
+        assert_eq!(read(&[channel(2, 1), vec![9; 4]].concat()), Ok(true));
         for damaged in [channel(u32::MAX, 1), channel(2, u32::MAX)] {
             let error = read(&damaged).expect_err("longer than the record");
             assert!(error.contains("longer than its record"), "{error}");

@@ -387,14 +387,14 @@ fn run_and_judge(
         run.trace.write_parquet(&baseline_file(folder, name))?;
     }
     let mut verdicts = judge_rows(&run)?;
+    verdicts.extend(changed);
     let update = match (arguments.update, arguments.init) {
         (Some(margin), _) => Some(Update::of(path, &verdicts, margin)?),
-        (None, Some(margin)) if verdicts.is_empty() => {
+        (None, Some(margin)) if verdicts.is_empty() && changes.is_empty() => {
             Some(Update::first(path, &run.summary, margin)?)
         }
         _ => None,
     };
-    verdicts.extend(changed);
     let judged = Judged {
         verdicts,
         trace_hash: Some(run.summary.trace_hash.clone()),

@@ -486,7 +486,7 @@ fn a_scenario_that_is_gone_since_the_baseline_is_named() {
 }
 
 /// A change is bounded against a baseline: without one the scenario is refused; the same run holds,
-/// and twice the speed slips by more than a tenth more, while the signals may differ.
+/// and five times the speed on ice slips by more than a tenth more, while the signals may differ.
 #[test]
 fn a_change_is_bounded_against_a_baseline() {
     let folder = Folder::new();
@@ -518,4 +518,9 @@ fn a_change_is_bounded_against_a_baseline() {
     assert!(said.contains(", was ") && said.contains(" %)"), "{said}");
     assert!(!said.contains("signal"), "{said}");
     ended_with(0, &folder.ilon(&slower));
+    // No change is replaced by a first bound, and none that failed is updated away.
+    let text = folder.read("gate.toml");
+    ended_with(0, &folder.ilon(&[&gate[..], &["--init"]].concat()));
+    ended_with(1, &folder.ilon(&[&faster[..], &["--update"]].concat()));
+    assert_eq!(folder.read("gate.toml"), text);
 }

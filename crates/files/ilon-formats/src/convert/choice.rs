@@ -4,8 +4,7 @@ use crate::error::{Fault, RobotError};
 use crate::urdf::{UrdfText, wheels_seen};
 
 /// Longest URDF that is read, in bytes: twice that of any robot known, and more than that of a
-/// thousand bodies. Where a question is tried before it is asked, it is read some five times, of
-/// which each takes a third of a second.
+/// thousand bodies. A question to the user tries its answers first: five reads of 0.3 s each.
 const MOST_BYTES: usize = 1_000_000;
 
 /// Of robots that a file may hold, the one in which the most wheels are seen; of as many, the

@@ -359,8 +359,8 @@ fn sphere_within(turned: &SolidOfRevolution, w: f64) -> (f64, f64) {
 /// Where a function with one minimum between 0 and an end has it, and its value there: of the
 /// thirds of a range the one beside the larger value is left out.
 fn least(end: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
-    /// They leave 5e-13 of the range.
-    const SECTIONS: usize = 70;
+    /// They leave 1e-7 of the range.
+    const SECTIONS: usize = 40;
     let (mut low, mut high) = (0.0, end);
     for _ in 0..SECTIONS {
         let third = (high - low) / 3.0;

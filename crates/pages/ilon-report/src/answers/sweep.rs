@@ -13,6 +13,7 @@ use ilon_sweep::findings::gaps::Gap;
 use ilon_sweep::findings::grid::{Extreme, Level, MainEffect, RangeOf};
 use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt, Notes};
 use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
+use ilon_trace::quantities::is_cost;
 
 use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
 
@@ -39,14 +40,9 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
     }
     plain.extend(trade_offs(&findings.ranges, study));
     // What hardly changes stands last.
-    let (changing, still): (Vec<&RangeOf>, _) =
-        findings.ranges.iter().partition(|one| changes(one));
-    plain.extend(
-        changing
-            .into_iter()
-            .chain(still)
-            .map(|one| range(one, study)),
-    );
+    let mut ranges: Vec<&RangeOf> = findings.ranges.iter().collect();
+    ranges.sort_by_key(|one| !changes(one));
+    plain.extend(ranges.into_iter().map(|one| range(one, study)));
     for one in &findings.distributions {
         if let Some(median) = one.quantiles.get(2) {
             let most = one.quantiles.last().unwrap_or(median);
@@ -197,12 +193,6 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
         ))
     };
     keys.into_iter().filter_map(of_axis).collect()
-}
-
-/// Whether less of a quantity is better.
-fn is_cost(quantity: &str) -> bool {
-    let words = ["error", "slip", "drift", "torque", "energy"];
-    words.iter().any(|word| quantity.contains(word))
 }
 
 /// The least share of the variation that a sentence names, of an axis or of an interaction.

@@ -149,7 +149,11 @@ fn ranked_table(comparison: &Comparison) -> String {
             rows.push_str(&figure_row(comparison, named.quantity, Some(named.heading)));
         }
     }
-    table("All other main figures agree within 1 %", comparison, &rows)
+    table(
+        "Main figures of all runs; those not listed agree within 1 %",
+        comparison,
+        &rows,
+    )
 }
 
 fn figures_table(comparison: &Comparison) -> String {

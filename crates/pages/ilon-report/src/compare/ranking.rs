@@ -14,26 +14,6 @@ const SAME: f64 = 0.01;
 /// Number of figures in a sentence.
 const IN_A_SENTENCE: usize = 3;
 
-/// Largest number of figures of a verdict: as many as can be read at a glance.
-const OF_A_VERDICT: usize = 8;
-
-/// Parts of the names of figures that are better the smaller they are.
-const COSTS: [&str; 13] = [
-    "error",
-    "converged_s",
-    "torque_max",
-    "conflict",
-    "saturated",
-    "ripple",
-    "slip",
-    "friction_used",
-    "airborne",
-    "chassis_load",
-    "odometry",
-    "energy",
-    "ledger.total",
-];
-
 /// A figure with its heading.
 #[derive(Clone, Copy, Debug)]
 pub struct Named {
@@ -48,9 +28,9 @@ pub struct Named {
 /// others are within the noise.
 pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
     let verdict = |named: &Named| {
-        let others = comparison.runs.iter().skip(1);
-        let gains = others.filter_map(|run| {
-            let summaries = [&comparison.runs[0].summary, &run.summary];
+        let differ = |run: &usize| weight(comparison, named.quantity, *run) > SAME;
+        let gains = (1..comparison.runs.len()).filter(differ).filter_map(|run| {
+            let summaries = [0, run].map(|run| &comparison.runs[run].summary);
             let [first, other] = summaries.map(|summary| named.quantity.value(summary));
             is_gain(named.quantity.key, first?, other?)
         });
@@ -60,10 +40,10 @@ pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
             None => "changed",
         }
     };
-    let different = most_different(comparison, usize::MAX);
+    let different = different(comparison);
     let of = |word: &'static str| {
         let named = different.iter().filter(|named| verdict(named) == word);
-        (word, named.copied().take(OF_A_VERDICT).collect::<Vec<_>>())
+        (word, named.copied().collect::<Vec<_>>())
     };
     let verdicts = ["regressed", "improved", "changed"].into_iter().map(of);
     verdicts.filter(|(_, named)| !named.is_empty()).collect()
@@ -74,8 +54,7 @@ fn is_gain(key: &str, first: f64, other: f64) -> Option<bool> {
     if key.starts_with("twist_ratio") {
         return Some((other - 1.0).abs() < (first - 1.0).abs());
     }
-    let is_cost = COSTS.iter().any(|part| key.contains(part));
-    is_cost.then(|| other.abs() < first.abs())
+    quantities::is_cost(key).then(|| other.abs() < first.abs())
 }
 
 /// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero.
@@ -92,9 +71,8 @@ pub fn change(quantity: &Quantity, first: f64, other: f64) -> Option<String> {
     })
 }
 
-/// Returns the figures in which the runs differ from the first, the largest differences first; at
-/// most `most`.
-fn most_different(comparison: &Comparison, most: usize) -> Vec<Named> {
+/// Returns the figures in which the runs differ from the first, the largest differences first.
+fn different(comparison: &Comparison) -> Vec<Named> {
     let others = 1..comparison.runs.len();
     let weight = |named: &Named| {
         let weights = others
@@ -102,10 +80,10 @@ fn most_different(comparison: &Comparison, most: usize) -> Vec<Named> {
             .map(|run| weight(comparison, named.quantity, run));
         weights.fold(0.0, f64::max)
     };
-    ranked(comparison, weight, most)
+    ranked(comparison, weight)
 }
 
-fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64, most: usize) -> Vec<Named> {
+fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64) -> Vec<Named> {
     let open_loop = comparison.runs.iter().all(|run| run.trace.header.open_loop);
     let groups = GROUPS.iter().filter(|group| {
         // Figures about the execution of a run are no results.
@@ -126,11 +104,7 @@ fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64, most: usize) 
         .filter(|(weight, _)| *weight > SAME)
         .collect();
     weighed.sort_by(|a, b| b.0.total_cmp(&a.0));
-    weighed
-        .into_iter()
-        .take(most)
-        .map(|(_, named)| named)
-        .collect()
+    weighed.into_iter().map(|(_, named)| named).collect()
 }
 
 /// Returns how much a figure of a run differs from that of the first: the logarithm of their ratio,
@@ -166,15 +140,11 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
             headlines.contains(&named.quantity.key)
                 && !named.quantity.key.starts_with("twist_ratio")
         };
-        let top = ranked(
-            comparison,
-            |named| match is_cost(named) {
-                true => weight(comparison, named.quantity, index + 1),
-                false => 0.0,
-            },
-            IN_A_SENTENCE,
-        );
-        what.extend(top.iter().filter_map(|named| {
+        let top = ranked(comparison, |named| match is_cost(named) {
+            true => weight(comparison, named.quantity, index + 1),
+            false => 0.0,
+        });
+        what.extend(top.iter().take(IN_A_SENTENCE).filter_map(|named| {
             let quantity = named.quantity;
             let [from, to] = [&first.summary, &run.summary].map(|summary| quantity.shown(summary));
             Some(instead(&escape(&quantity.words()), from?, to?, quantity))
@@ -250,7 +220,7 @@ mod tests {
                 Some(1.0 + 10.0 * summary.position_error_max_m.unwrap_or(0.0));
             summary.travelled_m *= 1.001;
         });
-        let top = most_different(&compared, 5);
+        let top = different(&compared);
         assert_eq!(top[0].quantity.key, "position_error_max_m");
         assert!(top.iter().all(|named| named.quantity.key != "travelled_m"));
         let said = sentences(&compared).concat();
@@ -317,6 +287,7 @@ mod tests {
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.01), Some(true));
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.03), Some(false));
         assert_eq!(is_gain("end_x_m", 1.0, 2.0), None);
+        assert_eq!(is_gain("position_error_max_at_s", 1.0, 2.0), None);
         assert_eq!(is_gain("ledger.guidance.path_m", 1.0, 2.0), None);
         let compared = comparison(|summary| {
             summary.position_error_max_m = summary.position_error_max_m.map(|m| 0.5 * m);
@@ -335,7 +306,7 @@ mod tests {
     #[test]
     fn runs_that_came_to_the_same_are_said_to() {
         let compared = comparison(|_| {});
-        assert!(most_different(&compared, 5).is_empty());
+        assert!(different(&compared).is_empty());
         assert!(sentences(&compared)[0].contains("agree: "));
     }
 }

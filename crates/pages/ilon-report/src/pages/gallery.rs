@@ -5,7 +5,7 @@ use ilon_formats::Loaded;
 use ilon_scene::{Description, Frame, Frames, Scene, embed};
 
 use crate::drawing;
-use crate::html_table::{cell, heads, row, table, wide};
+use crate::html_table::{cell, heads, row, sortable};
 use crate::page::{self, Head, Parts, Section, escape};
 use ilon_sim::inspect::Inspection;
 
@@ -132,16 +132,16 @@ fn overview(exhibits: &[Exhibit]) -> String {
     };
     let rows: String = exhibits.iter().filter_map(line).collect();
     let heads = heads(["robot"].into_iter().chain(COLUMNS));
-    wide(&table("", &heads, &rows).replacen("<table>", "<table class=\"sortable\">", 1))
+    sortable(&heads, &rows)
 }
 
 /// The address of a robot's card within the page.
 fn anchor(exhibit: &Exhibit) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-    format!(
-        "robot-{}",
-        exhibit.file.chars().map(plain).collect::<String>()
-    )
+    let plain = |c: char| match c.is_ascii_alphanumeric() {
+        true => c.to_string(),
+        false => format!("-{:x}-", u32::from(c)),
+    };
+    "robot-".to_owned() + &exhibit.file.chars().map(plain).collect::<String>()
 }
 
 /// A robot in three dimensions while there is `room`, in bytes, and from above without scripts.

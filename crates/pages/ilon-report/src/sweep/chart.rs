@@ -100,12 +100,20 @@ impl Placement {
 }
 
 /// A figure on its own card.
-pub(super) fn card(drawn: &Figure) -> String {
+pub(super) fn card(drawn: &Figure, leads: bool) -> String {
     let (svg, legend) = match &drawn.content {
-        Content::Heat(fields) => (heat(drawn, fields), String::new()),
-        _ => (lines(drawn), legend(drawn)),
+        Content::Heat(fields) => (heat(drawn, fields, leads), String::new()),
+        _ => (lines(drawn, leads), legend(drawn)),
     };
     framed(&drawn.title, &drawn.caption, &format!("{legend}{svg}"))
+}
+
+/// A shape, as a link to the row of a run if it `leads` there.
+fn linked(shape: &str, run: u64, leads: bool) -> String {
+    match leads {
+        true => format!("<a href=\"#run-{run}\">{shape}</a>"),
+        false => shape.to_owned(),
+    }
 }
 
 fn framed(title: &str, caption: &str, content: &str) -> String {
@@ -185,7 +193,7 @@ fn y_axis(place: &Placement, svg: &mut String) {
 }
 
 /// Draws curves or a cloud over one axis.
-fn lines(drawn: &Figure) -> String {
+fn lines(drawn: &Figure, leads: bool) -> String {
     let (left, right, top, bottom) = AREA;
     let xs: Vec<f64> = match &drawn.content {
         Content::Curves(curves) => {
@@ -249,16 +257,16 @@ fn lines(drawn: &Figure) -> String {
                 }
                 if curve.points.len() <= 60 {
                     for point in &curve.points {
-                        let _ = write!(
-                            content,
-                            "<a href=\"#run-{run}\"><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\">\
-                             <title>{}: {}, run {run}</title></circle></a>",
+                        let circle = format!(
+                            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\">\
+                             <title>{}: {}, run {}</title></circle>",
                             x.at(point.x),
                             y.at(point.mean),
                             figure(point.x),
                             figure(point.mean),
-                            run = point.run
+                            point.run
                         );
+                        content += &linked(&circle, point.run, leads);
                     }
                 }
             }
@@ -304,7 +312,7 @@ fn legend_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// Draws a heat map: a field for each pair of values, stronger in colour the larger.
-fn heat(drawn: &Figure, fields: &[Field]) -> String {
+fn heat(drawn: &Figure, fields: &[Field], leads: bool) -> String {
     let (left, right, top, bottom) = AREA;
     let values = || fields.iter().filter_map(|field| Some(field.2?.0));
     let (least, largest) = (
@@ -331,10 +339,9 @@ fn heat(drawn: &Figure, fields: &[Field]) -> String {
             0.5
         };
         let is_beyond = drawn.bound.is_some_and(|bound| *value > bound);
-        let _ = write!(
-            content,
-            "<a href=\"#run-{run}\"><rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--{})\" opacity=\"{:.2}\">\
-             <title>{}: {}, run {run}</title></rect></a>",
+        let field = format!(
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--{})\" opacity=\"{:.2}\">\
+             <title>{}: {}, run {run}</title></rect>",
             left + place(&xs, x) * width,
             bottom - (1.0 + place(&ys, y)) * height,
             (width - 1.0).max(0.5),
@@ -344,6 +351,7 @@ fn heat(drawn: &Figure, fields: &[Field]) -> String {
             escape(&format!("{}, {}", figure(*x), figure(*y))),
             figure(*value)
         );
+        content += &linked(&field, *run, leads);
     }
     let label = |scale: &Scale, value: f64| {
         scale

@@ -11,7 +11,7 @@ mod shape;
 use std::fmt::Write;
 
 pub use self::input::{Bar, Quantity, Run, Sensitivity, StudyInput, Varied, figure};
-use crate::html_table::{self, cell, heads, wide};
+use crate::html_table::{self, cell, heads};
 use crate::page::{self, Head, Section, answers, escape, side_by_side, table};
 
 /// Largest number of runs in the table, so that the page stays small.
@@ -35,7 +35,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             id: "curves",
             title: "Effects",
             lead: "Each quantity over what was varied. A ring marks the least, a dashed line the bound.".to_owned(),
-            body: side_by_side(&figures.iter().map(chart::card).collect::<String>()),
+            body: side_by_side(&figures.iter().map(|one| chart::card(one, leads(shown))).collect::<String>()),
         });
     }
     if !shown.sensitivity.is_empty() {
@@ -98,32 +98,38 @@ fn listed(shown: &StudyInput) -> Vec<&Run> {
     ranked
 }
 
+/// Whether points lead to the rows of their runs: not where some runs have no row.
+fn leads(shown: &StudyInput) -> bool {
+    shown.runs.len() <= MOST_LISTED
+}
+
 fn runs_lead(shown: &StudyInput) -> String {
-    let which = match shown.runs.len() > MOST_LISTED {
-        true => {
+    let which = match leads(shown) {
+        true => "A click on a point of a curve or a field above leads to its run. ".to_owned(),
+        false => {
             format!("The {MOST_LISTED} runs at both ends of the first quantity, and failed ones. ")
         }
-        false => String::new(),
     };
     format!(
-        "{which}The command of a row simulates its run again and writes its report. A click on a point above leads to its row; a \
-         click on a heading sorts. The least and the largest of a column are bold."
+        "{which}The command of a row simulates its run again and writes its report. A click on a heading sorts. The least and \
+         the largest of a column are bold."
     )
 }
 
 /// The table of the runs, each with its command.
 fn runs(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     let quantities = &shown.quantities[..shown.quantities.len().min(DRAWN)];
+    let listed = listed(shown);
     let ends: Vec<(f64, f64)> = (0..quantities.len())
         .map(|index| {
-            let values = shown.runs.iter().filter_map(|run| run.figures[index]);
+            let values = listed.iter().filter_map(|run| run.figures[index]);
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| {
                 (least.min(x), largest.max(x))
             })
         })
         .collect();
     let mut rows = String::new();
-    for run in listed(shown) {
+    for run in listed {
         let values = run.values.iter().enumerate();
         let values = values.map(|(key, value)| cell(Some(escape(&shown.value(key, *value)))));
         let figures = ends.iter().zip(&run.figures).map(|((least, largest), x)| {
@@ -152,11 +158,7 @@ fn runs(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             .chain(names.map(|name| escape(name))),
     );
     let command = "<th scope=\"col\" class=\"words\">command</th>";
-    wide(&html_table::table("", &(heads + command), &rows).replacen(
-        "<table>",
-        "<table class=\"sortable\">",
-        1,
-    ))
+    html_table::sortable(&(heads + command), &rows)
 }
 
 #[cfg(test)]

@@ -1,9 +1,6 @@
 // Tables whose columns sort: a click on a heading puts the least first, another click the largest. Cells without a value stay last.
 document.querySelectorAll('table.sortable').forEach((table) => {
-  const value = (row, column) => {
-    const text = row.cells[column].textContent.trim();
-    return Number.isNaN(parseFloat(text)) ? text : parseFloat(text);
-  };
+  const text = (row, column) => row.cells[column].textContent.trim();
   Array.from(table.tHead.rows[0].cells).forEach((head, column) => {
     if (!head.textContent) return;
     const button = document.createElement('button');
@@ -16,10 +13,12 @@ document.querySelectorAll('table.sortable').forEach((table) => {
       head.setAttribute('aria-sort', way > 0 ? 'ascending' : 'descending');
       const rows = Array.from(table.tBodies[0].rows);
       const isNone = (x) => x === '' || x === '\u2014';
+      // Decided for the whole column, so that the order is one of numbers or one of texts.
+      const isNumeric = rows.every((row) => isNone(text(row, column)) || !Number.isNaN(parseFloat(text(row, column))));
       rows.sort((p, q) => {
-        const [a, b] = [value(p, column), value(q, column)];
+        const [a, b] = [text(p, column), text(q, column)];
         if (isNone(a) || isNone(b)) return isNone(a) - isNone(b);
-        return way * (typeof a === 'number' && typeof b === 'number' ? a - b : String(a).localeCompare(String(b)));
+        return way * (isNumeric ? parseFloat(a) - parseFloat(b) : a.localeCompare(b, undefined, { numeric: true }));
       });
       table.tBodies[0].append(...rows);
     });

@@ -87,11 +87,14 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
     // this length, and little else. In short names a single letter counts more: `rn` for `run`.
     let is_slip = |name: &str| unknown.len() > 1 && strsim::osa_distance(unknown, name) == 1;
-    // `kg` is meant for `mass_kg`.
-    let is_unit = |name: &str| {
+    let known: Vec<&str> = known.into_iter().collect();
+    let ends = |name: &str| {
         name.strip_suffix(unknown)
             .is_some_and(|rest| rest.ends_with('_'))
     };
+    // `kg` is meant for `mass_kg`, if no other name ends so.
+    let is_alone = known.iter().filter(|name| ends(name)).count() == 1;
+    let is_unit = |name: &str| is_alone && ends(name);
     known
         .into_iter()
         .map(|name| (strsim::jaro_winkler(unknown, name), name))
@@ -294,10 +297,17 @@ impl<'s> Checker<'s> {
                 format!("write it with two brackets, `[[{key}]]`: there may be several")
             }
             ([], []) if is_number => {
-                format!(
-                    "write {wanted}, without quotes and unit: `{} = 0.5`",
-                    self.last()
-                )
+                let example = match wanted == "a number" {
+                    true => "0.5",
+                    false => "2",
+                };
+                let name = self.last();
+                match name.parse::<usize>() {
+                    Ok(_) => format!("write {wanted}, without quotes and unit: `{example}`"),
+                    Err(_) => {
+                        format!("write {wanted}, without quotes and unit: `{name} = {example}`")
+                    }
+                }
             }
             ([], []) => format!("write {wanted} here"),
             ([], keys) => {

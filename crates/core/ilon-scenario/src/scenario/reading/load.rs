@@ -216,6 +216,9 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     })
 }
 
+/// Faults of a text beyond these are not reported: each holds the text.
+const MOST_FAULTS: usize = 20;
+
 /// Reports all faults of keys at once; `place` returns the text that holds a key, and a span in it.
 fn refuse(
     faults: Vec<KeyFault>,
@@ -225,7 +228,7 @@ fn refuse(
         let place = place(&fault.path, fault.span);
         ScenarioFault::new(fault.message, fault.help, place)
     };
-    let mut faults = faults.into_iter().map(placed);
+    let mut faults = faults.into_iter().take(MOST_FAULTS).map(placed);
     let Some(mut first) = faults.next() else {
         return Ok(());
     };
@@ -255,7 +258,12 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
 /// lead anywhere, and the content may be secret.
 fn unless_foreign(error: Error, text: &str, name: &str) -> Error {
     match error {
-        Error::Scenario(fault) if fault.source_code.name() == name && !text.contains("robot") => {
+        Error::Scenario(fault) if !text.contains("robot") => {
+            let is_of_file = |of: &&ScenarioFault| of.source_code.name() == name;
+            let mut all = std::iter::once(&*fault).chain(&fault.related);
+            let Some(fault) = all.find(is_of_file) else {
+                return Error::Scenario(fault);
+            };
             let before = text.get(..fault.span.offset()).unwrap_or(text);
             let line = 1 + before.matches('\n').count();
             Error::invalid(

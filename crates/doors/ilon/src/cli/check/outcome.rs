@@ -7,7 +7,7 @@ use ilon_trace::{Convergence, Summary, quantities, to_microseconds};
 
 use super::update::Update;
 use crate::cli::converge;
-use crate::cli::escape::{one_line, path_in_line, sentence};
+use crate::cli::escape::{folded, one_line, path_in_line};
 use crate::cli::failure::Failure;
 use crate::cli::flags::shell;
 use crate::cli::json::pretty;
@@ -234,7 +234,7 @@ impl Checked {
             Count::Failed => {
                 let mut text = format!("FAILED {label} ({took_s:.1} s)\n");
                 for line in judged.moved.iter().chain(&judged.failures()) {
-                    let line = sentence(line).replace('\n', "\n         ");
+                    let line = folded(line).replace('\n', "\n             ");
                     text.push_str(&format!("         {line}\n"));
                 }
                 let verb = if judged.is_study { "sweep" } else { "run" };
