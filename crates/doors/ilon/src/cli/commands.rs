@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
+use ilon_sim::scenario::nearest;
 
 #[cfg(feature = "live")]
 use super::live;
@@ -123,10 +124,11 @@ fn no_command(error: &clap::Error) -> Option<Failure> {
             ),
         ));
     }
-    let near = match error.get(ContextKind::SuggestedSubcommand) {
-        Some(ContextValue::Strings(near)) => near.first(),
-        _ => None,
-    };
+    let cli = Cli::command();
+    let commands = cli
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set());
+    let near = nearest(given, commands.map(clap::Command::get_name));
     let near = near
         .map(|near| format!("did you mean `ilon {near}`? "))
         .unwrap_or_default();
