@@ -26,13 +26,15 @@
 //! D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in
 //! a short step the integral counts half of the initial error and a sixth of the rate gained; in a
 //! long one all of both. A plant that solves its step with that mean is stable for any gains and
-//! any dt (theta is at least one half), exact for one pole, and of second order in dt.
+//! any dt (theta is at least one half), exact for one pole, and of second order in dt. Where the
+//! rate jumps within a step, as when rollers hand over, the wheel's angle tells its mean: the
+//! integral is corrected by it.
 
 use ilon_robot::mean_of_gain;
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
-use super::{Demand, FallingTorque, TorqueLaw};
+use super::{BodySense, Demand, FallingTorque, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -193,6 +195,11 @@ struct WheelState {
     integral_n_m: f64,
     /// The acceleration, filtered, in rad/s^2.
     acceleration_rad_s2: FilteredDerivative<f64>,
+    /// The wheel's angle, in rad, and by how much it grew in the last step, if that is known.
+    angle_rad: Option<f64>,
+    turned_rad: Option<f64>,
+    /// The length of the last step, in seconds.
+    dt_s: f64,
     /// theta k_i dt of the last step, whose integral was computed with the rate at its start; in N
     /// m s/rad.
     taken_early_n_m_s: f64,
@@ -258,6 +265,13 @@ impl TorqueLaw for WheelLoop {
         &self.torques_n_m
     }
 
+    fn sense(&mut self, known: &BodySense<'_>) {
+        for (wheel, angle_rad) in self.wheels.iter_mut().zip(known.angles_rad) {
+            let before_rad = wheel.angle_rad.replace(*angle_rad);
+            wheel.turned_rad = before_rad.map(|before_rad| angle_rad - before_rad);
+        }
+    }
+
     fn falling(&self) -> &[FallingTorque] {
         match self.settings.timing {
             LoopTiming::Sampled => &[],
@@ -295,8 +309,15 @@ impl WheelState {
         // The torque of a continuous loop is computed for an unchanged rate. The droop holds the
         // rest: the proportional part, the integral over the step (corrected once the rate is
         // known), and the filtered acceleration.
-        self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
+        if self.taken_early_n_m_s > 0.0 {
+            let jumped_rad_s = self.turned_rad.map_or(0.0, |turned_rad| {
+                turned_rad / self.dt_s - (rate_rad_s - 0.5 * gained_rad_s)
+            });
+            let gained_rad_s = gained_rad_s + 2.0 * (1.0 / theta - 1.0) * jumped_rad_s;
+            self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
+        }
+        self.dt_s = dt_s;
         let step_n_m_s = gains.integral_n_m * dt_s;
         let (held, droop, counted) = match settings.timing {
             LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),

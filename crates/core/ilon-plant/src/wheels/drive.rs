@@ -141,6 +141,9 @@ impl Drive {
     ) -> &[MotorTorque] {
         let is_due = self.until_due == 0;
         self.until_due = if is_due { self.every } else { self.until_due } - 1;
+        if is_due {
+            self.law.sense(known);
+        }
         let motors = self.motors.iter().zip(rates.real_rad_s);
         let outputs = self.limits.iter_mut().zip(&mut self.torques);
         for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
@@ -178,7 +181,6 @@ impl Drive {
         }
         if is_due {
             let (targets, limits) = (&self.targets_rad_s, &self.limits);
-            self.law.sense(known);
             let period_s = f64::from(self.every) * dt_s;
             let decided_n_m =
                 self.law
