@@ -166,10 +166,7 @@ impl Drive {
                 // commanded again.
                 self.held_n_m.fill(0.0);
                 if let Some(on_the_way) = &mut self.on_the_way {
-                    on_the_way
-                        .decided_n_m
-                        .iter_mut()
-                        .for_each(|torque_n_m| *torque_n_m = 0.0);
+                    on_the_way.decided_n_m.make_contiguous().fill(0.0);
                 }
                 return &self.torques;
             }

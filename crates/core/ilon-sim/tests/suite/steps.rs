@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use ilon_sim::{Scenario, run};
+use test_case::test_case;
 
 /// Where a robot ends by the automatic step and by one of 0.1 ms, as their distance in mm, and the
 /// sliding of the first over that of the second.
@@ -24,22 +25,22 @@ fn apart(robot: &str, text: &str) -> (f64, f64) {
 
 /// In a curve the wheels pull the robot inwards, and their rates jump at each hand-over. A loop that
 /// misses the jumps lets a robot sag sideways less at longer steps, with an integral or without: by
-/// 0.7 mm in 2.5 m. What remains is of hand-overs that are known to half a step: 0.01 % of the way.
-#[test]
-fn a_curve_ends_where_short_steps_end_it() {
-    for (speed_m_s, rate_rad_s, further) in [
-        (1.0, 0.4, ""),
-        (0.8, 0.8, ""),
-        (1.0, 0.4, "wheel_loop.integral_n_m = 0.0\n"),
-    ] {
-        let (apart_mm, _) = apart(
-            "mecanum4.urdf",
-            &format!(
-                "world.floor.friction = 0.8\ntwist = {{ vx_m_s = {speed_m_s}, omega_rad_s = {rate_rad_s} }}\nrun.duration_s = 3.0\n{further}"
-            ),
+/// 0.6 to 1 mm in 2.5 m. What remains is of hand-overs that are known to half a step, which scatters:
+/// 0.01 % of the way, as a mean of four drives.
+#[test_case(1.0, 0.4, ""; "ahead")]
+#[test_case(1.0, 0.4, "wheel_loop.integral_n_m = 0.0\n"; "without integral")]
+#[test_case(0.8, 0.8, ""; "in a narrow curve")]
+fn a_curve_ends_where_short_steps_end_it(vx_m_s: f64, omega_rad_s: f64, further: &str) {
+    let drive = |share: f64| {
+        let vx_m_s = share * vx_m_s;
+        let text = format!(
+            "world.floor.friction = 0.8\ntwist = {{ vx_m_s = {vx_m_s}, omega_rad_s = {omega_rad_s} }}\nrun.duration_s = 3.0\n{further}"
         );
-        assert!(apart_mm < 0.3, "{speed_m_s} {rate_rad_s}: {apart_mm} mm");
-    }
+        apart("mecanum4.urdf", &text).0
+    };
+    let apart_mm = [1.0, 1.012, 1.024, 1.036].map(drive);
+    let mean_mm = apart_mm.iter().sum::<f64>() / 4.0;
+    assert!(mean_mm < 0.3, "{apart_mm:?} mm");
 }
 
 /// A roller that takes over while its wheel slides spins up within 0.6 ms, and pushes along its axle
