@@ -29,9 +29,11 @@ pub struct Recorder {
     /// Of the real robot, not of the believed one.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// For a robot with wheels moved by joints that it measures: the wheels' places under these,
-    /// and which joints they are.
-    hubs: Option<(Hubs, Vec<bool>)>,
+    /// For a robot with wheels moved by joints that it measures, and whose controller believes in
+    /// another robot: the wheels' places under these.
+    hubs: Option<Hubs>,
+    /// Which joints the robot measures.
+    measured: Vec<bool>,
     /// The last positions of the joints between bodies, in rad or m; zero for those that the robot
     /// does not measure. Empty before the first.
     measured_positions: Vec<f64>,
@@ -91,7 +93,10 @@ impl Recorder {
             trace: Trace::with_capacity(header, rows),
             kinematics,
             contact_kinematics,
-            hubs: Hubs::that_move(robot).map(|hubs| (hubs, hubs::measured(robot))),
+            hubs: (!std::ptr::eq(believed, robot))
+                .then(|| Hubs::that_move(robot))
+                .flatten(),
+            measured: hubs::measured(robot),
             measured_positions: Vec::new(),
             reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
             lost: vec![Lost::default(); wheel_count],
@@ -134,12 +139,10 @@ impl Recorder {
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.count(world, dt_s, kinematics);
         let positions = world.robot().joint_positions();
-        if let Some((_, known)) = &self.hubs {
-            let joints = positions.iter().zip(known);
-            let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
-            self.measured_positions.clear();
-            self.measured_positions.extend(measured);
-        }
+        let joints = positions.iter().zip(&self.measured);
+        let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+        self.measured_positions.clear();
+        self.measured_positions.extend(measured);
         self.reckoning.see(positions, &self.measured_positions);
     }
 
@@ -300,17 +303,18 @@ impl Recorder {
     /// Dead reckoning from the wheels' rotation since the last control period, by both kinematics,
     /// like a robot with encoders once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        self.reckoning.reckon(angles_rad);
-        let Some((hubs, _)) = &mut self.hubs else {
-            return;
+        let moved = self.reckoning.reckon(angles_rad);
+        let kinematics = match &mut self.hubs {
+            Some(hubs) => {
+                let moved =
+                    !self.measured_positions.is_empty() && hubs.see(&self.measured_positions);
+                hubs.kinematics().filter(|_| moved)
+            }
+            None => moved.then(|| self.reckoning.kinematics()),
         };
-        if !self.measured_positions.is_empty()
-            && hubs.see(&self.measured_positions)
-            && let (Some(kinematics), Ok(contact)) =
-                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
-        {
-            self.kinematics = kinematics.clone();
-            self.contact_kinematics = contact;
+        if let Some(kinematics) = kinematics {
+            self.kinematics.clone_from(kinematics);
+            self.contact_kinematics.stand(kinematics);
         }
     }
 

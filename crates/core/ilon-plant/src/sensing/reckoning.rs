@@ -7,7 +7,7 @@ use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, 
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_trace::Reckoned;
 
-use crate::sensing::hubs::Hubs;
+use crate::sensing::hubs::{self, Hubs};
 use crate::sensing::posed_odometry::PosedOdometry;
 
 /// The share of slip in a wheel's travel that a controller assumes without better knowledge: the
@@ -19,7 +19,7 @@ pub(crate) struct Reckoning {
     kinematics: Kinematics,
     ideal: Pose,
     contact: Odometry,
-    /// With all joints between bodies at their true positions, if it has any.
+    /// With all joints between bodies at their true positions, if `measured` differs.
     posed: Option<PosedOdometry>,
     /// With the measured joints at their positions, if they move wheels.
     measured: Option<PosedOdometry>,
@@ -44,6 +44,8 @@ impl Reckoning {
             ..errors
         });
         let wheels = robot.wheels.len();
+        let moves = Hubs::that_move(robot).is_some();
+        let all_measured = moves && !hubs::measured(robot).contains(&false);
         Self {
             covariance: errors
                 .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
@@ -51,8 +53,9 @@ impl Reckoning {
             kinematics,
             ideal: start,
             contact: Odometry::new(contact, start, &[]),
-            posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
-            measured: Hubs::that_move(robot).map(|_| PosedOdometry::new(robot, start)),
+            posed: (!robot.joints.is_empty() && !all_measured)
+                .then(|| PosedOdometry::new(robot, start)),
+            measured: moves.then(|| PosedOdometry::new(robot, start)),
             control_dt_s,
             last_angles_rad: vec![0.0; wheels],
             turned_rad: vec![0.0; wheels],
@@ -71,7 +74,8 @@ impl Reckoning {
 
     /// By eq. (7) with all joints between bodies at their true positions, if it has any.
     pub fn posed(&self) -> Option<Pose> {
-        self.posed.as_ref().map(PosedOdometry::pose)
+        let posed = self.posed.as_ref().or(self.measured.as_ref());
+        posed.map(PosedOdometry::pose)
     }
 
     /// The twist of wheel rates in rad/s by eq. (7).
@@ -90,8 +94,9 @@ impl Reckoning {
         }
     }
 
-    /// Counts the wheels' rotation since the last call, by the encoders' angles.
-    pub fn reckon(&mut self, angles_rad: &[f64]) {
+    /// Counts the wheels' rotation since the last call, by the encoders' angles. Returns whether
+    /// measured joints have moved wheels since then.
+    pub fn reckon(&mut self, angles_rad: &[f64]) -> bool {
         let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
         for ((turned, last), now) in increments.zip(angles_rad) {
             *turned = now - *last;
@@ -109,25 +114,28 @@ impl Reckoning {
             // The kinematics is linear in the rates: wheel angles give the displacement.
             let displacement = self.kinematics.twist(&self.turned_rad);
             self.ideal = self.ideal.moved(displacement);
-            return;
+            return false;
         };
         let moved = measured.reckon(&self.turned_rad);
         self.ideal = measured.pose();
         let hubs = measured.hubs();
-        if let Some(covariance) = &mut self.covariance {
-            if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+        if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+            self.kinematics.clone_from(kinematics);
+            self.contact.stand(kinematics);
+            if let Some(covariance) = &mut self.covariance {
                 covariance.stand(kinematics);
             }
+        }
+        if let Some(covariance) = &mut self.covariance {
             covariance.count(&before, measured.rolled_rad());
         }
-        if moved
-            && let (Some(kinematics), Ok(contact)) =
-                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
-        {
-            self.kinematics = kinematics.clone();
-            self.contact.stand(contact);
-        }
         self.contact.update_carried(angles_rad, hubs.carried_rad());
+        moved
+    }
+
+    /// The kinematics of the believed robot where it stands.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
     }
 
     /// Twist and covariances for measured rates in rad/s, and rows `row_period_s` seconds apart.
