@@ -23,6 +23,10 @@ pub(crate) struct Reckoning {
     posed: Option<PosedOdometry>,
     /// With the measured joints at their positions, if they move wheels.
     measured: Option<PosedOdometry>,
+    /// Which joints the robot measures, and their last positions, in rad or m, with zero for the
+    /// others. Empty before the first.
+    known: Vec<bool>,
+    positions: Vec<f64>,
     /// Of `ideal`; for a robot whose rollers define its errors.
     covariance: Option<OdometryCovariance>,
     control_dt_s: f64,
@@ -45,7 +49,8 @@ impl Reckoning {
         });
         let wheels = robot.wheels.len();
         let moves = Hubs::that_move(robot).is_some();
-        let all_measured = moves && !hubs::measured(robot).contains(&false);
+        let known = hubs::measured(robot);
+        let all_measured = moves && !known.contains(&false);
         Self {
             covariance: errors
                 .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
@@ -56,6 +61,8 @@ impl Reckoning {
             posed: (!robot.joints.is_empty() && !all_measured)
                 .then(|| PosedOdometry::new(robot, start)),
             measured: moves.then(|| PosedOdometry::new(robot, start)),
+            known,
+            positions: Vec::new(),
             control_dt_s,
             last_angles_rad: vec![0.0; wheels],
             turned_rad: vec![0.0; wheels],
@@ -83,27 +90,21 @@ impl Reckoning {
         self.kinematics.twist(rates_rad_s)
     }
 
-    /// Updates the positions of joints between bodies, in rad or m: all of them, and the measured
-    /// ones with zero for the others.
-    pub fn see(&mut self, positions: &[f64], measured: &[f64]) {
-        if let Some(posed) = &mut self.posed {
-            posed.see(positions.iter().copied());
-        }
-        if let Some(odometry) = &mut self.measured {
-            odometry.see(measured.iter().copied());
-        }
-    }
-
-    /// Counts the wheels' rotation since the last call, by the encoders' angles. Returns whether
+    /// Counts the wheels' rotation since the last call, by the encoders' angles, with the joints
+    /// between bodies at these positions, in rad or m; none are known at the start. Returns whether
     /// measured joints have moved wheels since then.
-    pub fn reckon(&mut self, angles_rad: &[f64]) -> bool {
+    pub fn reckon(&mut self, angles_rad: &[f64], positions: &[f64]) -> bool {
+        let joints = positions.iter().zip(&self.known);
+        let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+        self.positions.clear();
+        self.positions.extend(measured);
         let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
         for ((turned, last), now) in increments.zip(angles_rad) {
             *turned = now - *last;
             *last = *now;
         }
         if let Some(posed) = &mut self.posed {
-            posed.reckon(&self.turned_rad);
+            posed.reckon(&self.turned_rad, positions);
         }
         let before = self.ideal;
         let Some(measured) = &mut self.measured else {
@@ -116,7 +117,7 @@ impl Reckoning {
             self.ideal = self.ideal.moved(displacement);
             return false;
         };
-        let moved = measured.reckon(&self.turned_rad);
+        let moved = measured.reckon(&self.turned_rad, &self.positions);
         self.ideal = measured.pose();
         let hubs = measured.hubs();
         if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
@@ -131,6 +132,11 @@ impl Reckoning {
         }
         self.contact.update_carried(angles_rad, hubs.carried_rad());
         moved
+    }
+
+    /// The last positions of the measured joints, with zero for the others.
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
     }
 
     /// The kinematics of the believed robot where it stands.
