@@ -264,7 +264,7 @@ impl ReactionSolver {
         self.problem
             .set_delassus(|row, w| responses.fill_w(axles, row, w));
         let is_plain = axles.iter().all(|axle| axle.responses() == [0.0; 2]);
-        (self.problem).set_halves(if is_plain { responses.columns() } else { &[] });
+        (self.problem).set_halves(if is_plain { &responses.columns } else { &[] });
         // The impulses of the last step are a good start.
         for law in 0..self.all.len() {
             let now = &self.all[law];

@@ -43,7 +43,7 @@ impl CompliantStep {
             }
             _ => false,
         };
-        problem.has_halves() && problem.laws.iter().all(gives)
+        !problem.halves.is_empty() && problem.laws.iter().all(gives)
     }
 
     /// Finds the step from F = `missing`. Returns whether there is one.

@@ -55,6 +55,7 @@ impl ImpulseProblem {
         self.impulses.clear();
         self.velocities.clear();
         self.softness.clear();
+        self.halves.clear();
         self.anisotropies.clear();
         self.coupled.clear();
         self.curves.clear();
@@ -125,16 +126,13 @@ impl ImpulseProblem {
     }
 
     /// Sets the half solutions of all rows, one degree of freedom of the bodies after the other: W
-    /// is their products, but for the laws' compliance. Not for rollers, which add their own.
+    /// is their products, but for the laws' compliance. Not for rollers, which add their own, and
+    /// for contacts whose tangents are coupled or anisotropic.
     pub fn set_halves(&mut self, halves: &[f64]) {
         self.halves.clear();
-        self.halves.extend_from_slice(halves);
-    }
-
-    /// Whether W without compliance is the products of half solutions.
-    pub(super) fn has_halves(&self) -> bool {
-        let is_plain = self.coupled.is_empty() && self.anisotropies.is_empty();
-        is_plain && !self.halves.is_empty()
+        if self.coupled.is_empty() && self.anisotropies.is_empty() {
+            self.halves.extend_from_slice(halves);
+        }
     }
 
     /// Starts the solution of a law, given by its index, from the nearest impulse that the law

@@ -18,7 +18,7 @@ pub(crate) struct Responses {
     rows: Vec<Row>,
     /// The half solutions of the rows once more, one degree of freedom of all bodies after the other;
     /// empty if a row is between two bodies.
-    columns: Vec<f64>,
+    pub columns: Vec<f64>,
     /// The half solution of each joint, of all bodies one after the other.
     joints: Vec<Side>,
 }
@@ -62,12 +62,6 @@ impl Responses {
                     .each_dof(|dof, z| self.columns[(start + dof) * count + at] = z);
             }
         }
-    }
-
-    /// The half solutions of the rows, one degree of freedom of all bodies after the other; empty if
-    /// a row is between two bodies.
-    pub fn columns(&self) -> &[f64] {
-        &self.columns
     }
 
     /// Solves it for all joints as well.
