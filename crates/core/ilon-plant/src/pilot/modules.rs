@@ -129,11 +129,7 @@ mod tests {
             module.target_rad = begun_rad;
         }
         let posed = robot.posed(&positions);
-        let hubs: Vec<_> = posed
-            .wheels
-            .iter()
-            .map(|wheel| wheel.body_from_hub)
-            .collect();
+        let hubs = robot.body_from_hubs(&positions);
         let kinematics = Kinematics::new(&posed).expect("it drives");
         modules.aim(twist, (&kinematics, &hubs), &positions);
         modules.targets_rad().map(|(_, rad)| rad).collect()
