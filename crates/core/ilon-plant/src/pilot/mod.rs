@@ -312,7 +312,7 @@ impl Pilot {
         if let (Some(modules), Some(hubs)) = (&mut self.modules, &self.hubs) {
             let twist = self.decision.granted_twist_in_body;
             let known = (&self.kinematics, hubs.body_from_hubs());
-            modules.aim(twist, known, joint_positions);
+            modules.aim((twist, self.period_s), known, joint_positions);
         }
     }
 
@@ -361,7 +361,7 @@ impl Pilot {
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);
-            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, &positions)?;
+            let joint = Modules::of(&self.robot, scenario)?.aim((twist, 0.0), known, &positions)?;
             Some((twist, joint))
         };
         let (twist, joint) = profile.held().find_map(beyond)?;

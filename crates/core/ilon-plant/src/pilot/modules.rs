@@ -1,17 +1,22 @@
-//! Where steered wheels are sent: each module's angle follows the velocity that a twist gives its
-//! wheel.
+//! Where steered wheels are sent: each module's angle follows the velocity that a twist gives the
+//! middle of its wheels.
 //!
 //! A wheel rolls along u. Its module turns until u lies along v_h = v + omega k x b, eq. (2), or
 //! against it, whichever is nearer to where the module is sent now; the wheel then turns the other
 //! way. What the wheel turns at while its module is on the way, the kinematics of the measured
 //! angles says: u . v_h / rho, the cosine of the missing angle of the whole.
+//!
+//! **Active casters.** Two driven wheels side by side hold the yaw rate of their module by their
+//! rates. If the middle of their axle lies behind the steering axis, at r from it, the module need
+//! not wait for an angle: n . (v_h + q'_s k x r) = 0 gives the steering rate q'_s for any twist, at
+//! any angle. So such a base turns on the spot while its wheels stand.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_control::Kinematics;
-use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
 use ilon_scenario::scenario::{Joint, Scenario};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Vector2, Vector3};
 
 /// A wheel that is asked to move slower than this keeps its angle, in m/s (chosen): a robot that
 /// has arrived does not turn its modules by the noise of its errors.
@@ -20,11 +25,13 @@ const STILL_M_S: f64 = 1e-3;
 /// The modules of a robot that the pilot steers.
 pub(super) struct Modules(Vec<Module>);
 
-/// A steered wheel.
+/// What a joint steers.
 struct Module {
     /// Its steering joint, among the robot's.
     joint: usize,
-    wheel: usize,
+    wheels: Vec<usize>,
+    /// Of an active caster: n . (k x r) in metres, and the fastest that its joint turns, in rad/s.
+    caster: Option<(f64, f64)>,
     /// 1 where the joint turns counter-clockwise seen from above, else -1.
     sense: f64,
     limits: [f64; 2],
@@ -36,45 +43,60 @@ impl Modules {
     /// without any. A wheel on rollers moves in every direction at every angle: its joint stays
     /// where it is sent.
     pub fn of(robot: &Robot, scenario: &Scenario) -> Option<Self> {
-        let module = |wheel: usize| {
-            let on_tyre = Some(&robot.wheels[wheel]).filter(|wheel| wheel.has_tyre())?;
-            let joint = robot.steering_of(on_tyre)?;
+        let module = |joint: usize| {
+            let is_its = |of: &Wheel| of.has_tyre() && robot.steering_of(of) == Some(joint);
+            let wheels = 0..robot.wheels.len();
+            let wheels: Vec<usize> = wheels.filter(|at| is_its(&robot.wheels[*at])).collect();
             let of = &robot.joints[joint];
             let asked = scenario.robot.joints.get(&of.name);
             let holds =
                 |asked: &Joint| asked.options.target_rad.is_some() || !asked.setpoints.is_empty();
-            if asked.is_some_and(holds) {
+            if wheels.is_empty() || asked.is_some_and(holds) {
                 return None;
             }
+            let servo = of.servo()?;
             Some(Module {
                 joint,
-                wheel,
+                wheels,
+                caster: (robot.active_caster_m(joint)).map(|lever_m| (lever_m, servo.rate_limit)),
                 sense: (of.body_from_joint.rotation * Vector3::z()).z.signum(),
                 limits: of.limits,
-                target_rad: of.servo()?.target,
+                target_rad: servo.target,
             })
         };
-        let modules: Vec<Module> = (0..robot.wheels.len()).filter_map(module).collect();
+        let modules: Vec<Module> = (0..robot.joints.len()).filter_map(module).collect();
         (!modules.is_empty()).then_some(Self(modules))
     }
 
-    /// Sends them where a twist of the body's origin wants them, with the hubs where they are, and
-    /// the joints at these positions. Returns the first joint whose limits do not allow that.
+    /// Sends them where a twist of the body's origin wants them after a control period in seconds,
+    /// with the hubs where they are, and the joints at these positions. Returns the first joint
+    /// whose limits do not allow that.
     pub fn aim(
         &mut self,
-        twist_in_body: Twist,
+        (twist_in_body, period_s): (Twist, f64),
         (kinematics, hubs): (&Kinematics, &[Isometry3<f64>]),
         positions: &[f64],
     ) -> Option<usize> {
         let mut beyond = None;
         for module in &mut self.0 {
-            let Some(v_h) = kinematics.hub_velocity_m_s(module.wheel, twist_in_body) else {
-                continue;
-            };
+            let wheels = module.wheels.iter();
+            let velocities =
+                wheels.filter_map(|at| kinematics.hub_velocity_m_s(*at, twist_in_body));
+            let v_h = velocities.sum::<Vector2<f64>>() / module.wheels.len() as f64;
             if v_h.norm() < STILL_M_S {
                 continue;
             }
-            let n = hubs[module.wheel].rotation * Vector3::z();
+            let n = hubs[module.wheels[0]].rotation * Vector3::z();
+            if let Some((lever_m, rate_limit)) = module.caster {
+                let rate_rad_s = (-n.xy().dot(&v_h) / lever_m).clamp(-rate_limit, rate_limit);
+                let asked_rad = module.target_rad + module.sense * rate_rad_s * period_s;
+                let [lower, upper] = module.limits;
+                module.target_rad = asked_rad.max(lower).min(upper);
+                if module.target_rad != asked_rad {
+                    beyond = beyond.or(Some(module.joint));
+                }
+                continue;
+            }
             let now_rad = libm::atan2(-n.x, n.y);
             let sent_rad = now_rad + module.sense * (module.target_rad - positions[module.joint]);
             let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - sent_rad);
@@ -135,7 +157,7 @@ mod tests {
             .map(|wheel| wheel.body_from_hub)
             .collect();
         let kinematics = Kinematics::new(&posed).expect("it drives");
-        modules.aim(twist, (&kinematics, &hubs), &positions);
+        modules.aim((twist, 1e-3), (&kinematics, &hubs), &positions);
         modules.targets_rad().map(|(_, rad)| rad).collect()
     }
 
@@ -215,7 +237,8 @@ mod tests {
     fn a_module_with_limits_stays_within_them() {
         let mut module = Module {
             joint: 0,
-            wheel: 0,
+            wheels: vec![0],
+            caster: None,
             sense: 1.0,
             limits: [-1.3, 1.3],
             target_rad: 0.0,

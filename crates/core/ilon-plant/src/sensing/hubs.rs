@@ -23,6 +23,10 @@ pub(crate) struct Hubs {
     kinematics: Option<Kinematics>,
     carried_rad: Vec<f64>,
     rates_rad: Vec<f64>,
+    /// Whether each wheel is that of an active caster, and how the joints of these moved the body
+    /// along the axles since the last update.
+    of_casters: Vec<bool>,
+    along_axles: Twist,
 }
 
 impl Hubs {
@@ -36,6 +40,15 @@ impl Hubs {
             kinematics: None,
             carried_rad: vec![0.0; wheels],
             rates_rad: vec![0.0; wheels],
+            of_casters: (robot.wheels.iter())
+                .map(|of| {
+                    robot
+                        .steering_of(of)
+                        .and_then(|at| robot.active_caster_m(at))
+                        .is_some()
+                })
+                .collect(),
+            along_axles: Twist::default(),
         }
     }
 
@@ -58,6 +71,7 @@ impl Hubs {
     /// Updates the joint positions, in rad or m, and returns whether they have moved.
     pub fn see(&mut self, positions: &[f64]) -> bool {
         self.carried_rad.fill(0.0);
+        self.along_axles = Twist::default();
         if self.positions == positions && self.kinematics.is_some() {
             return false;
         }
@@ -70,6 +84,7 @@ impl Hubs {
         let Some(kinematics) = &self.kinematics else {
             return true;
         };
+        let mut along_m = vec![0.0; before.len()];
         for (wheel, (now, then)) in self.body_from_hubs.iter().zip(&before).enumerate() {
             let moved_m = now.translation.vector - then.translation.vector;
             let turned = (now.rotation * then.rotation.inverse()).scaled_axis();
@@ -77,6 +92,12 @@ impl Hubs {
             kinematics.wheel_rates(asked, &mut self.rates_rad);
             self.carried_rad[wheel] =
                 turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
+            if self.of_casters[wheel] {
+                along_m[wheel] = moved_m.dot(&(now.rotation * Vector3::z()));
+            }
+        }
+        if self.of_casters.contains(&true) {
+            self.along_axles = kinematics.carried_along_axles(&along_m);
         }
         true
     }
@@ -91,6 +112,23 @@ impl Hubs {
     /// last update, beyond what its encoder measured and for a standing body, in rad.
     pub fn carried_rad(&self) -> &[f64] {
         &self.carried_rad
+    }
+
+    /// How the body moved since the last update because its joints moved the wheels of active
+    /// casters along their axles, in m and rad.
+    pub fn along_axles(&self) -> Twist {
+        self.along_axles
+    }
+
+    /// How the body of a robot with active casters moved since the last update because its joints
+    /// moved their wheels, which did not turn, in m and rad.
+    pub fn moved_by_casters(&self) -> Twist {
+        match &self.kinematics {
+            Some(kinematics) if self.of_casters.contains(&true) => {
+                kinematics.twist(&self.carried_rad) + self.along_axles
+            }
+            _ => Twist::default(),
+        }
     }
 
     /// Pose of each hub in the body frame with the joints there, at wheel angle zero.

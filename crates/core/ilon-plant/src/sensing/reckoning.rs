@@ -74,9 +74,12 @@ impl Reckoning {
         self.posed.as_ref().map(PosedOdometry::pose)
     }
 
-    /// The twist of wheel rates in rad/s by eq. (7).
+    /// The twist of wheel rates in rad/s by eq. (7), and of active casters.
     pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
-        self.kinematics.twist(rates_rad_s)
+        let casters = (self.measured.as_ref()).map_or(Twist::default(), |measured| {
+            measured.hubs().moved_by_casters()
+        });
+        self.kinematics.twist(rates_rad_s) + casters.scaled(1.0 / self.control_dt_s)
     }
 
     /// Updates the positions of joints between bodies, in rad or m: all of them, and the measured
@@ -127,7 +130,8 @@ impl Reckoning {
             self.kinematics = kinematics.clone();
             self.contact.stand(contact);
         }
-        self.contact.update_carried(angles_rad, hubs.carried_rad());
+        let carried = (hubs.carried_rad(), hubs.along_axles());
+        (self.contact).update_carried(angles_rad, carried.0, carried.1);
     }
 
     /// Twist and covariances for measured rates in rad/s, and rows `row_period_s` seconds apart.
@@ -143,10 +147,13 @@ impl Reckoning {
                     .collect()
             }
         };
+        let along_axles = (self.measured.as_ref())
+            .map_or(Twist::default(), |measured| measured.hubs().along_axles())
+            .scaled(1.0 / self.control_dt_s);
         let pose = covariance.covariance(self.ideal.heading_rad);
         let twist = covariance.twist_covariance(&rolling_rad_s, row_period_s);
         Some(Reckoned {
-            twist: self.kinematics.twist(&rolling_rad_s),
+            twist: self.kinematics.twist(&rolling_rad_s) + along_axles,
             pose_covariance: pose.into(),
             twist_covariance: twist.into(),
         })
