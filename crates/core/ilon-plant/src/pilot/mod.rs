@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 use crate::pilot::modules::Modules;
 use crate::sensing::hubs::Hubs;
 use crate::sensing::sensors::Measurements;
-use ilon_scenario::course::command::{Commanded, Decided, WheelCommand};
+use ilon_scenario::course::command::{Commanded, Decided, JointCommand, WheelCommand};
 use ilon_scenario::course::playback::{Asked, Log, Placing};
 use ilon_scenario::scenario::{self, ReferencePoint, Scenario};
 use ilon_scenario::{Error, Resolved};
@@ -312,16 +312,21 @@ impl Pilot {
         if let (Some(modules), Some(hubs)) = (&mut self.modules, &self.hubs) {
             let twist = self.decision.granted_twist_in_body;
             let known = (&self.kinematics, hubs.body_from_hubs());
-            modules.aim((twist, self.period_s), known, joint_positions);
+            modules.aim(twist, known, joint_positions);
+            for (wheel, rate_rad_s) in modules.turning_along(&self.kinematics) {
+                // In place of what was measured of it, which is late.
+                let measured_rad_s = -hubs.carried_rad()[wheel] / self.period_s;
+                self.wheel_rates_rad_s[wheel] += rate_rad_s - measured_rad_s;
+            }
         }
     }
 
-    /// Where the pilot sends the joints that steer wheels, in rad, by their indices among the
-    /// robot's joints; nowhere if a log or a user's controller drives.
-    pub fn steering_targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// Where the pilot sends the joints that steer wheels, by their indices among the robot's
+    /// joints; nowhere if a log or a user's controller drives.
+    pub fn steering(&self) -> impl Iterator<Item = (usize, JointCommand)> {
         let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
         let modules = self.modules.iter().filter(move |_| steers);
-        modules.flat_map(Modules::targets_rad)
+        modules.flat_map(Modules::commands)
     }
 
     /// A remark if a robot that cannot move sideways follows a reference whose heading is not that
@@ -361,7 +366,7 @@ impl Pilot {
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);
-            let joint = Modules::of(&self.robot, scenario)?.aim((twist, 0.0), known, &positions)?;
+            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, &positions)?;
             Some((twist, joint))
         };
         let (twist, joint) = profile.held().find_map(beyond)?;

@@ -6,15 +6,16 @@
 //! way. What the wheel turns at while its module is on the way, the kinematics of the measured
 //! angles says: u . v_h / rho, the cosine of the missing angle of the whole.
 //!
-//! **Active casters.** Two driven wheels side by side hold the yaw rate of their module by their
-//! rates. If the middle of their axle lies behind the steering axis, at r from it, the module need
-//! not wait for an angle: n . (v_h + q'_s k x r) = 0 gives the steering rate q'_s for any twist, at
-//! any angle. So such a base turns on the spot while its wheels stand.
+//! **Pairs.** Two driven wheels side by side turn their module too, so that its joint is sent a
+//! rate and they turn with it. If the middle of their axle lies at r from the steering axis (an
+//! active caster), the module need not wait for an angle: n . (v_h + q'_s k x r) = 0 gives its rate
+//! q'_s for any twist, at any angle. Such a base turns on the spot while its wheels stand.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
+use ilon_scenario::course::command::JointCommand;
 use ilon_scenario::scenario::{Joint, Scenario};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
@@ -22,16 +23,30 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 /// has arrived does not turn its modules by the noise of its errors.
 const STILL_M_S: f64 = 1e-3;
 
+/// In which a pair without a lever turns to its angle, in seconds (chosen).
+const PAIR_TURNS_S: f64 = 0.1;
+
 /// The modules of a robot that the pilot steers.
 pub(super) struct Modules(Vec<Module>);
+
+/// Driven wheels side by side on a steering joint.
+struct Pair {
+    /// n . (k x r), in metres; 0 without a lever.
+    lever_m: f64,
+    /// The axis of the joint in the body frame, in metres.
+    axis_m: Vector2<f64>,
+    /// The fastest that the joint turns, and the rate that it is sent, counter-clockwise, in rad/s.
+    limit_rad_s: f64,
+    rate_rad_s: f64,
+}
 
 /// What a joint steers.
 struct Module {
     /// Its steering joint, among the robot's.
     joint: usize,
     wheels: Vec<usize>,
-    /// Of an active caster: n . (k x r) in metres, and the fastest that its joint turns, in rad/s.
-    caster: Option<(f64, f64)>,
+    /// Of a pair.
+    pair: Option<Pair>,
     /// 1 where the joint turns counter-clockwise seen from above, else -1.
     sense: f64,
     limits: [f64; 2],
@@ -58,7 +73,12 @@ impl Modules {
             Some(Module {
                 joint,
                 wheels,
-                caster: (robot.active_caster_m(joint)).map(|lever_m| (lever_m, servo.rate_limit)),
+                pair: robot.pair_lever_m(joint).map(|lever_m| Pair {
+                    lever_m,
+                    axis_m: of.body_from_joint.translation.vector.xy(),
+                    limit_rad_s: servo.rate_limit,
+                    rate_rad_s: 0.0,
+                }),
                 sense: (of.body_from_joint.rotation * Vector3::z()).z.signum(),
                 limits: of.limits,
                 target_rad: servo.target,
@@ -68,12 +88,11 @@ impl Modules {
         (!modules.is_empty()).then_some(Self(modules))
     }
 
-    /// Sends them where a twist of the body's origin wants them after a control period in seconds,
-    /// with the hubs where they are, and the joints at these positions. Returns the first joint
-    /// whose limits do not allow that.
+    /// Sends them where a twist of the body's origin wants them, with the hubs where they are, and
+    /// the joints at these positions. Returns the first joint whose limits do not allow that.
     pub fn aim(
         &mut self,
-        (twist_in_body, period_s): (Twist, f64),
+        twist_in_body: Twist,
         (kinematics, hubs): (&Kinematics, &[Isometry3<f64>]),
         positions: &[f64],
     ) -> Option<usize> {
@@ -83,40 +102,67 @@ impl Modules {
             let velocities =
                 wheels.filter_map(|at| kinematics.hub_velocity_m_s(*at, twist_in_body));
             let v_h = velocities.sum::<Vector2<f64>>() / module.wheels.len() as f64;
-            if v_h.norm() < STILL_M_S {
+            let n = hubs[module.wheels[0]].rotation * Vector3::z();
+            if let Some(pair) = module.pair.as_mut().filter(|pair| pair.lever_m != 0.0) {
+                pair.turn(-n.xy().dot(&v_h) / pair.lever_m);
                 continue;
             }
-            let n = hubs[module.wheels[0]].rotation * Vector3::z();
-            if let Some((lever_m, rate_limit)) = module.caster {
-                let rate_rad_s = (-n.xy().dot(&v_h) / lever_m).clamp(-rate_limit, rate_limit);
-                let asked_rad = module.target_rad + module.sense * rate_rad_s * period_s;
-                let [lower, upper] = module.limits;
-                module.target_rad = asked_rad.max(lower).min(upper);
-                if module.target_rad != asked_rad {
+            if v_h.norm() >= STILL_M_S {
+                let now_rad = libm::atan2(-n.x, n.y);
+                let sent_rad =
+                    now_rad + module.sense * (module.target_rad - positions[module.joint]);
+                let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - sent_rad);
+                let shorter_rad = if missing_rad.abs() > FRAC_PI_2 {
+                    wrap_angle(missing_rad + PI)
+                } else {
+                    missing_rad
+                };
+                if !module.send(module.target_rad + module.sense * shorter_rad) {
                     beyond = beyond.or(Some(module.joint));
                 }
-                continue;
             }
-            let now_rad = libm::atan2(-n.x, n.y);
-            let sent_rad = now_rad + module.sense * (module.target_rad - positions[module.joint]);
-            let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - sent_rad);
-            let shorter_rad = if missing_rad.abs() > FRAC_PI_2 {
-                wrap_angle(missing_rad + PI)
-            } else {
-                missing_rad
-            };
-            if !module.send(module.target_rad + module.sense * shorter_rad) {
-                beyond = beyond.or(Some(module.joint));
+            let missing_rad = module.target_rad - positions[module.joint];
+            if let Some(pair) = &mut module.pair {
+                pair.turn(module.sense * missing_rad / PAIR_TURNS_S);
             }
         }
         beyond
     }
 
-    /// Where each steering joint is sent, in rad, by its index among the robot's joints.
-    pub fn targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.0
-            .iter()
-            .map(|module| (module.joint, module.target_rad))
+    /// The commands of the steering joints, by their indices among the robot's.
+    pub fn commands(&self) -> impl Iterator<Item = (usize, JointCommand)> {
+        self.0.iter().map(|module| {
+            let (position, rate) = (module.target_rad, 0.0);
+            let command = match &module.pair {
+                Some(pair) => JointCommand::Rate(module.sense * pair.rate_rad_s),
+                None => JointCommand::Position { position, rate },
+            };
+            (module.joint, command)
+        })
+    }
+
+    /// The rates at which the wheels of pairs turn with their modules, in rad/s, by their indices.
+    pub fn turning_along(&self, kinematics: &Kinematics) -> impl Iterator<Item = (usize, f64)> {
+        let rates = kinematics.rate_matrix();
+        self.0.iter().flat_map(move |module| {
+            let spin = module
+                .pair
+                .iter()
+                .map(|pair| pair.rate_rad_s * Vector3::new(pair.axis_m.y, -pair.axis_m.x, 1.0));
+            let of = move |spin: Vector3<f64>| {
+                module
+                    .wheels
+                    .iter()
+                    .map(move |at| (*at, (rates.row(*at) * spin).x))
+            };
+            spin.flat_map(of)
+        })
+    }
+}
+
+impl Pair {
+    fn turn(&mut self, rate_rad_s: f64) {
+        self.rate_rad_s = rate_rad_s.clamp(-self.limit_rad_s, self.limit_rad_s);
     }
 }
 
@@ -157,8 +203,8 @@ mod tests {
             .map(|wheel| wheel.body_from_hub)
             .collect();
         let kinematics = Kinematics::new(&posed).expect("it drives");
-        modules.aim((twist, 1e-3), (&kinematics, &hubs), &positions);
-        modules.targets_rad().map(|(_, rad)| rad).collect()
+        modules.aim(twist, (&kinematics, &hubs), &positions);
+        modules.0.iter().map(|module| module.target_rad).collect()
     }
 
     #[test]
@@ -238,7 +284,7 @@ mod tests {
         let mut module = Module {
             joint: 0,
             wheels: vec![0],
-            caster: None,
+            pair: None,
             sense: 1.0,
             limits: [-1.3, 1.3],
             target_rad: 0.0,

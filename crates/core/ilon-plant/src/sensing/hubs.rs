@@ -8,7 +8,7 @@
 //! it. A free or sprung joint is not measured: the robot assumes zero.
 
 use ilon_control::Kinematics;
-use ilon_robot::{JointRole, Robot, Twist};
+use ilon_robot::{JointRole, Robot, Twist, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
 /// The wheels of a robot at some joint positions.
@@ -33,6 +33,14 @@ impl Hubs {
     /// For a robot without joint positions yet.
     pub fn new(robot: &Robot) -> Self {
         let wheels = robot.wheels.len();
+        let is_of_caster = |wheel: &Wheel| {
+            let lever_m = |joint| {
+                robot
+                    .pair_lever_m(joint)
+                    .is_some_and(|lever_m| lever_m != 0.0)
+            };
+            robot.steering_of(wheel).is_some_and(lever_m)
+        };
         Self {
             robot: robot.clone(),
             positions: Vec::new(),
@@ -40,14 +48,7 @@ impl Hubs {
             kinematics: None,
             carried_rad: vec![0.0; wheels],
             rates_rad: vec![0.0; wheels],
-            of_casters: (robot.wheels.iter())
-                .map(|of| {
-                    robot
-                        .steering_of(of)
-                        .and_then(|at| robot.active_caster_m(at))
-                        .is_some()
-                })
-                .collect(),
+            of_casters: robot.wheels.iter().map(is_of_caster).collect(),
             along_axles: Twist::default(),
         }
     }

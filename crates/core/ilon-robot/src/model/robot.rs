@@ -221,11 +221,11 @@ impl Robot {
         std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).find(steers)
     }
 
-    /// Returns n . (k x r) in metres of a joint that steers an active caster: driven tyres side by
-    /// side on axles along n, whose middle lies at r from the axis of the joint, on a robot that
-    /// no other tyre holds. `None` for other joints, and where the middle lies within a twentieth
-    /// of the track of the axis (chosen): its steering rate would have no bound.
-    pub fn active_caster_m(&self, joint: usize) -> Option<f64> {
+    /// Returns n . (k x r) in metres of a joint that steers a pair: driven tyres side by side on
+    /// axles along n, whose middle lies at r from the axis of the joint, on a robot that no
+    /// unsteered tyre holds. `None` for other joints. 0 where the middle lies within a twentieth of
+    /// the track of the axis (chosen): steered by that lever the rate would have no bound.
+    pub fn pair_lever_m(&self, joint: usize) -> Option<f64> {
         let is_held =
             |of: &Wheel| of.has_tyre() && self.steering_of(of).is_none() && !self.swivels(of);
         let is_its = |of: &&Wheel| {
@@ -238,9 +238,9 @@ impl Robot {
         let track_m = places_m.iter().map(off_m).fold(0.0, f64::max);
         let middle_m = places_m.iter().sum::<Vector2<f64>>() / places_m.len() as f64;
         let r = middle_m - self.joints[joint].body_from_joint.translation.vector.xy();
-        let lever_m = r.perp(&n);
-        let is_one = track_m > 0.0 && lever_m.abs() > 0.05 * track_m;
-        (is_one && !self.wheels.iter().any(is_held)).then_some(lever_m)
+        let lever_m = Some(r.perp(&n)).filter(|lever_m| lever_m.abs() > 0.05 * track_m);
+        let is_pair = track_m > 0.0 && !self.wheels.iter().any(is_held);
+        is_pair.then_some(lever_m.unwrap_or(0.0))
     }
 
     /// Whether a wheel is a caster's: nothing drives its tyre, and it swivels freely.
