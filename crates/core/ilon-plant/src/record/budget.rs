@@ -31,6 +31,8 @@ pub(crate) struct Budget {
     decided: Option<[Twist; 4]>,
     /// The twist by the joints of active casters, in the body frame.
     by_casters: Twist,
+    /// The rates at which joints roll wheels of pairs, in rad/s; empty without joints.
+    along_rad_s: Vec<f64>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
     /// The inconsistent part of the rates since the last row.
@@ -64,6 +66,7 @@ impl Budget {
             ledger: Ledger::default(),
             decided: Some([Twist::default(); 4]),
             by_casters: Twist::default(),
+            along_rad_s: Vec::new(),
             contradiction: Contradiction::new(wheels),
             conflict: Sizes::default(),
             loads_n_s: vec![0.0; wheels],
@@ -95,18 +98,21 @@ impl Budget {
         std::mem::take(&mut self.conflict).share()
     }
 
-    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of
-    /// the wheels' targets by eq. (7), of the robot that the controller believes in and of the real
-    /// one; `None` if the wheels have no rate targets; and the twist by the joints of active
-    /// casters. `scales` is by how much each wheel's encoder counts wrong: what it counts over what
-    /// it should.
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those
+    /// of the wheels' targets by eq. (7), of the robot that the controller believes in and of
+    /// the real one; `None` if the wheels have no rate targets. Then the twist by the joints of
+    /// active casters, and the rates at which joints roll the wheels of pairs. `scales` is by
+    /// how much each wheel's encoder counts wrong: what it counts over what it should.
     pub fn decide(
         &mut self,
-        (decided, by_casters): (Option<[Twist; 4]>, Twist),
+        decided: Option<[Twist; 4]>,
+        (by_casters, along_rad_s): (Twist, impl Iterator<Item = f64>),
         scales: impl Iterator<Item = f64>,
     ) {
         self.decided = decided;
         self.by_casters = by_casters;
+        self.along_rad_s.clear();
+        self.along_rad_s.extend(along_rad_s);
         self.encoder_scales.clear();
         self.encoder_scales.extend(scales);
     }
@@ -233,7 +239,7 @@ impl Budget {
         for (wheel, (turned, rate)) in wheels.enumerate() {
             *rate = match kinematics.swivels(wheel) {
                 true => 0.0,
-                false => turned / span_s,
+                false => turned / span_s + self.along_rad_s.get(wheel).copied().unwrap_or(0.0),
             };
         }
         let begun_s = self.begun_s;

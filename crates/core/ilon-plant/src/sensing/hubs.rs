@@ -23,9 +23,9 @@ pub(crate) struct Hubs {
     kinematics: Option<Kinematics>,
     carried_rad: Vec<f64>,
     rates_rad: Vec<f64>,
-    /// Whether each wheel is that of an active caster, and how the joints of these moved the body
-    /// along the axles since the last update.
-    of_casters: Vec<bool>,
+    /// The lever of the pair to which each wheel belongs, and how the joints of those with one
+    /// moved the body along the axles since the last update.
+    pair_levers_m: Vec<Option<f64>>,
     along_axles: Twist,
 }
 
@@ -33,14 +33,7 @@ impl Hubs {
     /// For a robot without joint positions yet.
     pub fn new(robot: &Robot) -> Self {
         let wheels = robot.wheels.len();
-        let is_of_caster = |wheel: &Wheel| {
-            let lever_m = |joint| {
-                robot
-                    .pair_lever_m(joint)
-                    .is_some_and(|lever_m| lever_m != 0.0)
-            };
-            robot.steering_of(wheel).is_some_and(lever_m)
-        };
+        let lever_m = |wheel: &Wheel| robot.pair_lever_m(robot.steering_of(wheel)?);
         Self {
             robot: robot.clone(),
             positions: Vec::new(),
@@ -48,7 +41,7 @@ impl Hubs {
             kinematics: None,
             carried_rad: vec![0.0; wheels],
             rates_rad: vec![0.0; wheels],
-            of_casters: robot.wheels.iter().map(is_of_caster).collect(),
+            pair_levers_m: robot.wheels.iter().map(lever_m).collect(),
             along_axles: Twist::default(),
         }
     }
@@ -93,11 +86,11 @@ impl Hubs {
             kinematics.wheel_rates(asked, &mut self.rates_rad);
             self.carried_rad[wheel] =
                 turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
-            if self.of_casters[wheel] {
+            if self.is_of_caster(wheel) {
                 along_m[wheel] = moved_m.dot(&(now.rotation * Vector3::z()));
             }
         }
-        if self.of_casters.contains(&true) {
+        if along_m.iter().any(|along_m| *along_m != 0.0) {
             self.along_axles = kinematics.carried_along_axles(&along_m);
         }
         true
@@ -121,11 +114,21 @@ impl Hubs {
         self.along_axles
     }
 
+    fn is_of_caster(&self, wheel: usize) -> bool {
+        self.pair_levers_m[wheel].is_some_and(|lever_m| lever_m != 0.0)
+    }
+
+    /// [`Self::carried_rad`] of the wheels of pairs; 0 of the others.
+    pub fn carried_of_pairs_rad(&self) -> impl Iterator<Item = f64> {
+        let wheels = self.carried_rad.iter().zip(&self.pair_levers_m);
+        wheels.map(|(carried, lever_m)| lever_m.map_or(0.0, |_| *carried))
+    }
+
     /// How the body of a robot with active casters moved since the last update because its joints
     /// moved their wheels, which did not turn, in m and rad.
     pub fn moved_by_casters(&self) -> Twist {
         match &self.kinematics {
-            Some(kinematics) if self.of_casters.contains(&true) => {
+            Some(kinematics) if (0..self.carried_rad.len()).any(|at| self.is_of_caster(at)) => {
                 kinematics.twist(&self.carried_rad) + self.along_axles
             }
             _ => Twist::default(),

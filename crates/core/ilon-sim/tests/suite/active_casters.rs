@@ -7,35 +7,66 @@ use ilon_sim::{Run, Scenario, Simulation};
 /// From the joint back to the axle.
 const TRAIL_M: f64 = 0.1;
 
-/// A base above a lower body with two wheels and two balls, driven by a twist for some seconds.
-fn driven(twist: [f64; 3], duration_s: f64) -> Run {
-    let folder = tempfile::tempdir().expect("a folder");
-    let wheel = |side: &str, y_m: f64| {
-        format!(
-            r#"<link name="{side}"><inertial><mass value="0.4"/><inertia ixx="3e-4" ixy="0" ixz="0" iyy="5e-4" iyz="0" izz="3e-4"/></inertial>
-            <collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
-            <joint name="{side}_wheel" type="continuous"><parent link="lower"/><child link="{side}"/>
-            <origin xyz="{} {y_m} 0.05"/><axis xyz="0 1 0"/><limit effort="5" velocity="20"/></joint>"#,
-            -TRAIL_M
-        )
-    };
+/// A wheel below a link, at a place in its frame.
+fn wheel(name: &str, below: &str, [x_m, y_m]: [f64; 2]) -> String {
+    format!(
+        r#"<link name="{name}"><inertial><mass value="0.4"/><inertia ixx="3e-4" ixy="0" ixz="0" iyy="5e-4" iyz="0" izz="3e-4"/></inertial>
+        <collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+        <joint name="{name}_wheel" type="continuous"><parent link="{below}"/><child link="{name}"/>
+        <origin xyz="{x_m} {y_m} 0.05"/><axis xyz="0 1 0"/><limit effort="5" velocity="20"/></joint>"#
+    )
+}
+
+/// The end of a robot's text, with its base.
+fn base(name: &str, rest: &str) -> String {
+    format!(
+        r#"<robot name="{name}"><link name="base"><inertial><origin xyz="0 0 0.15"/><mass value="6"/>
+        <inertia ixx="0.06" ixy="0" ixz="0" iyy="0.06" iyz="0" izz="0.1"/></inertial></link>{rest}</robot>"#
+    )
+}
+
+/// A base above a lower body with two wheels and two balls.
+fn caster() -> String {
     let ball = |y_m: f64| {
         format!(
             r#"<collision><origin xyz="0.12 {y_m} 0.02"/><geometry><sphere radius="0.02"/></geometry></collision>"#
         )
     };
-    let urdf = format!(
-        r#"<robot name="caster"><link name="base"><inertial><origin xyz="0 0 0.15"/><mass value="6"/>
-        <inertia ixx="0.06" ixy="0" ixz="0" iyy="0.06" iyz="0" izz="0.1"/></inertial></link>
-        <link name="lower"><inertial><origin xyz="0 0 0.06"/><mass value="5"/>
+    let (left, right) = ([-TRAIL_M, 0.15], [-TRAIL_M, -0.15]);
+    let rest = format!(
+        r#"<link name="lower"><inertial><origin xyz="0 0 0.06"/><mass value="5"/>
         <inertia ixx="0.03" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.05"/></inertial>{}{}</link>
         <joint name="yaw" type="continuous"><parent link="base"/><child link="lower"/>
-        <axis xyz="0 0 1"/><limit effort="40" velocity="6"/></joint>{}{}</robot>"#,
+        <axis xyz="0 0 1"/><limit effort="40" velocity="6"/></joint>{}{}"#,
         ball(0.1),
         ball(-0.1),
-        wheel("left", 0.15),
-        wheel("right", -0.15)
+        wheel("left", "lower", left),
+        wheel("right", "lower", right)
     );
+    base("caster", &rest)
+}
+
+/// A base on two bodies with two wheels each beside their upright joints.
+fn two_pairs() -> String {
+    let module = |name: &str, x_m: f64| {
+        format!(
+            r#"<link name="{name}"><inertial><origin xyz="0 0 0.06"/><mass value="1"/>
+            <inertia ixx="2e-3" ixy="0" ixz="0" iyy="2e-3" iyz="0" izz="2e-3"/></inertial></link>
+            <joint name="{name}_yaw" type="continuous"><parent link="base"/><child link="{name}"/>
+            <origin xyz="{x_m} 0 0"/><axis xyz="0 0 1"/><limit effort="2" velocity="6"/></joint>{}{}"#,
+            wheel(&format!("{name}_left"), name, [0.0, 0.05]),
+            wheel(&format!("{name}_right"), name, [0.0, -0.05])
+        )
+    };
+    base(
+        "pairs",
+        &[module("front", 0.2), module("rear", -0.2)].concat(),
+    )
+}
+
+/// A robot that a twist drives for some seconds.
+fn driven(urdf: &str, twist: [f64; 3], duration_s: f64) -> Run {
+    let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("caster.urdf"), urdf).expect("a file");
     let [vx, vy, omega] = twist;
     let text = format!(
@@ -50,7 +81,7 @@ fn driven(twist: [f64; 3], duration_s: f64) -> Run {
 /// as fast as the base turns.
 #[test]
 fn on_the_spot_the_wheels_stand_and_the_joint_turns_the_base() {
-    let found = driven([0.0, 0.0, 0.8], 3.0);
+    let found = driven(&caster(), [0.0, 0.0, 0.8], 3.0);
     let row = found.trace.records().len() - 1;
     let end = &found.trace.records()[row];
     // A servo's lag is constant at a constant rate.
@@ -72,7 +103,7 @@ fn on_the_spot_the_wheels_stand_and_the_joint_turns_the_base() {
 #[test]
 fn it_moves_any_way_and_its_odometry_knows() {
     for twist in [[0.0, 0.2, 0.0], [0.15, -0.1, 0.5], [-0.1, 0.1, -0.4]] {
-        let summary = driven(twist, 4.0).summary;
+        let summary = driven(&caster(), twist, 4.0).summary;
         let ratios = [summary.twist_ratio_asked, summary.twist_ratio_ideal];
         for ratio in ratios {
             for (ratio, asked) in [ratio.vx, ratio.vy, ratio.omega].into_iter().zip(twist) {
@@ -84,4 +115,17 @@ fn it_moves_any_way_and_its_odometry_knows() {
         let off_m = summary.odometry_ideal.m_per_m.expect("it drove");
         assert!(off_m < 5e-3, "{twist:?}: {off_m} m per m");
     }
+}
+
+/// Servos of 2 N m would not turn modules whose wheels hold their angle: the wheels turn with them,
+/// and then roll the way that was asked. While they do, their rates differ by the modules' own, and
+/// contradict nothing.
+#[test]
+fn pairs_turn_their_modules_to_the_side() {
+    let found = driven(&two_pairs(), [0.0, 0.3, 0.0], 3.0);
+    let ratio = found.summary.twist_ratio_asked.vy.expect("it drove");
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    let share = |row: &ilon_sim::trace::Record| row.rate_conflict_share;
+    let most = found.trace.records().iter().map(share).fold(0.0, f64::max);
+    assert!(most < 0.1, "{most}");
 }
