@@ -184,8 +184,11 @@ impl Recorder {
             ]
         });
         let by_casters = self.by_casters();
-        self.budget
-            .decide((twists, by_casters), plant.encoder_scales());
+        let period_s = self.trace.header.control_dt_s;
+        let hubs = self.hubs.iter();
+        let along = hubs.flat_map(|(hubs, _)| hubs.carried_of_pairs_rad());
+        let moved = (by_casters, along.map(|rad| rad / period_s));
+        self.budget.decide(twists, moved, plant.encoder_scales());
     }
 
     /// The twist by the joints of active casters in the last control period.
