@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Isometry3, Matrix2, Matrix3xX, MatrixXx3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
@@ -257,6 +257,25 @@ impl Kinematics {
             .map(|(column, rate_rad_s)| column * *rate_rad_s)
             .sum();
         Twist::new(sum.x, sum.y, sum.z)
+    }
+
+    /// Returns how the body moves, in the body frame, if joints move the hubs of standing wheels on
+    /// it by `along_m` along their axles, in metres: tyres keep their hubs in place there.
+    pub fn carried_along_axles(&self, along_m: &[f64]) -> Twist {
+        let rows = self.m.row_iter().map(|row| row.transpose());
+        let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
+        (rows.chain(self.held.iter().copied())).for_each(|row| ata += row * row.transpose());
+        for (wheel, along_m) in self.wheels.iter().zip(along_m) {
+            let (n, b) = (
+                wheel.axis(),
+                wheel.position_m().xy() - self.reference_point_m,
+            );
+            aty -= Vector3::new(n.x, n.y, b.perp(&n)) * *along_m;
+        }
+        let x = ata
+            .cholesky()
+            .map_or(Vector3::zeros(), |ata| ata.solve(&aty));
+        Twist::new(x.x, x.y, x.z)
     }
 
     /// Computes the part of wheel rates that belongs to no motion, r = q' - M M^+ q' in rad/s: zero

@@ -1,7 +1,7 @@
 //! Records a run, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Pose, Robot};
+use ilon_robot::{Pose, Robot, Twist};
 use ilon_trace::{
     Desired, Figures, Header, Joined, MAX_TASKS, Record, Settings, TaskShare, Trace, WheelSample,
 };
@@ -175,10 +175,22 @@ impl Recorder {
                 decided.command_twist_in_body,
                 decided.granted_twist_in_body,
                 self.reckoning.twist(decided.wheel_rates_rad_s),
-                self.kinematics.twist(decided.wheel_rates_rad_s),
+                self.kinematics.twist(decided.wheel_rates_rad_s) + self.by_casters(),
             ]
         });
-        self.budget.decide(twists, plant.encoder_scales());
+        let by_casters = self.by_casters();
+        let period_s = self.trace.header.control_dt_s;
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let along = hubs.into_iter().flat_map(Hubs::carried_of_pairs_rad);
+        let moved = (by_casters, along.map(|rad| rad / period_s));
+        self.budget.decide(twists, moved, plant.encoder_scales());
+    }
+
+    /// The twist by the joints of active casters in the last control period.
+    fn by_casters(&self) -> Twist {
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let moved = hubs.map(Hubs::moved_by_casters);
+        (moved.unwrap_or_default()).scaled(1.0 / self.trace.header.control_dt_s)
     }
 
     /// The row of a control instant: the state now, what was decided on it, and what happened since
@@ -188,7 +200,8 @@ impl Recorder {
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.robot().wheel_angles_rad();
         let rates_rad_s = world.robot().wheel_rates_rad_s();
-        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
+        let by_casters = self.by_casters();
+        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s) + by_casters;
 
         let mut tasks = [TaskShare::default(); MAX_TASKS];
         for (share, task) in tasks.iter_mut().zip(decided.tasks) {
@@ -203,7 +216,7 @@ impl Recorder {
         let mut record = Record {
             t_s,
             truth: plant.truth(),
-            twist_ideal: self.kinematics.twist(rates_rad_s),
+            twist_ideal: self.kinematics.twist(rates_rad_s) + by_casters,
             twist_contact,
             seen_pose: seen.pose,
             odometry_ideal: self.reckoning.ideal(),
@@ -217,7 +230,7 @@ impl Recorder {
             measured: decided.measured,
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
-            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
+            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s) + by_casters,
             saturated_share: f64::from(u8::from(decided.is_limited)),
             tasks,
             joints: self.period.joints(world),

@@ -52,7 +52,8 @@ impl PosedOdometry {
         };
         let rolled = self.rolled_rad.iter_mut().zip(self.hubs.carried_rad());
         rolled.for_each(|(rolled, carried)| *rolled += carried);
-        self.pose = self.pose.moved(kinematics.twist(&self.rolled_rad));
+        let moved_by = kinematics.twist(&self.rolled_rad) + self.hubs.along_axles();
+        self.pose = self.pose.moved(moved_by);
         moved
     }
 }

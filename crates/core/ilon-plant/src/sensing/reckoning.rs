@@ -85,9 +85,10 @@ impl Reckoning {
         posed.map(PosedOdometry::pose)
     }
 
-    /// The twist of wheel rates in rad/s by eq. (7).
+    /// The twist of wheel rates in rad/s by eq. (7), and of active casters.
     pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
-        self.kinematics.twist(rates_rad_s)
+        let casters = self.hubs().map_or(Twist::default(), Hubs::moved_by_casters);
+        self.kinematics.twist(rates_rad_s) + casters.scaled(1.0 / self.control_dt_s)
     }
 
     /// Counts the wheels' rotation since the last call, by the encoders' angles, with the joints
@@ -130,8 +131,13 @@ impl Reckoning {
         if let Some(covariance) = &mut self.covariance {
             covariance.count(&before, measured.rolled_rad());
         }
-        self.contact.update_carried(angles_rad, hubs.carried_rad());
+        (self.contact).update_carried(angles_rad, hubs.carried_rad(), hubs.along_axles());
         moved
+    }
+
+    /// The wheels where the measured joints stand, if joints move wheels.
+    pub fn hubs(&self) -> Option<&Hubs> {
+        self.measured.as_ref().map(PosedOdometry::hubs)
     }
 
     /// The last positions of the measured joints, with zero for the others.
@@ -157,10 +163,13 @@ impl Reckoning {
                     .collect()
             }
         };
+        let along_axles = (self.measured.as_ref())
+            .map_or(Twist::default(), |measured| measured.hubs().along_axles())
+            .scaled(1.0 / self.control_dt_s);
         let pose = covariance.covariance(self.ideal.heading_rad);
         let twist = covariance.twist_covariance(&rolling_rad_s, row_period_s);
         Some(Reckoned {
-            twist: self.kinematics.twist(&rolling_rad_s),
+            twist: self.kinematics.twist(&rolling_rad_s) + along_axles,
             pose_covariance: pose.into(),
             twist_covariance: twist.into(),
         })
