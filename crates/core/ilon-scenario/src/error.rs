@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::ReadError;
-use ilon_formats::{Fault, RobotError};
+use ilon_formats::RobotError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
@@ -161,9 +161,9 @@ pub struct RobotFault {
 impl RobotFault {
     fn new(fault: RobotError) -> Self {
         // Nothing is shown of a file that is not a robot: an untrusted scenario may name any file.
-        let is_robot = |text: &&str| match fault.fault() {
-            Fault::Toml { .. } => text.contains("wheel"),
-            _ => ["<robot", "<sdf", "<mujoco"]
+        let is_robot = |text: &&str| match fault.file().ends_with(".toml") {
+            true => text.contains("wheel"),
+            false => ["<robot", "<sdf", "<mujoco"]
                 .iter()
                 .any(|tag| text.contains(tag)),
         };

@@ -1,21 +1,21 @@
-//! Checks a scenario's keys and values against its JSON Schema, so that a fault is reported with
-//! its place and a repair.
+//! Checks the keys and values of a document against its JSON Schema, so that each fault is reported
+//! with its place and a repair.
 //!
 //! The schema is the only source of names, types and bounds of the keys; serde reads the same types
 //! afterwards.
 
 use std::ops::Range;
 
+use ::toml::Spanned;
+use ::toml::de::{DeArray, DeInteger, DeTable, DeValue};
 use serde_json::Value as Json;
-use toml::Spanned;
-use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 /// The range of the numbers of a scenario: sums of larger or smaller numbers with those of a
 /// robot's size lose their digits. Expectations are not limited. Chosen.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
 
 /// Whether a number is finite and in this range, or zero.
-pub(crate) fn is_computable(number: f64) -> bool {
+pub fn is_computable(number: f64) -> bool {
     number == 0.0 || SIZES.contains(&number.abs())
 }
 
@@ -25,9 +25,12 @@ fn is_computable_with_sign(number: f64) -> bool {
     number.abs() <= *SIZES.end()
 }
 
-/// An invalid key or value of a scenario.
+/// Faults of a text beyond these are not reported: each holds the text.
+pub const MOST_FAULTS: usize = 20;
+
+/// An invalid key or value.
 #[derive(Debug)]
-pub(crate) struct KeyFault {
+pub struct KeyFault {
     /// The dotted key, split at its dots.
     pub path: Vec<String>,
     /// The bytes of the text that are at fault.
@@ -42,7 +45,7 @@ pub(crate) struct KeyFault {
 
 /// The kind of fault of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FaultKind {
+pub enum FaultKind {
     /// The key itself is unknown or missing.
     Key,
     /// The type of its value.
@@ -52,17 +55,21 @@ pub(crate) enum FaultKind {
 }
 
 /// All faults of a document, in the order of the text but for missing keys, which follow what is in
-/// their table.
-pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Vec<KeyFault> {
-    let mut checker = Checker::of(schema);
+/// their table; at most [`MOST_FAULTS`]. `sizes` tells whether numbers must be in [`SIZES`].
+pub fn check(document: &Spanned<DeTable<'_>>, schema: &Json, sizes: bool) -> Vec<KeyFault> {
+    let mut checker = Checker {
+        sizes,
+        ..Checker::of(schema)
+    };
     let alternatives = checker.alternatives(schema);
     let last = checker.table(document.get_ref(), document.span(), &alternatives);
     checker.faults.extend(last.err());
+    checker.faults.truncate(MOST_FAULTS);
     checker.faults
 }
 
 /// Whether a key, given from the outermost table in, holds a list and nothing else with keys.
-pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
+pub fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
     let checker = Checker::of(schema);
     let mut alternatives = checker.alternatives(schema);
     for part in path {
@@ -144,6 +151,8 @@ struct Checker<'s> {
     path: Vec<String>,
     /// What was found so far.
     faults: Vec<KeyFault>,
+    /// Whether numbers must be in [`SIZES`].
+    sizes: bool,
 }
 
 impl<'s> Checker<'s> {
@@ -152,6 +161,7 @@ impl<'s> Checker<'s> {
             root,
             path: Vec::new(),
             faults: Vec::new(),
+            sizes: true,
         }
     }
 
@@ -578,7 +588,7 @@ impl<'s> Checker<'s> {
             true => is_computable_with_sign(number),
             false => is_computable(number) || says_so,
         };
-        if !judged && !alternatives.iter().any(whole) && !computable {
+        if self.sizes && !judged && !alternatives.iter().any(whole) && !computable {
             let (least, most) = (SIZES.start(), SIZES.end());
             return Err(self.fault(
                 FaultKind::Value,
