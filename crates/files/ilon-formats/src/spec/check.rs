@@ -16,26 +16,29 @@ const FINITE: &str = "a finite number";
 
 /// Rejects values that are out of their ranges, by their keys.
 pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
-    let mut faults = faults_in_common(spec, wheels);
-    faults.extend(check_suspension(spec, wheels).err());
-    let of_wheels = wheels.iter().enumerate();
-    faults.extend(of_wheels.filter_map(|(index, wheel)| check_wheel(spec, index, wheel).err()));
-    refused(&spec.name, faults)
+    let error = |fault| RobotError::new(&spec.name, fault);
+    let suspension = check_suspension(spec, wheels).err();
+    let common = faults_in_common(spec, wheels).into_iter().chain(suspension);
+    let of_wheels = wheels.iter().enumerate().filter_map(|(index, wheel)| {
+        let fault = check_wheel(spec, index, wheel).err()?;
+        Some(match wheel.is_overridden {
+            true => error(fault).about(format!("wheel `{}`", wheel.placed.name)),
+            false => error(fault),
+        })
+    });
+    refused(common.map(error).chain(of_wheels))
 }
 
 /// Rejects a robot with faults, each told once.
-pub(super) fn refused(
-    name: &str,
-    faults: impl IntoIterator<Item = Fault>,
-) -> Result<(), RobotError> {
-    let mut told: Vec<Fault> = Vec::new();
-    for fault in faults {
-        if !told.contains(&fault) && told.len() < MOST_FAULTS {
-            told.push(fault);
+pub(super) fn refused(errors: impl IntoIterator<Item = RobotError>) -> Result<(), RobotError> {
+    let mut told: Vec<RobotError> = Vec::new();
+    for error in errors {
+        let is_told = told.iter().any(|other| other.fault() == error.fault());
+        if !is_told && told.len() < MOST_FAULTS {
+            told.push(error);
         }
     }
-    let errors = told.into_iter().map(|fault| RobotError::new(name, fault));
-    RobotError::of_all(errors).map_or(Ok(()), Err)
+    RobotError::of_all(told).map_or(Ok(()), Err)
 }
 
 /// The faults of those of some values, by key, that fail a check.

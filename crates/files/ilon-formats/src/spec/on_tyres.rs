@@ -180,7 +180,8 @@ impl SpecOnTyres {
         changes: &Table,
     ) -> Result<Self, RobotError> {
         let spec: Self = read(text, file, changes)?;
-        let checked = refused(&spec.name, spec.faults());
+        let faults = spec.faults().into_iter();
+        let checked = refused(faults.map(|fault| RobotError::new(&spec.name, fault)));
         checked.map_err(|error| placed(error, text, file, changes))?;
         Ok(spec)
     }

@@ -36,7 +36,8 @@ pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
         said += &format!(", <b>{}</b> for {}", escape(name), percent(*share));
     }
     if off.len() > 2 {
-        said += &format!(", {} more for less", off.len() - 2);
+        let plural = if off.len() > 3 { "s" } else { "" };
+        said += &format!(", {} other wheel{plural} for less", off.len() - 2);
     }
     Some(said + ".")
 }
