@@ -284,6 +284,7 @@ impl Error {
                 "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
             }
             _ if is_comma => "a number has a point, not a comma: `0.3`",
+            _ if said.contains("mantissa") => "a number begins with a digit: `0.3`",
             "duplicate key" => "it is set above already: keep one of the two",
             _ => {
                 "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"

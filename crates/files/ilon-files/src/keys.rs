@@ -110,9 +110,10 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
         .map(|(_, name)| name)
 }
 
-/// The factor between a key in degrees and one in radians.
-fn of_angles(given: &str, meant: &str) -> &'static str {
+/// The factor between the units of two keys.
+fn of_units(given: &str, meant: &str) -> &'static str {
     match (given.contains("deg"), meant.contains("deg")) {
+        _ if given.contains("_mm") && !meant.contains("_mm") => " A millimetre is 0.001 m",
         (true, false) if meant.contains("rad") => " A degree is 0.01745 rad",
         (false, true) if given.contains("rad") => " A radian is 57.3 degrees",
         _ => "",
@@ -482,7 +483,7 @@ impl<'s> Checker<'s> {
                             self.first_of(begun, known)
                         )
                     }
-                    None => format!("did you mean `{near}`?{}", of_angles(name, near)),
+                    None => format!("did you mean `{near}`?{}", of_units(name, near)),
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),

@@ -1,6 +1,6 @@
 //! Formats numbers with units for the reader.
 
-use ilon_trace::quantities;
+use ilon_trace::quantities::{self, Quantity};
 
 /// Returns a number with a number of decimals, without the sign of a zero.
 pub(super) fn decimals(x: f64, count: usize) -> String {
@@ -130,6 +130,23 @@ pub(super) fn energy_to(x_j: f64, floor_j: Option<f64>) -> String {
 /// Returns the text for a part of the energy balance, or for any other quantity, by its key.
 pub(super) fn label(key: &str) -> &'static str {
     quantities::by_key(key).map_or("", |quantity| quantity.label)
+}
+
+/// A quantity's name as a sentence has it: "rms position error", "energy lost to sliding".
+pub(crate) fn spoken(quantity: &Quantity) -> String {
+    let words = quantity.words();
+    if let Some((group, label)) = words.split_once(": ") {
+        let group = match quantity.unit.symbol {
+            "J" => "energy",
+            _ => group,
+        };
+        return format!("{group} {label}");
+    }
+    match words.split_once(", ") {
+        Some((what, which @ ("rms" | "largest"))) => format!("{which} {what}"),
+        Some((what, when)) => format!("{what} {when}"),
+        None => words,
+    }
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         if let Some(median) = one.quantiles.get(2) {
             let most = one.quantiles.last().unwrap_or(median);
             plain.push(format!(
-                "{}: {} in the middle, below {} in {} of the runs, {} at most.",
+                "{}: median {}, below {} in {} of the runs, {} at most.",
                 capital(&title(&one.quantity, &one.scenario, study)),
                 value_of(&one.quantity, median.value),
                 value_of(&one.quantity, most.value),
@@ -179,18 +179,20 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
             let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
             let title = title(&one.quantity, &one.scenario, study);
             if lies == best {
-                return format!("{title} {here}");
+                return format!("least {title}, {here}");
             }
             is_best = false;
-            format!("{title} {here} (least {there}, at {})", at(lies))
+            format!("{title} {here}, {there} at {name} {}", at(lies))
         });
-        let parts: Vec<String> = parts.collect();
-        let lead = if is_best { "Best" } else { "Trade-off over" };
-        Some(format!(
-            "{lead} {name}: at {} {}.",
-            at(best),
-            parts.join("; ")
-        ))
+        let parts = parts.collect::<Vec<String>>().join("; ");
+        let best = format!("{name} {}", at(best));
+        Some(match is_best {
+            true => format!("Best is {best}: {parts}."),
+            false => format!(
+                "No {name} is best for everything. {} is the compromise: {parts}.",
+                capital(&best)
+            ),
+        })
     };
     keys.into_iter().filter_map(of_axis).collect()
 }
@@ -518,14 +520,14 @@ mod tests {
         assert_eq!(
             trade_offs(&[error.clone(), energy], &study),
             [
-                "Trade-off over gain: at 2 position error, rms 2 mm (least 1 mm, at 3); slip: lost to sliding 2 J (least 1 J, at 1)."
+                "No gain is best for everything. Gain 2 is the compromise: rms position error 2 mm, 1 mm at gain 3; energy lost to sliding 2 J, 1 J at gain 1."
             ]
         );
         // What varies by less than a tenth pulls nowhere.
         let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
         assert_eq!(
             trade_offs(&[error, steady], &study),
-            ["Best gain: at 3 position error, rms 1 mm."]
+            ["Best is gain 3: least rms position error, 1 mm."]
         );
     }
 

@@ -7,6 +7,7 @@ use ilon_trace::quantities::{self, Quantity};
 use toml::Value;
 
 use crate::sweep::figure as number;
+use crate::text::spoken;
 
 /// Largest number of a search's points reported in sentences; the table has all.
 pub(super) const MOST_POINTS: usize = 12;
@@ -91,9 +92,10 @@ pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
 
 /// Returns the text for a quantity, with the scenario if the study has several.
 pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
+    let name = quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), spoken);
     match study.scenario_names().count() {
-        0 | 1 => words(quantity),
-        _ => format!("{}, {scenario}", words(quantity)),
+        0 | 1 => name,
+        _ => format!("{name} of {scenario}"),
     }
 }
 
