@@ -132,6 +132,22 @@ pub(super) fn label(key: &str) -> &'static str {
     quantities::by_key(key).map_or("", |quantity| quantity.label)
 }
 
+/// Rounds up to 1, 2 or 5 times a power of ten; 1 for zero.
+pub(crate) fn round_up(x: f64) -> f64 {
+    if !(x.is_finite() && x > 0.0) {
+        return 1.0;
+    }
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0];
+    let step = steps.into_iter().find(|step| step * power >= x);
+    crate::short(step.unwrap_or(10.0) * power, 2)
+}
+
+/// Rounds down to 1, 2 or 5 times a power of ten.
+pub(crate) fn round_down(x: f64) -> f64 {
+    1.0 / round_up(1.0 / x)
+}
+
 /// A quantity's name as a sentence has it: "rms position error", "energy lost to sliding".
 pub(crate) fn spoken(quantity: &Quantity) -> String {
     let words = quantity.words();

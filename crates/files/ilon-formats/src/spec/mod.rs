@@ -144,6 +144,7 @@ impl WheelSpec {
 }
 
 /// All rollers. By default a barrel of even density, with neither gap nor overlap.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
@@ -203,42 +204,34 @@ pub struct RollerSpec {
     pub axial_play_m: f64,
     /// Class of the rollers' bearings, which sets `axle_friction` and `axle_radius_m` [default: no
     /// friction that grows with the load].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bearings: Option<RollerBearings>,
     /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times
     /// `axle_radius_m` times the load.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_friction: Option<f64>,
     /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of
     /// its bore.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_radius_m: Option<f64>,
     /// A soft tread. Without it rollers are rigid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
     /// Material of the rollers: a name of a scenario's `[materials]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
 }
 
 /// A tread.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TreadSpec {
     /// Stiffness along the ground's normal, in N/m.
     pub stiffness_n_m: f64,
     /// Damping along the normal, in N s/m [default: a tenth of critical under the load of a wheel].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping_n_s_m: Option<f64>,
     /// Stiffness across the normal, in N/m [default: 2/3 of that along it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_stiffness_n_m: Option<f64>,
     /// Damping across the normal, in N s/m [default: the same share of stiffness as along it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_damping_n_s_m: Option<f64>,
     /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull /
     /// (`shear_stiffness_n_m` times this) [default: no creep].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation_length_m: Option<f64>,
 }
 
@@ -299,34 +292,27 @@ fn unity() -> f64 {
 
 /// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans
 /// on a smaller wheel.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelOverride {
     /// The paper's rho of this wheel, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_m: Option<f64>,
     /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
     /// Rotation of its rollers at wheel angle zero, in degrees; at 0 the first points straight
     /// down.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<f64>,
     /// Number of its rollers in one row.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per_row: Option<usize>,
     /// Largest radius of its rollers, at their middles, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_radius_m: Option<f64>,
     /// Mass of one of its rollers, in kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_mass_kg: Option<f64>,
     /// Material of its rollers: a name of a scenario's `[materials]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_material: Option<String>,
     /// Mass of its hub without rollers, in kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hub_mass_kg: Option<f64>,
 }
 

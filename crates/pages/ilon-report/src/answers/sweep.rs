@@ -15,7 +15,7 @@ use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt
 use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
 use ilon_trace::quantities::is_cost;
 
-use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
+use self::phrases::{MOST_POINTS, at, key_words, level, named, percent, settings, title, value_of};
 
 /// A minimum within this share of an axis from its end is reported as at the end.
 const AT_THE_END: f64 = 0.01;
@@ -351,7 +351,7 @@ fn effects(one: &EffectsOf, study: &Study) -> Option<String> {
 
 /// Reports the results of a search along a key, one sentence per point.
 fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
-    let quantity = words(&find.quantity);
+    let quantity = named(&find.quantity);
     let crosses = value_of(&find.quantity, find.crosses);
     let sentence = |one: &FoundAt| {
         let what = &one.found;
@@ -436,7 +436,7 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
         };
         return format!(
             "No minimum of {} was found: none of {} points could be run{within}.",
-            words(quantity),
+            named(quantity),
             minimum.trials
         );
     };
@@ -444,7 +444,7 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
     let near = bests.filter(|best| (*best - value).abs() <= 0.01 * value.abs());
     let mut text = format!(
         "{} is least, {}, at {} (run {run}); {} of {} searches came within 1 % of it, in {} points.",
-        capital(&words(quantity)),
+        capital(&named(quantity)),
         value_of(quantity, value),
         at(values),
         near.count(),

@@ -92,11 +92,15 @@ pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
 
 /// Returns the text for a quantity, with the scenario if the study has several.
 pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
-    let name = quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), spoken);
     match study.scenario_names().count() {
-        0 | 1 => name,
-        _ => format!("{name} of {scenario}"),
+        0 | 1 => named(quantity),
+        _ => format!("{} of {scenario}", named(quantity)),
     }
+}
+
+/// A quantity's name in a sentence.
+pub(super) fn named(quantity: &str) -> String {
+    quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), spoken)
 }
 
 /// Returns a share in percent, with two digits.
