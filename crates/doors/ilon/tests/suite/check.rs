@@ -523,6 +523,14 @@ fn a_change_is_bounded_against_a_baseline() {
     assert!(said.contains("slip_energy_j within +10 % of "), "{said}");
     assert!(said.contains(", was ") && said.contains(" %)"), "{said}");
     assert!(!said.contains("signal"), "{said}");
+    // A change from next to nothing has no share: the robot did not slide before.
+    let slid = said
+        .lines()
+        .find(|line| line.contains("sliding speed, largest"));
+    assert!(
+        slid.is_some_and(|line| line.ends_with("was 0.00")),
+        "{said}"
+    );
     ended_with(0, &folder.ilon(&slower));
     // Signals with a tolerance are compared beside the changes, and no others.
     let both = "[expect]\nslip_energy_j = \"+10 %\"\n[expect.tolerances]\ntruth_x_m = 1e-4\n";
