@@ -89,6 +89,35 @@ pub fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
     accepts(&alternatives, "array") && !accepts(&alternatives, "object")
 }
 
+/// The part of a key that a document has, and the place of its value, or of the heading of a table.
+pub fn place_of(document: &DeTable<'_>, key: &str) -> Option<(Vec<String>, Range<usize>)> {
+    let mut place = None;
+    let mut path = Vec::new();
+    let mut inside = Some(document);
+    let mut items: &[Spanned<DeValue<'_>>] = &[];
+    for part in key.split('.').filter(|part| !part.is_empty()) {
+        let in_table = |table: &'_ DeTable<'_>| {
+            let entry = table.iter().find(|(key, _)| key.get_ref() == part);
+            entry.map(|(key, _)| key.span())
+        };
+        let value = match inside {
+            Some(table) => table.get(part),
+            None => part.parse::<usize>().ok().and_then(|at| items.get(at)),
+        };
+        let Some(value) = value else { break };
+        path.push(part.to_owned());
+        // For a table the key is more informative than its first bracket.
+        let span = match value.get_ref() {
+            DeValue::Table(_) => inside.and_then(in_table).unwrap_or(value.span()),
+            _ => value.span(),
+        };
+        place = Some((path.clone(), span));
+        inside = value.get_ref().as_table();
+        items = value.get_ref().as_array().map_or(&[], |array| array);
+    }
+    place
+}
+
 /// The most similar known name, if it is similar enough to be meant.
 pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of

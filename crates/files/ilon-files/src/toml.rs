@@ -12,8 +12,7 @@ use ::toml::de::{DeString, DeTable, DeValue};
 use erased_serde::Serialize;
 use serde::de::value::{CowStrDeserializer, UnitDeserializer};
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, Expected, MapAccess, SeqAccess, Unexpected,
-    VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
@@ -87,34 +86,6 @@ impl Error for DecodeError {
             path: Vec::new(),
             span: None,
         }
-    }
-
-    fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        let found = match found {
-            Unexpected::Str(text) => format!("the text {text:?}"),
-            Unexpected::Bool(value) => value.to_string(),
-            Unexpected::Signed(number) => format!("the number {number}"),
-            Unexpected::Unsigned(number) => format!("the number {number}"),
-            Unexpected::Float(number) => format!("the number {number}"),
-            Unexpected::Seq => "a list".to_owned(),
-            Unexpected::Map => "a table".to_owned(),
-            Unexpected::Unit => "nothing".to_owned(),
-            other => other.to_string(),
-        };
-        let expected = expected.to_string();
-        let expected = match expected.as_str() {
-            "f32" | "f64" => "a number",
-            "i8" | "i16" | "i32" | "i64" | "u8" | "u16" | "u32" | "u64" | "usize" => {
-                "a whole number"
-            }
-            "a string" => "a text",
-            "a boolean" => "true or false",
-            "a sequence" => "a list",
-            "a map" => "a table",
-            name if name.starts_with("struct ") => "a table",
-            other => other,
-        };
-        Self::custom(format_args!("expected {expected}, found {found}"))
     }
 }
 
@@ -548,19 +519,6 @@ mod tests {
         assert_eq!(fault.path.join("."), path);
         let reference = ::toml::from_str::<All>(text).expect_err("refused");
         assert_eq!(fault.span, reference.span());
-    }
-
-    /// A type error names TOML types, not Rust types.
-    #[test_case("name = 3", "expected a text, found the number 3"; "a number for a text")]
-    #[test_case("name = 'a'\nmass_kg = '2'", "expected a number, found the text \"2\""; "a text for a number")]
-    #[test_case("name = 'a'\ncount = 1.5", "expected a whole number, found the number 1.5"; "a fraction for a whole number")]
-    #[test_case("name = 'a'\non = {}", "expected true or false, found a table"; "a table for a switch")]
-    #[test_case("name = 'a'\nmore = []", "expected a table, found a list"; "a list for a table")]
-    #[test_case("name = 'a'\nlist = true", "expected a list, found true"; "a switch for a list")]
-    #[test_case("name = 'a'\nlist = [1]", "expected a table, found the number 1"; "a number for a table")]
-    fn a_fault_is_told_in_words_of_the_file(text: &str, message: &str) {
-        let fault = decode_text::<All>(text).expect_err("refused");
-        assert_eq!(fault.message, message);
     }
 
     /// The text is that of the `toml` crate, and decodes to the same value.

@@ -140,7 +140,7 @@ pub(crate) fn round_up(x: f64) -> f64 {
     let power = 10f64.powf(x.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0];
     let step = steps.into_iter().find(|step| step * power >= x);
-    crate::short(step.unwrap_or(10.0) * power, 2)
+    ilon_trace::significant(step.unwrap_or(10.0) * power, 2)
 }
 
 /// Rounds down to 1, 2 or 5 times a power of ten.

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use ilon_files::FileAccess;
 use ilon_sweep::{Options, Store, Study};
-use ilon_trace::{Rows as _, Recorded, Recording, Summary, file};
+use ilon_trace::{Recorded, Recording, Rows as _, Summary, file};
 use rayon::prelude::*;
 
 use self::outcome::{Checked, Count, Ended, Judged};

@@ -11,7 +11,6 @@ mod on_tyres;
 mod suspension;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,7 +20,6 @@ use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::Table;
-use toml::de::{DeTable, DeValue};
 
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
@@ -459,7 +457,9 @@ fn placed(error: RobotError, text: &str, file: &str, changes: &Table) -> RobotEr
     let text: Arc<str> = text.into();
     error.each(|error| {
         let span = match (error.fault(), &document) {
-            (Fault::OutOfRange { key, .. }, Some(document)) => span_of(document.get_ref(), key),
+            (Fault::OutOfRange { key, .. }, Some(document)) => {
+                keys::place_of(document.get_ref(), key).map(|(_, span)| span)
+            }
             _ => None,
         };
         match span {
@@ -467,31 +467,6 @@ fn placed(error: RobotError, text: &str, file: &str, changes: &Table) -> RobotEr
             None => error.of_file(file),
         }
     })
-}
-
-/// The bytes of a key's value, or of the innermost table on the way to it; `None` if the first part
-/// of the key is absent.
-fn span_of(document: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
-    let mut parts = key.split('.');
-    let named =
-        |table: &DeTable<'_>, part: &str| table.iter().position(|(key, _)| *key.get_ref() == *part);
-    let first = parts.next()?;
-    let mut at = document.iter().nth(named(document, first)?)?.1;
-    for part in parts {
-        let inner = match at.get_ref() {
-            DeValue::Table(table) => named(table, part).and_then(|at| table.iter().nth(at)),
-            DeValue::Array(items) => {
-                at = items.get(part.parse::<usize>().ok()?)?;
-                continue;
-            }
-            _ => None,
-        };
-        match inner {
-            Some((_, value)) => at = value,
-            None => break,
-        }
-    }
-    Some(at.span())
 }
 
 /// Reads an array of a fixed length. The TOML reader's own arrays would ignore surplus entries.

@@ -4,9 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_report::short;
 use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, limits};
-use ilon_trace::{Header, Summary};
+use ilon_trace::{Header, Summary, significant};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
@@ -114,7 +113,7 @@ fn begun(
         let widened = match room == known {
             true => format!(
                 "; widened to its accuracy, {} {}",
-                short(known * quantity.unit.per_si, 2),
+                significant(known * quantity.unit.per_si, 2),
                 quantity.unit.symbol
             ),
             false => String::new(),
@@ -122,7 +121,7 @@ fn begun(
         changes.push_str(&format!(
             "         {}: {bound} (measured {}{widened})\n",
             quantity.key,
-            short(measured, 6)
+            significant(measured, 6)
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
         let mut parts: Vec<&str> = std::iter::once("expect")
@@ -220,7 +219,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
                 changes.push_str(&format!(
                     "         {}.{key}: {old} -> {new} (measured {})\n",
                     verdict.quantity,
-                    short(measured, 6)
+                    significant(measured, 6)
                 ));
             }
         }

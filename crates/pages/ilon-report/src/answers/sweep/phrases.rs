@@ -105,5 +105,8 @@ pub(super) fn named(quantity: &str) -> String {
 
 /// Returns a share in percent, with two digits.
 pub(super) fn percent(share: f64) -> String {
-    format!("{} %", ilon_trace::number(crate::short(100.0 * share, 2)))
+    format!(
+        "{} %",
+        ilon_trace::number(ilon_trace::significant(100.0 * share, 2))
+    )
 }
