@@ -211,4 +211,32 @@ mod tests {
             assert_eq!(speed(x_m_s), shown);
         }
     }
+
+    #[test]
+    fn a_quantity_is_said_as_a_person_says_it() {
+        for (key, said) in [
+            ("position_error_rms_m", "rms position error"),
+            ("slip_speed_max_m_s", "largest sliding speed"),
+            ("position_error_final_m", "position error at the end"),
+            ("slip_energy_j", "energy lost to sliding"),
+            ("wheel_torque_max_n_m", "largest torque"),
+        ] {
+            let quantity = quantities::by_key(key).expect("a quantity");
+            assert_eq!(spoken(quantity), said);
+        }
+    }
+
+    /// A step of 1, 2 or 5 times a power of ten on either side, and the number itself if it is one.
+    #[test]
+    fn steps_are_round_numbers_on_either_side() {
+        for (x, below, above) in [
+            (0.03, 0.02, 0.05),
+            (7.0, 5.0, 10.0),
+            (160.0, 100.0, 200.0),
+            (0.2, 0.2, 0.2),
+            (5.0, 5.0, 5.0),
+        ] {
+            assert_eq!((round_down(x), round_up(x)), (below, above));
+        }
+    }
 }
