@@ -80,7 +80,7 @@ impl Ros2 {
         options: Options,
     ) -> Result<Self, Ros2Error> {
         let topics = LiveTopics::of(session, options.controllers);
-        let ends = Ends::new(session, &topics, &network, options)?;
+        let ends = Ends::new(session, &topics, &network, &options)?;
         let (sender, receiver) = mpsc::channel(MOST_ROWS);
         let heart = Heart {
             ends,
@@ -202,7 +202,7 @@ impl Ends {
         session: &Session,
         topics: &LiveTopics,
         network: &Network,
-        options: Options,
+        options: &Options,
     ) -> Result<Self, Ros2Error> {
         let join = |reason: String| Ros2Error::Join {
             domain: network.domain,
@@ -215,7 +215,9 @@ impl Ends {
         let participant = builder.build().map_err(|fault| join(fault.to_string()))?;
         let context = Context::from_domain_participant(participant)
             .map_err(|fault| join(fault.to_string()))?;
-        let name = NodeName::new("/", "ilon").map_err(|fault| join(fault.to_string()))?;
+        let namespace = options.namespace.as_str();
+        let within = if namespace.is_empty() { "/" } else { namespace };
+        let name = NodeName::new(within, "ilon").map_err(|fault| join(fault.to_string()))?;
         let node = context
             .new_node(name, NodeOptions::new().start_parameter_services(false))
             .map_err(|fault| join(fault.to_string()))?;
@@ -224,7 +226,7 @@ impl Ends {
         } else {
             &[]
         };
-        let mut outlet = Topics::new(context.clone(), node, left);
+        let mut outlet = Topics::new(context.clone(), node, namespace, left);
         topics.declare(&mut outlet)?;
         topics.latched(&mut outlet, session.time_s())?;
         let stamped = !options.unstamped;
@@ -273,7 +275,8 @@ impl Topics {
         A: ros2_client::Message + 'static,
     {
         let fault = |reason: String| Ros2Error::topic(name, reason);
-        let place = Name::new("/ilon", name).map_err(|reason| fault(reason.to_string()))?;
+        let node = format!("{}/ilon", self.namespace);
+        let place = Name::new(&node, name).map_err(|reason| fault(reason.to_string()))?;
         let type_name = ServiceTypeName::new(package, type_name);
         let qos = QosProfile::publisher_default();
         let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
@@ -427,7 +430,8 @@ impl Voice<'_> {
             Event::Restarted(fresh) => *rows = *fresh,
             Event::Say(note) => self.topics.say(&note),
             Event::Look => {
-                self.others.look(self.context, self.hears_twist, self.desk);
+                let namespace = &self.topics.namespace;
+                (self.others).look(self.context, namespace, self.hears_twist, self.desk);
                 let lost = std::mem::take(&mut self.topics.lost);
                 if lost > 0 {
                     let note = "messages were lost: a reliable reader does not keep up";
