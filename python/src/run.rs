@@ -79,19 +79,23 @@ pub fn run(
     let files = scenario::files(py, sandbox)?;
     let mut scenario = scenario::read(scenario, settings, folder, &files)?;
     scenario.run.converge |= converge;
-    if converge && controller.is_some() {
-        let fault = Error::invalid(
+    let begun_again = [
+        (
+            converge,
             "a run under a controller of your own cannot be repeated at half the step: the controller cannot be started again",
             "leave out `converge`, and run it twice with `run.physics_dt_s` set",
-        );
-        return Err(raised(py, &fault));
-    }
-    if causes != Causes::None && controller.is_some() {
-        let fault = Error::invalid(
+        ),
+        (
+            causes != Causes::None,
             "causes cannot be left out of a run under a controller of your own: the controller cannot be started again",
             "leave out `causes`, and run it twice, with the cause and without it",
-        );
-        return Err(raised(py, &fault));
+        ),
+    ];
+    if let Some((_, what, help)) = begun_again
+        .iter()
+        .find(|(asked, ..)| controller.is_some() && *asked)
+    {
+        return Err(raised(py, &Error::invalid(*what, *help)));
     }
     let fault = Fault::default();
     let run = py.detach(|| simulated(&scenario, controller, causes, &fault));

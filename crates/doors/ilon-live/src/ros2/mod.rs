@@ -42,17 +42,6 @@ pub struct Options {
     pub controllers: bool,
 }
 
-impl Options {
-    /// These options.
-    pub fn new(namespace: String, unstamped: bool, controllers: bool) -> Self {
-        Self {
-            namespace,
-            unstamped,
-            controllers,
-        }
-    }
-}
-
 /// Reasons why the node cannot start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

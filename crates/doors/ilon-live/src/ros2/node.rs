@@ -49,7 +49,6 @@ pub struct Ros2 {
     desk: Mailbox,
     lost_rows: u64,
     look_due: Instant,
-    network: Network,
     controllers: bool,
 }
 
@@ -108,14 +107,8 @@ impl Ros2 {
             desk: desk.clone(),
             lost_rows: 0,
             look_due: Instant::now(),
-            network,
             controllers: options.controllers,
         })
-    }
-
-    /// The domain and networks of the node.
-    pub fn network(&self) -> &Network {
-        &self.network
     }
 
     /// Sends an event; returns whether there was room.
@@ -163,7 +156,6 @@ impl Observer for Ros2 {
 impl fmt::Debug for Ros2 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ros2")
-            .field("network", &self.network)
             .field("lost_rows", &self.lost_rows)
             .finish_non_exhaustive()
     }
@@ -221,21 +213,17 @@ impl Ends {
         let node = context
             .new_node(name, NodeOptions::new().start_parameter_services(false))
             .map_err(|fault| join(fault.to_string()))?;
-        let left: &[&str] = if options.controllers {
-            &["/joint_states", "/odom"]
-        } else {
-            &[]
+        let left: &[&str] = match options.controllers {
+            true => &["/joint_states", "/odom"],
+            false => &[],
         };
         let mut outlet = Topics::new(context.clone(), node, namespace, left);
         topics.declare(&mut outlet)?;
         topics.latched(&mut outlet, session.time_s())?;
-        let stamped = !options.unstamped;
+        let unstamped = options.unstamped;
         Ok(Self {
-            twist_stamped: stamped.then(|| outlet.hear("/cmd_vel")).transpose()?,
-            twist: options
-                .unstamped
-                .then(|| outlet.hear("/cmd_vel"))
-                .transpose()?,
+            twist_stamped: (!unstamped).then(|| outlet.hear("/cmd_vel")).transpose()?,
+            twist: unstamped.then(|| outlet.hear("/cmd_vel")).transpose()?,
             wheels: outlet.hear("/robot_joint_commands")?,
             joints: outlet.hear("/joint_commands")?,
             rates: outlet.hear("/wheel_commands")?,
@@ -277,17 +265,14 @@ impl Topics {
         let fault = |reason: String| Ros2Error::topic(name, reason);
         let node = format!("{}/ilon", self.namespace);
         let place = Name::new(&node, name).map_err(|reason| fault(reason.to_string()))?;
-        let type_name = ServiceTypeName::new(package, type_name);
+        let (type_name, mapping) = (
+            ServiceTypeName::new(package, type_name),
+            ServiceMapping::Enhanced,
+        );
         let qos = QosProfile::publisher_default();
         let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
         self.node()
-            .create_server(
-                ServiceMapping::Enhanced,
-                &place,
-                &type_name,
-                qos.clone(),
-                qos,
-            )
+            .create_server(mapping, &place, &type_name, qos.clone(), qos)
             .map_err(|reason| fault(reason.to_string()))
     }
 }

@@ -261,18 +261,16 @@ fn ros2(
     };
     let network = Network::from_variables(|name| std::env::var(name).ok())
         .map_err(|bad| fault(bad.into()))?;
+    let mut options = Options::default();
+    options.namespace.clone_from(&arguments.namespace);
+    options.unstamped = arguments.unstamped;
+    options.controllers = drives == Drives::Controllers;
     let namespace = &arguments.namespace;
-    let controllers = drives == Drives::Controllers;
-    let options = Options::new(namespace.clone(), arguments.unstamped, controllers);
+    let (domain, where_from) = match network.only_this_machine {
+        true => (network.domain, "on this machine alone"),
+        false => (network.domain, "on all networks of this machine"),
+    };
     let node = Ros2::start(session, desk, network, options).map_err(fault)?;
-    let (domain, where_from) = (
-        node.network().domain,
-        if node.network().only_this_machine {
-            "on this machine alone"
-        } else {
-            "on all networks of this machine"
-        },
-    );
     console::lines(&format!(
         "ROS 2: node {namespace}/ilon in domain {domain}, {where_from}\n"
     ))?;
