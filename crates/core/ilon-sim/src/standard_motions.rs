@@ -87,10 +87,10 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
     // On tyres the origin need not stand still where the robot turns.
     let turning = kinematics.reachable(Twist::new(turn_m, 0.0, 1.0));
     let arc_m = ARC_M.max(WIDER * wide.map_or(0.0, |turn| turn.radius_m));
-    let v = rounded(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
-    let w = rounded(RATE_RAD_S.min(SHARE_OF_TOP / tops.share(turning)));
-    let arc = rounded((0.5 * v).min(0.5 * w * arc_m));
-    let diagonal = rounded(v * std::f64::consts::FRAC_1_SQRT_2);
+    let v = readable(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
+    let w = readable(RATE_RAD_S.min(SHARE_OF_TOP / tops.share(turning)));
+    let arc = readable((0.5 * v).min(0.5 * w * arc_m));
+    let diagonal = readable(v * std::f64::consts::FRAC_1_SQRT_2);
     let of = |place: usize, twist: [f64; 3], lasts_s: f64| {
         let linear = Twist::new(twist[0], twist[1], 0.0);
         let can = tops.share(linear).is_finite() && lasts_s.is_finite();
@@ -105,14 +105,14 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
         of(0, [v, 0.0, 0.0], 1.0 / v),
         of(1, [0.0, v, 0.0], 1.0 / v),
         of(2, [diagonal, diagonal, 0.0], 1.0 / v),
-        of(3, [arc, 0.0, rounded(arc / arc_m)], 1.0 / arc),
-        of(4, [rounded(turn_m * w), 0.0, w], std::f64::consts::TAU / w),
+        of(3, [arc, 0.0, readable(arc / arc_m)], 1.0 / arc),
+        of(4, [readable(turn_m * w), 0.0, w], std::f64::consts::TAU / w),
     ])
 }
 
 /// A number with three significant digits, for a readable file.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.2e}").parse().unwrap_or(x)
+fn readable(x: f64) -> f64 {
+    ilon_trace::significant(x, 3)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::Rows;
+use crate::{Rows, number, significant, to_microseconds};
 
 /// A signal that differs from its baseline.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,7 @@ impl Difference {
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         // Six digits, or all where six are equal.
-        let short = |x: f64| format!("{x:.5e}").parse().map_or(x, |short: f64| short);
+        let short = |x: f64| significant(x, 6);
         let is_close = self.run.map(short) == self.baseline.map(short);
         let shown = |x: f64| number(if is_close { x } else { short(x) });
         let value = |value: Option<f64>| value.map_or("nothing".to_owned(), shown);
@@ -57,21 +57,6 @@ impl std::fmt::Display for Difference {
             ),
             false => f.write_str("in some rows only one of them is a number"),
         }
-    }
-}
-
-/// Removes the rounding of a sum of steps from a time in seconds.
-pub fn to_microseconds(t_s: f64) -> f64 {
-    (t_s * 1e6).round() / 1e6
-}
-
-/// A number with all its digits, and with an exponent if zeros would hide them.
-pub fn number(value: f64) -> String {
-    match value.abs() {
-        size if size == 0.0 || (1e-3..1e6).contains(&size) || !size.is_finite() => {
-            value.to_string()
-        }
-        _ => format!("{value:e}"),
     }
 }
 
@@ -220,32 +205,6 @@ mod tests {
         let allow = BTreeMap::from([("wheel*_m".to_owned(), 0.5)]);
         assert_eq!(tolerance_of("wheel12_m", &allow), 0.5);
         assert_eq!(tolerance_of("wheelbase_m", &allow), 0.0);
-    }
-
-    #[test]
-    fn numbers_keep_their_digits_without_rows_of_zeros() {
-        let told = [
-            0.0,
-            -0.25,
-            1e-3,
-            1234.5,
-            2.977_733e-9,
-            -1.5e7,
-            f64::INFINITY,
-        ]
-        .map(number);
-        assert_eq!(
-            told,
-            [
-                "0",
-                "-0.25",
-                "0.001",
-                "1234.5",
-                "2.977733e-9",
-                "-1.5e7",
-                "inf"
-            ]
-        );
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::significant;
+
 /// An injected fault.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
@@ -131,7 +133,10 @@ impl FaultKind {
                 by_rad.to_degrees()
             ),
             Self::BatterySag { share } => {
-                format!("the battery at {} % of its voltage", rounded(100.0 * share))
+                format!(
+                    "the battery at {} % of its voltage",
+                    significant(100.0 * share, 4)
+                )
             }
             Self::Push { impulse_n_s, .. } => {
                 let size_n_s = impulse_n_s
@@ -139,11 +144,11 @@ impl FaultKind {
                     .map(|part| part * part)
                     .sum::<f64>()
                     .sqrt();
-                format!("the push of {} N s", rounded(size_n_s))
+                format!("the push of {} N s", significant(size_n_s, 4))
             }
             Self::Payload { mass_kg, .. } => match *mass_kg < 0.1 {
-                true => format!("the payload of {} g", rounded(1e3 * mass_kg)),
-                false => format!("the payload of {} kg", rounded(*mass_kg)),
+                true => format!("the payload of {} g", significant(1e3 * mass_kg, 4)),
+                false => format!("the payload of {} kg", significant(*mass_kg, 4)),
             },
             Self::RollerStuck { wheel, roller } => {
                 format!("the stuck roller {roller} of {}", name_of(*wheel))
@@ -154,23 +159,17 @@ impl FaultKind {
                 frequency_hz,
                 ..
             } => {
-                let by_deg = rounded(amplitude_rad.to_degrees().abs());
+                let by_deg = significant(amplitude_rad.to_degrees().abs(), 4);
                 match *frequency_hz > 0.0 {
                     true => format!(
                         "the ground that rocks by {by_deg}° at {} Hz",
-                        rounded(*frequency_hz)
+                        significant(*frequency_hz, 4)
                     ),
                     false => format!("the ground that leans by {by_deg}°"),
                 }
             }
         }
     }
-}
-
-/// A number with four significant digits, without trailing zeros.
-fn rounded(x: f64) -> f64 {
-    let text = format!("{x:.3e}");
-    text.parse().unwrap_or(x)
 }
 
 #[cfg(test)]

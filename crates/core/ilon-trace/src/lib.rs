@@ -44,6 +44,7 @@ mod joined;
 mod joint_travel;
 pub mod ledger;
 pub mod metrics;
+mod numbers;
 pub mod odometry;
 pub mod parts;
 pub mod quantities;
@@ -63,7 +64,7 @@ pub use accumulate::Figures;
 pub use columns::{ColumnType, Signal};
 pub use convergence::{Apart, Cause, Change, Convergence, Twin};
 pub use design::Design;
-pub use difference::{Difference, differences, number, to_microseconds};
+pub use difference::{Difference, differences};
 pub use effects::{Effect, Effects};
 pub use error::TraceError;
 pub use fault::{Fault, FaultKind};
@@ -75,6 +76,7 @@ pub use header::{
 pub use joined::Joined;
 pub use ledger::Ledger;
 pub use metrics::{JointTravel, Settings, Summary};
+pub use numbers::{number, significant, to_microseconds};
 pub use quantities::Quantity;
 pub use record::{
     BodySample, Desired, ImuSample, ImuVariances, JointSample, MAX_BODIES, MAX_JOINTS, MAX_TASKS,

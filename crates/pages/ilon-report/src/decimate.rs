@@ -131,17 +131,6 @@ pub fn evenly(len: usize, max_points: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Rounds to `digits` significant decimal digits, for short files.
-pub fn short(x: f64, digits: usize) -> f64 {
-    if !x.is_finite() || x == 0.0 {
-        return x;
-    }
-    // Decimal scientific notation of a finite number always parses.
-    format!("{x:.*e}", digits.saturating_sub(1))
-        .parse()
-        .unwrap_or(x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,13 +230,5 @@ mod tests {
                 );
             }
         }
-    }
-
-    #[test]
-    fn numbers_are_shortened_to_their_significant_digits() {
-        assert_eq!(short(0.123_456_789, 4), 0.1235);
-        assert_eq!(short(-98_765.0, 2), -99_000.0);
-        assert_eq!(short(0.0, 4), 0.0);
-        assert!(short(f64::NAN, 4).is_nan());
     }
 }

@@ -37,7 +37,6 @@ use ilon_trace::file::{ROWS_A_GROUP, write_text};
 use ilon_trace::{Header, Recorded, Settings, Summary, Trace, TraceError};
 
 use conditions::conditions;
-pub use decimate::short;
 use figure::{dashed, dotted, solid};
 use figures::{balance, causes, contacts, motion, rollers, wheels};
 use input::RunInput;

@@ -9,8 +9,9 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use super::decimate::{MAX_POINTS, envelope, short};
+use super::decimate::{MAX_POINTS, envelope};
 use super::pen::{Pen, solid};
+use ilon_trace::significant;
 
 /// Significant digits of numbers written as text.
 const DIGITS: usize = 6;
@@ -192,7 +193,7 @@ fn without_nulls(mut object: Value) -> Value {
 /// Encodes a column of numbers. NaN becomes a gap.
 fn column(values: &[f64], coarse: bool) -> Value {
     if values.len() <= SHORT_COLUMN {
-        let values = values.iter().map(|&x| short(x, DIGITS));
+        let values = values.iter().map(|&x| significant(x, DIGITS));
         return values.collect::<Vec<_>>().into();
     }
     if coarse && values.iter().all(|x| x.is_finite()) {

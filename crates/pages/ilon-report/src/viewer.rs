@@ -9,10 +9,10 @@ use ilon_scene::{Description, OtherWay, Scene, Thinning, embed, frames_of_run};
 use ilon_trace::{Header, Rows};
 use serde_json::json;
 
-use super::decimate::short;
 use super::html_table::{table, wide};
 use super::page::{self, Head, Parts, Section, escape, json_in_script};
 use super::story::{Event, EventKind};
+use ilon_trace::significant;
 
 /// The script of clock, slider, keys and events.
 const SCRIPT: &str = include_str!("web/clock.js");
@@ -352,11 +352,11 @@ fn clock(start_s: f64, end_s: f64, events: &[Event]) -> serde_json::Value {
     let spans: Vec<_> = events
         .iter()
         .filter(|event| event.is_outside())
-        .map(|event| json!({ "from": short(event.from_s, 6), "until": short(event.until_s, 6), "color": "limit" }))
+        .map(|event| json!({ "from": significant(event.from_s, 6), "until": significant(event.until_s, 6), "color": "limit" }))
         .collect();
     let events: Vec<_> = important(events, 200)
         .into_iter()
-        .map(|event| json!({ "from": short(event.from_s, 6), "until": short(event.until_s, 6), "text": event.text }))
+        .map(|event| json!({ "from": significant(event.from_s, 6), "until": significant(event.until_s, 6), "text": event.text }))
         .collect();
     json!({ "start": start_s, "end": end_s, "spans": spans, "events": events })
 }
@@ -431,7 +431,7 @@ fn track(header: &Header, [start_s, end_s]: [f64; 2], events: &[Event]) -> Strin
                     "<i style=\"left:{:.2}%;width:{:.2}%\" data-from=\"{}\" title=\"{}\"></i>",
                     100.0 * (event.from_s - start_s) / span_s,
                     100.0 * (event.until_s - event.from_s) / span_s,
-                    short(event.from_s, 6),
+                    significant(event.from_s, 6),
                     escape(&format!("{}: {}", event.when(), event.text)),
                 )
             })
@@ -457,7 +457,7 @@ pub(crate) fn events_table(events: &[Event]) -> String {
         .map(|event| {
             format!(
                 "<tr><td><a href=\"#run-view\" data-seek=\"{}\">{:.2} s</a></td><td>{:.2} s</td><td class=\"words\">{}</td></tr>",
-                short(event.from_s, 6),
+                significant(event.from_s, 6),
                 event.from_s,
                 event.until_s - event.from_s,
                 escape(&event.text)

@@ -155,7 +155,7 @@ pub(crate) fn along(from: f64, to: f64, scale: Scale, share: f64) -> f64 {
 
 /// Rounds away the noise in a number's last digits, so that it is readable where it is copied.
 pub(crate) fn rounded(x: f64) -> f64 {
-    format!("{x:.11e}").parse().unwrap_or(x)
+    ilon_trace::significant(x, 12)
 }
 
 /// Returns the number of points of a grid over axes.

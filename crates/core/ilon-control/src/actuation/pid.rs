@@ -28,7 +28,7 @@
 //! long one all of both. A plant that solves its step with that mean is stable for any gains and
 //! any dt (theta is at least one half), exact for one pole, and of second order in dt.
 
-use ilon_robot::mean_of_gain;
+use ilon_robot::{mean_of_gain, time_and_gain_until};
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
@@ -159,6 +159,11 @@ pub struct WheelLoopSettings {
 }
 
 impl WheelLoopSettings {
+    /// The nearest integral within its limit, in N m.
+    fn held(&self, integral_n_m: f64) -> f64 {
+        integral_n_m.clamp(-self.integral_limit_n_m, self.integral_limit_n_m)
+    }
+
     /// A PID with these gains, held over each step, without derivative filter and feedforward.
     pub fn new(gains: WheelGains) -> Self {
         Self {
@@ -193,9 +198,78 @@ struct WheelState {
     integral_n_m: f64,
     /// The acceleration, filtered, in rad/s^2.
     acceleration_rad_s2: FilteredDerivative<f64>,
-    /// theta k_i dt of the last step, whose integral was computed with the rate at its start; in N
-    /// m s/rad.
-    taken_early_n_m_s: f64,
+    /// The last step of a continuous loop, whose integral is not booked yet.
+    begun: Option<Begun>,
+}
+
+/// The beginning of a step of a continuous loop.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    error_rad_s: f64,
+    /// Without the integral over the step itself.
+    asked_n_m: f64,
+    limit: TorqueRange,
+    dt_s: f64,
+}
+
+impl Begun {
+    /// The integral after the step, in N m, from that before it and the rate that the wheel gained,
+    /// with the motor's limit at its end. It stands for as long as the torque is beyond the limit:
+    /// a step that only began or ended there counts in part.
+    fn integral_n_m(
+        &self,
+        before_n_m: f64,
+        gained_rad_s: f64,
+        (settings, limit): (&WheelLoopSettings, &TorqueRange),
+    ) -> f64 {
+        let gains = &settings.gains;
+        let (e, step_n_m_s) = (self.error_rad_s, gains.integral_n_m * self.dt_s);
+        let z = gains.proportional_n_m_s * self.dt_s / settings.inertia_kg_m2;
+        let whole_n_m = before_n_m + step_n_m_s * e - mean_of_gain(z) * step_n_m_s * gained_rad_s;
+        if settings.winds_up {
+            return settings.held(whole_n_m);
+        }
+        let ends_n_m = self.asked_n_m - gains.proportional_n_m_s * gained_rad_s;
+        let margins_n_m = [
+            (
+                self.asked_n_m - self.limit.max_n_m,
+                ends_n_m - limit.max_n_m,
+            ),
+            (
+                self.limit.min_n_m - self.asked_n_m,
+                limit.min_n_m - ends_n_m,
+            ),
+        ];
+        let mut stood_rad_s = 0.0;
+        for (beyond_n_m, sign) in margins_n_m.into_iter().zip([1.0, -1.0]) {
+            let drives = (sign * e, sign * (e - gained_rad_s));
+            let [from, to] = [above_zero(beyond_n_m), above_zero(drives)]
+                .into_iter()
+                .fold([0.0, 1.0], |[a, b], [c, d]| {
+                    [f64::max(a, c), f64::min(b, d)]
+                });
+            if (from, to) == (0.0, 1.0) {
+                return before_n_m;
+            }
+            if from < to {
+                let [[from_s, from_gain], [to_s, to_gain]] =
+                    [from, to].map(|share| time_and_gain_until(z, share));
+                stood_rad_s += e * (to_s - from_s) - gained_rad_s * (to_gain - from_gain);
+            }
+        }
+        settings.held(whole_n_m - step_n_m_s * stood_rad_s)
+    }
+}
+
+/// The part of 0 to 1 in which a line between two values is positive; empty parts end before they
+/// begin.
+fn above_zero((from, to): (f64, f64)) -> [f64; 2] {
+    match (from > 0.0, to > 0.0) {
+        (true, true) => [0.0, 1.0],
+        (true, false) => [0.0, from / (from - to)],
+        (false, true) => [from / (from - to), 1.0],
+        (false, false) => [1.0, 0.0],
+    }
 }
 
 impl WheelLoop {
@@ -295,7 +369,10 @@ impl WheelState {
         // The torque of a continuous loop is computed for an unchanged rate. The droop holds the
         // rest: the proportional part, the integral over the step (corrected once the rate is
         // known), and the filtered acceleration.
-        self.integral_n_m -= self.taken_early_n_m_s * gained_rad_s;
+        if let Some(begun) = self.begun.take() {
+            self.integral_n_m =
+                begun.integral_n_m(self.integral_n_m, gained_rad_s, (settings, limit));
+        }
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;
         let (held, droop, counted) = match settings.timing {
@@ -312,21 +389,24 @@ impl WheelState {
             + settings.feedforward_damping_n_m_s * target_rad_s
             + settings.feedforward_friction_n_m * friction_sign;
 
-        let integral = self.integral_n_m + step_n_m_s * e;
         let wanted = direct + self.integral_n_m + counted * step_n_m_s * e;
-        let beyond = (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
-        let is_full = integral.abs() > settings.integral_limit_n_m;
-        let stands = (beyond && !settings.winds_up) || is_full;
-        if is_full {
-            let most_n_m = settings.integral_limit_n_m;
-            self.integral_n_m = integral.clamp(-most_n_m, most_n_m);
-        } else if !stands {
-            self.integral_n_m = integral;
+        match settings.timing {
+            LoopTiming::Continuous => {
+                self.begun = Some(Begun {
+                    error_rad_s: e,
+                    asked_n_m: direct + self.integral_n_m,
+                    limit: *limit,
+                    dt_s,
+                });
+            }
+            LoopTiming::Sampled => {
+                let beyond =
+                    (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
+                if settings.winds_up || !beyond {
+                    self.integral_n_m = settings.held(self.integral_n_m + step_n_m_s * e);
+                }
+            }
         }
-        self.taken_early_n_m_s = match settings.timing {
-            LoopTiming::Continuous if !stands => theta * step_n_m_s,
-            _ => 0.0,
-        };
         FallingTorque {
             torque_n_m: wanted,
             droop_n_m_s: droop,

@@ -25,7 +25,7 @@ mod wheel_as_made;
 
 pub use barrel_profile::Barrel;
 pub use collision::{Collision, CollisionShape};
-pub use droop::mean_of_gain;
+pub use droop::{mean_of_gain, time_and_gain_until};
 pub use joint::{DriveTrain, Joint, MotorLimits};
 pub use linkage::{Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring};
 pub use links::{Link, LinkJoint, LinkTree, RobotDescription, Visual, VisualShape};

@@ -557,9 +557,7 @@ impl Stability {
 /// A number with three decimals, or of a small one three digits.
 fn digits(x: f64) -> String {
     match x < 0.1 {
-        true => format!("{x:.2e}")
-            .parse()
-            .map_or(String::new(), ilon_trace::number),
+        true => ilon_trace::number(ilon_trace::significant(x, 3)),
         false => format!("{x:.3}"),
     }
 }

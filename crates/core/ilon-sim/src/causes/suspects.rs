@@ -307,8 +307,7 @@ impl Usual {
 
 /// The magnitude of a number with two digits.
 fn digits(x: f64) -> String {
-    let rounded: f64 = format!("{:.1e}", x.abs()).parse().unwrap_or(x);
-    ilon_trace::number(rounded)
+    ilon_trace::number(ilon_trace::significant(x.abs(), 2))
 }
 
 /// One word for a positive and another for a negative amount.

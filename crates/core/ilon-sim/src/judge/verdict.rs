@@ -1,6 +1,6 @@
 //! The verdict on one expectation, as text.
 
-use ilon_trace::{number, quantities, to_microseconds};
+use ilon_trace::{number, quantities, significant, to_microseconds};
 
 /// The verdict on one expectation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -59,8 +59,7 @@ impl std::fmt::Display for Verdict {
 
 /// A value with six digits, or with all digits if six would look equal to the bound.
 pub(super) fn readable(value: f64, bound: &str) -> String {
-    let rounded = format!("{value:.5e}").parse().map_or(value, |x: f64| x);
-    let rounded = number(rounded);
+    let rounded = number(significant(value, 6));
     match bound.contains(&rounded) {
         true => number(value),
         false => rounded,

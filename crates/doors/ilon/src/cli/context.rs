@@ -9,7 +9,7 @@ use ilon_trace::{Rows, number, quantities};
 
 use super::flags;
 use crate::judge::Verdict;
-use crate::report::{self, Context, Expectation, Provenance};
+use crate::report::{Context, Expectation, Provenance};
 use crate::simulate::{self, Run};
 
 /// The context of a run's report; `command` is the command line that made the run. Without a robot,
@@ -82,9 +82,12 @@ fn expectation(verdict: &Verdict) -> Expectation {
     let measured = match (verdict.measured, verdict.at_s) {
         (Some(x), Some(at_s)) => format!(
             "measured {}{space}{unit} at {at_s} s",
-            number(report::short(x, 4))
+            number(ilon_trace::significant(x, 4))
         ),
-        (Some(x), None) => format!("measured {}{space}{unit}", number(report::short(x, 4))),
+        (Some(x), None) => format!(
+            "measured {}{space}{unit}",
+            number(ilon_trace::significant(x, 4))
+        ),
         (None, _) => "it does not apply to this run".to_owned(),
     };
     Expectation {

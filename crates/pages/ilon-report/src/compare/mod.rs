@@ -259,7 +259,7 @@ fn rows_that_differ(keys: &[BTreeMap<String, String>]) -> Vec<SettingRow> {
             let values: Vec<_> = keys.iter().map(|of| of.get(key).cloned()).collect();
             let differ = |values: &[Option<String>]| values.iter().any(|value| value != &values[0]);
             let short = |value: &Option<String>| match value.as_ref()?.parse::<f64>() {
-                Ok(number) => Some(ilon_trace::number(crate::short(number, 4))),
+                Ok(number) => Some(ilon_trace::number(ilon_trace::significant(number, 4))),
                 Err(_) => value.clone(),
             };
             let shorter: Vec<_> = values.iter().map(short).collect();

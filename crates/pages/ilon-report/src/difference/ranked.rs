@@ -2,8 +2,8 @@
 
 use ilon_trace::{Difference, Rows, number};
 
-use crate::short;
 use crate::text::{angle, energy, length, percent, speed};
+use ilon_trace::significant;
 
 /// A differing signal with its weight.
 pub(super) struct Ranked<'a> {
@@ -117,7 +117,7 @@ pub(super) fn allowed(signal: &str, tolerance: f64) -> String {
 }
 
 fn plain(x: f64) -> String {
-    number(short(x, 3))
+    number(significant(x, 3))
 }
 
 #[cfg(test)]

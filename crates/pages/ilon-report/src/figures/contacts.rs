@@ -5,12 +5,13 @@ use std::f64::consts::TAU;
 use ilon_trace::{Record, Trace, WheelSample};
 
 use crate::accumulate::{OfWheel, SECTORS};
-use crate::decimate::{evenly, short};
+use crate::decimate::evenly;
 use crate::figure::{
     Curve, Figure, Layout, axis, curve, dots, dotted, exact_curve, layout, map_layout, plot,
     wheel_pen,
 };
 use crate::input::RunInput;
+use ilon_trace::significant;
 
 /// Sliding speed of each wheel's contact over time.
 pub(crate) fn slip_speed(shown: &RunInput) -> Figure {
@@ -142,7 +143,7 @@ fn round_up(x: f64) -> f64 {
     let power = 10f64.powf(x.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0];
     let step = steps.into_iter().find(|step| step * power >= x);
-    short(step.unwrap_or(10.0) * power, 2)
+    significant(step.unwrap_or(10.0) * power, 2)
 }
 
 /// Tangential force over the friction limit: inside the circle the contact sticks.

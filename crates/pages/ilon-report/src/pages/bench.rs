@@ -9,8 +9,8 @@ use crate::bench::{
 use crate::figure::{Curve, DashKind, Figure, Layout, Pen, Span, axis, exact_curve, plot, solid};
 use crate::html_table::{cell, heads, number, row, table, wide};
 use crate::page::{self, Head, Section, card, escape, grid, side_by_side};
-use crate::short;
 use crate::text::capital;
+use ilon_trace::significant;
 
 /// Smaller errors, in percent, are drawn at this value: a logarithm has no zero.
 const LEAST_ERROR_PCT: f64 = 1e-5;
@@ -162,7 +162,7 @@ fn tiles(bench: &Bench) -> String {
 
 /// Returns three significant digits, without an exponent.
 fn figure(x: f64) -> String {
-    short(x, 3).to_string()
+    significant(x, 3).to_string()
 }
 
 /// The pen of a robot and kind: colours by robot, dashes by kind.

@@ -1,12 +1,12 @@
 //! Acceleration limits of a robot: the section of its page, and the limits as text.
 
-use crate::decimate::short;
 use crate::drawing;
 use crate::figure::{Figure, Layout, axis, exact_curve, plot, wheel_pen};
 use crate::page::{self, Section, Table, card, escape};
 use ilon_control::AccelerationPolytope;
 use ilon_sim::inspect::Inspection;
 use ilon_sim::simulate::{Limit, Limits};
+use ilon_trace::significant;
 
 /// Shares of the largest yaw acceleration at which the polytope is cut.
 const TURN_SHARES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
@@ -97,7 +97,7 @@ pub fn by_motion(limits: &Limits) -> Table {
 fn number(x: f64) -> String {
     match x == 0.0 || x.abs() >= 0.1 {
         true => format!("{x:.3}"),
-        false => short(x, 3).to_string(),
+        false => significant(x, 3).to_string(),
     }
 }
 

@@ -229,8 +229,8 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
         format!(
             "up to {} were commanded, but the motors gave {} N m at most, and the dry friction of bearings and gears holds each wheel up to {} N m",
             metres(means.most_asked_m_s),
-            crate::short(means.most_torque_n_m, 3),
-            crate::short(least_n_m, 3)
+            ilon_trace::significant(means.most_torque_n_m, 3),
+            ilon_trace::significant(least_n_m, 3)
         )
     };
     Some(format!("The robot <b>did not move</b>: {why}."))

@@ -46,7 +46,7 @@ pub(super) fn sentence(
         let too_much = if part > 1.0 {
             format!(
                 ", steeper than friction {} can hold ({:.1}°)",
-                crate::short(ground.friction, 3),
+                ilon_trace::significant(ground.friction, 3),
                 ground.friction.atan().to_degrees()
             )
         } else {
@@ -54,7 +54,7 @@ pub(super) fn sentence(
             format!(
                 ", {:.0} % of what its rollers can hold in this direction on friction {} (up to {:.1}°)",
                 100.0 * slope_rad.abs().tan() / held,
-                crate::short(ground.friction, 3),
+                ilon_trace::significant(ground.friction, 3),
                 held.atan().to_degrees()
             )
         };

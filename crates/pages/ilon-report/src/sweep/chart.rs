@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::input::{Sensitivity, figure};
 use super::shape::{Content, Field, Figure, Scale, ascending};
 use crate::page::escape;
-use crate::short;
+use ilon_trace::significant;
 
 /// Width and height of a figure, in pixels.
 const SIZE: (f64, f64) = (560.0, 300.0);
@@ -94,7 +94,7 @@ impl Placement {
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
         (first..=last.min(first + 12))
-            .map(|tick| short(tick as f64 * step, 10))
+            .map(|tick| significant(tick as f64 * step, 10))
             .collect()
     }
 }

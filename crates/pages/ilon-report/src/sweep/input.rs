@@ -3,7 +3,7 @@
 use ilon_trace::number;
 
 use crate::page::{Answer, Table};
-use crate::short;
+use ilon_trace::significant;
 
 /// A study for display.
 #[derive(Clone, Debug, Default)]
@@ -81,7 +81,7 @@ pub type Bar = (f64, Option<(f64, f64)>);
 
 /// Returns a number with four digits as text.
 pub fn figure(x: f64) -> String {
-    number(short(x, 4))
+    number(significant(x, 4))
 }
 
 impl StudyInput {

@@ -4,7 +4,7 @@ use super::chart::Placement;
 use super::input::{Run, StudyInput};
 use super::shape::varying;
 use crate::page::json_in_script;
-use crate::short;
+use ilon_trace::significant;
 
 /// The script that draws the parallel coordinates.
 pub(super) const SCRIPT: &str = include_str!("parallel.js");
@@ -43,7 +43,7 @@ pub(super) fn parallel(shown: &StudyInput) -> String {
             (place.low, place.high)
         };
         serde_json::json!({
-            "name": name, "low": short(low, 4), "high": short(high, 4), "log": is_log, "words": words, "at": steps,
+            "name": name, "low": significant(low, 4), "high": significant(high, 4), "log": is_log, "words": words, "at": steps,
         })
     };
     let mut all: Vec<serde_json::Value> = Vec::new();

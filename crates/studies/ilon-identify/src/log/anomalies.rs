@@ -287,5 +287,5 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
 
 /// Formats a number with four digits.
 pub(crate) fn shown(x: f64) -> String {
-    ilon_trace::number(format!("{x:.3e}").parse().unwrap_or(x))
+    ilon_trace::number(ilon_trace::significant(x, 4))
 }

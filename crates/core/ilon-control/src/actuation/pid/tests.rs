@@ -147,6 +147,41 @@ fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_d
     assert!((coarse / fine - 4.0).abs() < 0.2, "{coarse} {fine}");
 }
 
+/// The motor of 1 N m cannot follow a jump of the target, and the integral stands until the torque
+/// leaves the limit, somewhere within a step. So the rate 0.2 s after the jump is of second order in
+/// the step, whatever the target: on average a quarter as far from the limit of short steps for half
+/// the step. (An integral that stands for whole steps is of first order: a half.)
+#[test]
+fn a_continuous_loops_integral_stands_just_while_the_motor_is_at_its_limit() {
+    let j = 7e-3;
+    let gains = WheelGains::propose_continuous(j, 60.0).unwrap();
+    let settings = WheelLoopSettings {
+        timing: LoopTiming::Continuous,
+        inertia_kg_m2: j,
+        ..WheelLoopSettings::new(gains)
+    };
+    let rate_after = |target: f64, dt_s: f64| {
+        let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+        let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / j);
+        let mut rate = 0.0;
+        for _ in 0..(0.2 / dt_s).round() as usize {
+            wheel_loop.update(&Demand::new(&[target], &[rate], &[LIMIT], dt_s));
+            let falling = wheel_loop.falling()[0];
+            // The mean torque over the step stays within the limit.
+            let free = falling.torque_n_m / (j + dt_s * theta * falling.droop_n_m_s);
+            rate += dt_s * free.clamp(-1.0 / j, 1.0 / j);
+        }
+        rate
+    };
+    let targets = (0..40).map(|k| 10.0 + 0.25 * f64::from(k));
+    let off = |dt_s: f64| -> f64 {
+        let off = |target| (rate_after(target, dt_s) - rate_after(target, 2e-5)).abs();
+        targets.clone().map(off).sum()
+    };
+    let (coarse, fine) = (off(8e-3), off(4e-3));
+    assert!(coarse / fine > 3.0, "{coarse} {fine}");
+}
+
 #[test]
 fn what_a_continuous_loop_asks_for_at_the_motors_limit_falls_as_it_does_within() {
     let gains = WheelGains::propose_continuous(7e-3, 60.0).unwrap();

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_report::short;
 use ilon_trace::Summary;
 use ilon_trace::quantities::{Quantity, by_key, headlines, limits};
+use ilon_trace::significant;
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
@@ -110,7 +110,7 @@ fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Fail
         changes.push_str(&format!(
             "         {}: {bound} (measured {}{widened})\n",
             quantity.key,
-            short(measured, 6)
+            significant(measured, 6)
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
         let mut parts: Vec<&str> = std::iter::once("expect")
@@ -210,7 +210,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
                 changes.push_str(&format!(
                     "         {}.{key}: {old} -> {new} (measured {})\n",
                     verdict.quantity,
-                    short(measured, 6)
+                    significant(measured, 6)
                 ));
             }
         }

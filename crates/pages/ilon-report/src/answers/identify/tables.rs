@@ -81,7 +81,7 @@ fn values<'v>(title: &str, values: impl Iterator<Item = (String, &'v Value)>) ->
         &[
             ("name", &|(name, _)| name.clone()),
             ("value", &|(_, value)| {
-                crate::short(value.value, 5).to_string()
+                ilon_trace::significant(value.value, 5).to_string()
             }),
             ("from", &|(_, value)| end(value.ci95[0])),
             ("to", &|(_, value)| end(value.ci95[1])),

@@ -99,5 +99,8 @@ pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
 
 /// Returns a share in percent, with two digits.
 pub(super) fn percent(share: f64) -> String {
-    format!("{} %", ilon_trace::number(crate::short(100.0 * share, 2)))
+    format!(
+        "{} %",
+        ilon_trace::number(ilon_trace::significant(100.0 * share, 2))
+    )
 }
