@@ -126,16 +126,6 @@ impl Recorded {
     fn to_arrow(&self, py: Python<'_>) -> PyResult<ArrowTable> {
         py.detach(|| self.table())
     }
-
-    /// All columns as a stream of Arrow, for whoever speaks its PyCapsule protocol.
-    #[pyo3(signature = (requested_schema=None))]
-    pub fn __arrow_c_stream__<'py>(
-        &self,
-        py: Python<'py>,
-        requested_schema: Option<Bound<'py, PyCapsule>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.to_arrow(py)?.__arrow_c_stream__(py, requested_schema)
-    }
 }
 
 /// The error for a missing column, with the most similar name, or how to list all names.

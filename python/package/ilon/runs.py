@@ -64,7 +64,7 @@ class Trace(dict[str, "npt.NDArray[Any]"]):
         """How many rows there are."""
         self.to_arrow = recorded.to_arrow
         """All columns as a table of Arrow."""
-        super().__init__(dict.fromkeys(self.columns))
+        super().__init__(dict.fromkeys(self.columns))  # type: ignore[arg-type]
         self._recorded = recorded
 
     @property
