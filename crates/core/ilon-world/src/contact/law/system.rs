@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::anisotropy::Anisotropies;
 use super::curve::{Curve, Curves};
-use super::kinds::Law;
+use super::kinds::{LEAST_BOUND_N_S, Law};
 
 /// The impulses of a step. It is cleared and filled again in every step, and allocates only while
 /// it grows.
@@ -337,7 +337,7 @@ impl ImpulseProblem {
         let rubbed = p.norm();
         let own = 0.5 * (self.w(at, at) + self.w(at + 1, at + 1));
         let excess = (rubbed - limit).max(0.0) * own;
-        let slides = if limit <= 0.0 {
+        let slides = if limit < LEAST_BOUND_N_S {
             0.0
         } else if rubbed < limit * (1.0 - 1e-9) {
             u.norm()
