@@ -9,23 +9,26 @@ use pyo3::prelude::*;
 
 use crate::errors::{OrRaise, explained};
 use crate::run::until_interrupted;
-use crate::scenario;
+use crate::scenario::{self, Named};
 use crate::values::as_python;
 
 /// Fits all free parameters of a study; returns the content of `identified.json`, and writes it
 /// with its page into a folder, if one is given.
 #[pyfunction]
-#[pyo3(signature = (study, *, out=None, sandbox=None))]
+#[pyo3(signature = (study, *, out=None, folder=None, sandbox=None))]
 pub fn identify<'py>(
     py: Python<'py>,
-    study: PathBuf,
+    study: &Bound<'py, PyAny>,
     out: Option<PathBuf>,
+    folder: Option<PathBuf>,
     sandbox: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let files = scenario::files(py, sandbox)?;
-    let study = py
-        .detach(|| Study::load_within(study, &files))
-        .or_raise(py)?;
+    let study = match scenario::named(study, folder, "study", "studies")? {
+        Named::Text(text, folder) => Study::from_toml(&text, &folder.join("study"), &files),
+        Named::File(path) => py.detach(|| Study::load_within(path, &files)),
+    };
+    let study = study.or_raise(py)?;
     if let Some(out) = &out {
         cli::may_hold_identified(out, &study)
             .map_err(|fault| explained(py, "ScenarioError", &fault))?;

@@ -45,7 +45,7 @@ mod _ilon {
     #[pymodule_export]
     use crate::tools::{compare, generate, inspect, judged, schema, suspects};
     #[pymodule_export]
-    use crate::trace::{ArrowTable, Trace};
+    use crate::trace::{ArrowTable, Recorded};
     #[pymodule_export]
     use crate::track::Track;
 

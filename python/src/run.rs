@@ -14,12 +14,12 @@ use ilon::trace::{Summary, quantities};
 use ilon::{Causes, Error, Scenario};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyMapping};
+use pyo3::types::PyBytes;
 
 use crate::errors::{OrRaise, explained, raised};
 use crate::moments::{Desired, Observation};
 use crate::scenario;
-use crate::trace::Trace;
+use crate::trace::Recorded;
 use crate::values::{as_python, finite_row};
 
 /// Interval in which a long run checks for Ctrl-C; chosen.
@@ -31,14 +31,18 @@ pub struct Run {
     run: Arc<ilon::Run>,
     /// The equivalent call, for the report.
     called: String,
-    trace: Py<Trace>,
+    recorded: Py<Recorded>,
 }
 
 impl Run {
     fn new(py: Python<'_>, run: ilon::Run, called: String) -> PyResult<Self> {
         let run = Arc::new(run);
-        let trace = Py::new(py, Trace::of(Arc::clone(&run)))?;
-        Ok(Self { run, called, trace })
+        let recorded = Py::new(py, Recorded::of(Arc::clone(&run)))?;
+        Ok(Self {
+            run,
+            called,
+            recorded,
+        })
     }
 
     /// The run itself.
@@ -55,7 +59,7 @@ pub fn run(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
     called: String,
-    settings: Option<&Bound<'_, PyMapping>>,
+    settings: Option<&Bound<'_, PyAny>>,
     controller: Option<Py<PyAny>>,
     folder: Option<PathBuf>,
     sandbox: Option<&Bound<'_, PyAny>>,
@@ -75,19 +79,23 @@ pub fn run(
     let files = scenario::files(py, sandbox)?;
     let mut scenario = scenario::read(scenario, settings, folder, &files)?;
     scenario.run.converge |= converge;
-    if converge && controller.is_some() {
-        let fault = Error::invalid(
+    let begun_again = [
+        (
+            converge,
             "a run under a controller of your own cannot be repeated at half the step: the controller cannot be started again",
             "leave out `converge`, and run it twice with `run.physics_dt_s` set",
-        );
-        return Err(raised(py, &fault));
-    }
-    if causes != Causes::None && controller.is_some() {
-        let fault = Error::invalid(
+        ),
+        (
+            causes != Causes::None,
             "causes cannot be left out of a run under a controller of your own: the controller cannot be started again",
             "leave out `causes`, and run it twice, with the cause and without it",
-        );
-        return Err(raised(py, &fault));
+        ),
+    ];
+    if let Some((_, what, help)) = begun_again
+        .iter()
+        .find(|(asked, ..)| controller.is_some() && *asked)
+    {
+        return Err(raised(py, &Error::invalid(*what, *help)));
     }
     let fault = Fault::default();
     let run = py.detach(|| simulated(&scenario, controller, causes, &fault));
@@ -256,7 +264,7 @@ impl Run {
         Self {
             run: Arc::clone(&run.run),
             called: run.called.clone(),
-            trace: run.trace.clone_ref(py),
+            recorded: run.recorded.clone_ref(py),
         }
     }
 
@@ -276,10 +284,10 @@ impl Run {
             .collect()
     }
 
-    /// What was recorded, by column.
+    /// What was recorded, to be read by column.
     #[getter]
-    fn trace(&self, py: Python<'_>) -> Py<Trace> {
-        self.trace.clone_ref(py)
+    fn recorded(&self, py: Python<'_>) -> Py<Recorded> {
+        self.recorded.clone_ref(py)
     }
 
     /// The scenario as it was run, every default spelled out.

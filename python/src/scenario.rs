@@ -25,7 +25,7 @@ pub type Settings = Vec<(String, Value)>;
 /// all files that it names must be readable under `sandbox`.
 pub fn read(
     source: &Bound<'_, PyAny>,
-    settings: Option<&Bound<'_, PyMapping>>,
+    settings: Option<&Bound<'_, PyAny>>,
     folder: Option<PathBuf>,
     files: &FileAccess,
 ) -> PyResult<Scenario> {
@@ -82,10 +82,17 @@ pub fn named(
 }
 
 /// Settings from Python: `{"world.floor.friction": 0.2}`.
-pub fn read_settings(settings: &Bound<'_, PyMapping>) -> PyResult<Settings> {
+pub fn read_settings(settings: &Bound<'_, PyAny>) -> PyResult<Settings> {
+    let Ok(settings) = settings.cast::<PyMapping>() else {
+        return Err(PyTypeError::new_err(format!(
+            "`settings` is a dict, such as {{\"world.floor.friction\": 0.2}}, not a {}",
+            settings.get_type().name()?
+        )));
+    };
     let mut read = Settings::new();
     for item in settings.items()?.iter() {
-        let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let key = key.to_string();
         if key.split('.').any(|part| part.trim().is_empty()) {
             return Err(PyValueError::new_err(format!(
                 "`{key}` names no key of a scenario; write such as world.floor.friction"

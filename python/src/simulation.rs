@@ -9,7 +9,7 @@ use ilon::simulate::{Driver, JointCommand, Plant, WheelCommand, load_robot, reso
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping};
+use pyo3::types::PyDict;
 
 use crate::errors::OrRaise;
 use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
@@ -52,7 +52,7 @@ impl Simulation {
     fn new(
         py: Python<'_>,
         scenario: &Bound<'_, PyAny>,
-        settings: Option<&Bound<'_, PyMapping>>,
+        settings: Option<&Bound<'_, PyAny>>,
         folder: Option<PathBuf>,
         sandbox: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -72,11 +72,17 @@ impl Simulation {
     fn reset(
         &mut self,
         py: Python<'_>,
-        seed: Option<u64>,
+        seed: Option<&Bound<'_, PyAny>>,
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Observation> {
         let resolved = self.plant.resolved();
-        let seed = seed.unwrap_or(resolved.scenario().sensors.seed);
+        let seed = match seed {
+            None => resolved.scenario().sensors.seed,
+            Some(seed) => seed.extract().map_err(|fault: PyErr| {
+                let what = format!("a seed is a whole number from 0 to 2^64 - 1, not {seed}");
+                PyErr::from_type(fault.get_type(py), what)
+            })?,
+        };
         let pose = match pose {
             None => resolved.start(),
             Some(pose) => {
@@ -142,8 +148,11 @@ impl Simulation {
     }
 
     /// Goes back to a snapshot: from there all is as it was, to the bit.
-    fn restore(&mut self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
-        self.plant.restore(&snapshot.0).or_raise(py)
+    fn restore(&mut self, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
+        let Ok(kept) = snapshot.cast::<Snapshot>() else {
+            return Err(PyTypeError::new_err("restore what `snapshot()` returned"));
+        };
+        self.plant.restore(&kept.get().0).or_raise(snapshot.py())
     }
 
     /// Pushes the chassis from now on with a force in N in the world frame for a time in seconds.

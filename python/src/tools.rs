@@ -34,7 +34,7 @@ pub fn inspect<'py>(
     py: Python<'py>,
     path: PathBuf,
     options: &Bound<'py, PyMapping>,
-    limits: Option<&Bound<'py, PyMapping>>,
+    limits: Option<&Bound<'py, PyAny>>,
     sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Seen<'py>> {
     let Value::Table(robot) = to_toml(options.as_any())? else {
@@ -59,7 +59,7 @@ pub fn suspects<'py>(
     py: Python<'py>,
     path: PathBuf,
     options: &Bound<'py, PyMapping>,
-    settings: Option<&Bound<'py, PyMapping>>,
+    settings: Option<&Bound<'py, PyAny>>,
     sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let Value::Table(robot) = to_toml(options.as_any())? else {

@@ -1,7 +1,6 @@
 //! A trace as columns for numpy and for Arrow.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt32Array};
 use arrow_schema::{DataType, Field, Schema};
@@ -15,22 +14,18 @@ use pyo3_arrow::PyTable;
 
 use crate::values::as_python;
 
-/// What a run recorded, one row a control period: a mapping from the names of columns to numpy
-/// arrays.
-#[pyclass(frozen, mapping, module = "ilon")]
-pub struct Trace {
+/// What a run recorded, one row a control period; `ilon.Trace` is the mapping of it.
+#[pyclass(frozen, module = "ilon._ilon")]
+pub struct Recorded {
     run: Arc<ilon::Run>,
     signals: Vec<Signal>,
-    /// Arrays of columns that were requested; a second request returns the same arrays.
-    columns: Mutex<HashMap<usize, Py<PyAny>>>,
 }
 
-impl Trace {
+impl Recorded {
     /// The trace of a run.
     pub fn of(run: Arc<ilon::Run>) -> Self {
         Self {
             signals: run.trace.header.signals(),
-            columns: Mutex::default(),
             run,
         }
     }
@@ -91,61 +86,28 @@ impl Trace {
 }
 
 #[pymethods]
-impl Trace {
+impl Recorded {
     /// A column by its name, such as `truth_x_m`: an array that cannot be written to, NaN where it
     /// is absent.
-    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let place = self.signals.iter().position(|signal| signal.name == name);
-        let Some(place) = place else {
-            let names = self.signals.iter().map(|signal| signal.name.as_str());
-            return Err(no_column(name, names, "list(trace)"));
-        };
-        let kept = |columns: &HashMap<usize, Py<PyAny>>| {
-            columns.get(&place).map(|array| array.clone_ref(py))
-        };
-        let columns = || self.columns.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(array) = kept(&columns()) {
-            return Ok(array.into_bound(py));
+    fn column<'py>(
+        &self,
+        py: Python<'py>,
+        name: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let found = |signal: &&Signal| name.eq(&signal.name).unwrap_or_default();
+        match self.signals.iter().find(found) {
+            Some(signal) => self.array(py, signal),
+            None => {
+                let names = self.signals.iter().map(|signal| signal.name.as_str());
+                Err(no_column(&name.to_string(), names, "list(trace)"))
+            }
         }
-        // Outside the lock, as making an array may let another Python thread run.
-        let array = self.array(py, &self.signals[place])?;
-        let mut columns = columns();
-        let array = columns.entry(place).or_insert_with(|| array.unbind());
-        Ok(array.bind(py).clone())
-    }
-
-    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
-        let name = name.extract::<String>();
-        name.is_ok_and(|name| self.signals.iter().any(|signal| signal.name == name))
-    }
-
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(self.columns(py)?.try_iter()?.into_any())
-    }
-
-    /// How many columns there are.
-    fn __len__(&self) -> usize {
-        self.signals.len()
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "<ilon.Trace of {}: {} columns, {} rows>",
-            self.trace().header.scenario_name,
-            self.signals.len(),
-            self.rows()
-        )
     }
 
     /// The names of all columns, in the order of the file's.
     #[getter]
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         PyList::new(py, self.signals.iter().map(|signal| signal.name.as_str()))
-    }
-
-    /// The same, so that `dict(trace)` is a dict of arrays.
-    fn keys<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        self.columns(py)
     }
 
     /// How many rows there are.
@@ -163,16 +125,6 @@ impl Trace {
     /// All columns as a table of Arrow.
     fn to_arrow(&self, py: Python<'_>) -> PyResult<ArrowTable> {
         py.detach(|| self.table())
-    }
-
-    /// All columns as a stream of Arrow, for whoever speaks its PyCapsule protocol.
-    #[pyo3(signature = (requested_schema=None))]
-    pub fn __arrow_c_stream__<'py>(
-        &self,
-        py: Python<'py>,
-        requested_schema: Option<Bound<'py, PyCapsule>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.to_arrow(py)?.__arrow_c_stream__(py, requested_schema)
     }
 }
 

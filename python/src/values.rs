@@ -1,7 +1,7 @@
 //! Converts Python values to TOML, and JSON to Python values.
 
 use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 use serde_json::Value as Json;
@@ -31,7 +31,9 @@ fn toml_at(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Toml> 
         return Ok(Toml::Boolean(value.extract()?));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Toml::Integer(value.extract()?));
+        let beyond =
+            |_| PyOverflowError::new_err(format!("{} is {value}, beyond 64 bits", named()));
+        return Ok(Toml::Integer(value.extract().map_err(beyond)?));
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Toml::Float(value.extract()?));

@@ -34,6 +34,14 @@ def test_pandas_takes_it(lateral_run):
     same(lateral_run, pd.DataFrame.from_arrow(lateral_run.to_arrow())["truth_y_m"])
 
 
+def test_pandas_takes_the_trace_itself(lateral_run):
+    pd = pytest.importorskip("pandas")
+    frame = pd.DataFrame(lateral_run.trace)
+    assert list(frame.columns) == lateral_run.trace.columns and len(frame) == lateral_run.trace.rows
+    same(lateral_run, frame["truth_y_m"])
+    assert frame.equals(lateral_run.to_pandas())
+
+
 def test_duckdb_takes_it(lateral_run):
     duckdb = pytest.importorskip("duckdb")
     recorded = lateral_run.to_arrow()  # noqa: F841, the query names it

@@ -128,3 +128,19 @@ def test_a_robot_that_cannot_be_read_says_what_would_do(tmp_path):
     assert caught.value.message
     with pytest.raises(ilon.ScenarioError, match="repare"):
         ilon.inspect(path, repare=True)
+
+
+def test_wrong_values_are_named_in_words_of_ilon(lateral, lateral_run):
+    simulation = ilon.Simulation(lateral)
+    for wrong, kind, said in (
+        (lambda: ilon.run(lateral, settings=[("world.floor.friction", 0.2)]), TypeError, "`settings` is a dict"),
+        (lambda: ilon.run(lateral, settings={1: 2}), ilon.ScenarioError, "unknown key `1`"),
+        (lambda: ilon.run(lateral, settings={"sensors.seed": 2**70}), OverflowError, "beyond 64 bits"),
+        (lambda: simulation.reset(seed=-1), OverflowError, "whole number from 0"),
+        (lambda: simulation.reset(seed=1.5), TypeError, "whole number from 0"),
+        (lambda: simulation.restore(None), TypeError, r"what `snapshot\(\)` returned"),
+        (lambda: lateral_run.trace[0], KeyError, "no column `0`"),
+        (lambda: ilon.identify(3), TypeError, "a study is the path of a file or a dict"),
+    ):
+        with pytest.raises(kind, match=said):
+            wrong()

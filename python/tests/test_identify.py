@@ -1,6 +1,7 @@
 """Identification from logs that ilon itself drove."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -76,6 +77,14 @@ def test_what_is_found_is_what_the_command_finds(study, command, tmp_path):
     assert found == ilon.identify(study, out=tmp_path / "ours")
     assert json.loads((tmp_path / "ours" / "identified.json").read_text()) == said
     assert (tmp_path / "ours" / "report.html").exists()
+
+
+def test_a_dict_is_a_study_too(study):
+    with open(study, "rb") as file:
+        table = tomllib.load(file)
+    assert ilon.identify(table, folder=study.parent)["parameters"] == ilon.identify(study)["parameters"]
+    with pytest.raises(ilon.ScenarioError, match="no run to fit"):
+        ilon.identify(table | {"runs": []}, folder=study.parent)
 
 
 def test_wheels_and_levers_are_as_much_larger_as_the_tracker_counts_too_long(study, assets, tmp_path):

@@ -107,6 +107,10 @@ def test_a_trace_is_a_mapping(lateral_run):
     assert "truth_x_m" in trace and "truth_q_m" not in trace and 3 not in trace
     assert list(trace) == trace.columns and len(trace) == len(trace.columns)
     assert list(dict(trace)) == trace.columns
+    # A copy holds the columns that nobody has read yet, too.
+    for copy in (dict(trace), {**trace}, dict(trace.items()), dict(zip(trace, trace.values(), strict=True))):
+        assert all(copy[name] is trace[name] for name in trace.columns)
+    assert trace.get("truth_q_m") is None and trace.get("t_s") is trace["t_s"]
 
 
 def test_a_misspelt_column_is_named_with_the_nearest_one(lateral_run):

@@ -22,7 +22,6 @@ from ._ilon import (
     Simulation,
     Snapshot,
     Torques,
-    Trace,
     Truth,
     Wheels,
     __version__,
@@ -40,7 +39,7 @@ from .errors import (
 )
 from .judging import Judgement, judge
 from .livedrive import Live, live
-from .runs import Report, Run, explain, run, suspects
+from .runs import Report, Run, Trace, explain, run, suspects
 from .sweeps import Sweep, merge_sweeps, sweep, tune_trainable
 from .tools import Check, Comparison, Inspection, check, compare, generate, identify, inspect
 from .viewers import to_rerun

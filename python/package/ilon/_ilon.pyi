@@ -1,7 +1,7 @@
 """The compiled half of ilon."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Self, final
 
@@ -23,7 +23,7 @@ __all__ = [
     "Study",
     "Sweep",
     "Torques",
-    "Trace",
+    "Recorded",
     "Track",
     "Truth",
     "Wheels",
@@ -350,31 +350,15 @@ class ArrowTable:
     def __arrow_c_schema__(self) -> object: ...
 
 @final
-class Trace:
-    """What a run recorded, one row a control period: a mapping from the names of columns, as in `trace.parquet`, to numpy arrays.
-
-    An array is made when it is first asked for, and cannot be written to. Where a number is absent it is NaN.
-    """
-
-    def __getitem__(self, key: str, /) -> npt.NDArray[Any]: ...
-    def __contains__(self, key: object, /) -> bool: ...
-    def __iter__(self) -> Iterator[str]: ...
-    def __len__(self) -> int:
-        """How many columns there are."""
+class Recorded:
+    def column(self, name: str) -> npt.NDArray[Any]: ...
     @property
-    def columns(self) -> list[str]:
-        """The names of all columns, in the order of the file's."""
-    def keys(self) -> list[str]:
-        """The same, so that `dict(trace)` is a dict of arrays."""
+    def columns(self) -> list[str]: ...
     @property
-    def rows(self) -> int:
-        """How many rows there are."""
+    def rows(self) -> int: ...
     @property
-    def header(self) -> dict[str, Any]:
-        """What the run was: wheels, steps, the robot's URDF, the ground."""
-    def to_arrow(self) -> ArrowTable:
-        """All columns as a table of Arrow."""
-    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+    def header(self) -> dict[str, Any]: ...
+    def to_arrow(self) -> ArrowTable: ...
 
 class Run:
     def __new__(cls, run: Run) -> Self: ...
@@ -382,8 +366,7 @@ class Run:
     def summary(self) -> dict[str, Any]:
         """The figures of the run, as in `summary.json`."""
     @property
-    def trace(self) -> Trace:
-        """What was recorded, by column."""
+    def recorded(self) -> Recorded: ...
     @property
     def scenario(self) -> dict[str, Any]:
         """The scenario as it was run, every default spelled out."""
@@ -544,7 +527,11 @@ def suspects(
     sandbox: _Sandbox | None = None,
 ) -> list[dict[str, Any]]: ...
 def identify(
-    study: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None, sandbox: _Sandbox | None = None
+    study: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    sandbox: _Sandbox | None = None,
 ) -> dict[str, Any]: ...
 def inspect(
     path: str | os.PathLike[str],

@@ -103,7 +103,8 @@ def live(
         process.stdout.close()
         process.wait()
         said.seek(0)
-        shown = said.read()
+        # Of the command line's own errors, without its beginning and its hint.
+        shown = said.read().removeprefix("error: ").partition("\nFor more information")[0]
     first = next((line.removeprefix("  × ") for line in shown.splitlines() if line.strip()), "it ended at once")
     raise Error(first, None, shown or None)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -50,6 +51,45 @@ class Report(str):
         return f"<ilon.Report of {len(self) / 1e6:.1f} MB>"
 
 
+class Trace(dict[str, "npt.NDArray[Any]"]):
+    """What a run recorded, one row a control period: numpy arrays by the names of their columns, as in `trace.parquet`.
+
+    An array is made when it is first read, and cannot be written to. Where a number is absent it is NaN.
+    """
+
+    def __init__(self, recorded: _ilon.Recorded) -> None:
+        self.columns: list[str] = recorded.columns
+        """The names of all columns, in the order of the file's."""
+        self.rows: int = recorded.rows
+        """How many rows there are."""
+        self.to_arrow = recorded.to_arrow
+        """All columns as a table of Arrow."""
+        super().__init__(dict.fromkeys(self.columns))  # type: ignore[arg-type]
+        self._recorded = recorded
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """What the run was: wheels, steps, the robot's URDF, the ground."""
+        return self._recorded.header
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        if super().get(name) is None:
+            self[name] = self._recorded.column(name)
+        return super().__getitem__(name)
+
+    def __iter__(self) -> Iterator[str]:
+        # Without this, `dict(trace)` would copy arrays that were not made yet.
+        return super().__iter__()
+
+    get, items, values = Mapping.get, Mapping.items, Mapping.values  # type: ignore[assignment]
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+    def __repr__(self) -> str:
+        return f"<ilon.Trace: {len(self)} columns, {self.rows} rows>"
+
+
 class Run(_ilon.Run):
     """A finished run: its figures, what was recorded, and what it shows.
 
@@ -68,7 +108,12 @@ class Run(_ilon.Run):
         """Everything recorded, as a `pandas.DataFrame`: a row a recorded period, a column a signal. Needs pandas."""
         import pandas
 
-        return pandas.DataFrame({name: self.trace[name] for name in self.trace.columns})
+        return pandas.DataFrame(self.trace)
+
+    @cached_property
+    def trace(self) -> Trace:
+        """What was recorded, by column."""
+        return Trace(self.recorded)
 
     @property
     def effects(self) -> list[dict[str, Any]]:

@@ -63,20 +63,22 @@ def generate(spec: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
 
 
 def identify(
-    study: str | os.PathLike[str],
+    study: str | os.PathLike[str] | Mapping[str, Any],
     *,
     out: str | os.PathLike[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
     sandbox: Sandbox | None = None,
 ) -> dict[str, Any]:
     """What a robot really is, fitted to logs of its drives, as `ilon identify` does: what `identified.json` holds.
 
-    `study` is the path of a file that names the robot, the logs, and what is free. `parameters` has for each name its `value`, its 95 %
+    `study` is the path of a file that names the robot, the logs, and what is free, or a dict of what the file would hold, with paths
+    from `folder`. `parameters` has for each name its `value`, its 95 %
     interval `ci95` and its `unit` (SI, angles in degrees where the name ends in `_deg`). With `out`, `identified.json` and the page are
     written into that folder. With `sandbox`, the study, its robot and its logs are read below these folders alone.
 
     Raises a subclass of `ilon.Error` for a study or a log that cannot be used.
     """
-    return _ilon.identify(study, out=out, sandbox=sandbox)
+    return _ilon.identify(study, out=out, folder=folder, sandbox=sandbox)
 
 
 @dataclass(frozen=True)

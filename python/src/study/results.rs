@@ -99,7 +99,8 @@ impl Sweep {
 
     /// A column: numbers as a numpy array, NaN where they are absent; texts as a list, None where
     /// they are absent.
-    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    fn __getitem__<'py>(&self, name: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, name) = (name.py(), &name.to_string());
         let all = columns(&self.study, &self.rows);
         let Some((_, cells)) = all.iter().find(|(known, _)| known == name) else {
             let names = all.iter().map(|(known, _)| known.as_str());

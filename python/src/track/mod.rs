@@ -12,7 +12,7 @@ use numpy::{
 };
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping};
+use pyo3::types::PyDict;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use toml::Value;
@@ -101,7 +101,7 @@ impl Track {
         options: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
         let options = Options(options);
-        let settings = options.get::<Option<Bound<'_, PyMapping>>>("settings")?;
+        let settings = options.get::<Option<Bound<'_, PyAny>>>("settings")?;
         let folder = options.get::<Option<PathBuf>>("folder")?;
         let sandbox = options.get::<Option<Bound<'_, PyAny>>>("sandbox")?;
         let files = scenario::files(py, sandbox.as_ref())?;

@@ -388,6 +388,31 @@ def leave():
     client.close()
 
 
+def namespaces():
+    """Two robots in one domain: each has its own node, topics, services and time below its namespace, and hears its own commands alone."""
+    client = Client()
+    odometry = [client.listen(Odometry, f"/{name}/odom") for name in ("one", "fleet/two")]
+    commands = client.publish(TwistStamped, "/fleet/two/cmd_vel")
+    with Ilon("--ros2", "--namespace", "one"), Ilon("--ros2", "--namespace", "/fleet/two") as second:
+        assert "/fleet/two/ilon" in second.process.stdout.readline()
+        wait_for(lambda: all(odometry), "odometry of both")
+        places = lambda: sorted(place for name, place in client.node.get_node_names_and_namespaces() if name == "ilon")
+        wait_for(lambda: places() == ["/fleet/two", "/one"], "both nodes")
+        topics = lambda: {name for name, _ in client.node.get_topic_names_and_types()}
+        wait_for(lambda: {"/one/clock", "/fleet/two/clock", "/one/tf"} <= topics(), "the topics of both")
+        assert not {"/clock", "/tf", "/odom", "/cmd_vel", "/ilon/cmd_vel"} & topics(), topics()
+        services = lambda: {name for name, _ in client.node.get_service_names_and_types()}
+        wait_for(lambda: {"/one/ilon/reset_simulation", "/fleet/two/ilon/set_parameters"} <= services(), "the services of both")
+        matched(commands)
+        wait_for(lambda: repeat(commands, stamped(0.3), 0.2) or place(odometry[1][-1])[0] > 0.2, "the drive of the second")
+        # The other stands still.
+        assert abs(place(odometry[0][-1])[0]) < 1e-3, place(odometry[0][-1])
+    for wrong in ("1st", "a b", "a//b", "/"):
+        with Ilon("--ros2", "--namespace", wrong) as refused:
+            assert refused.process.wait(10.0) == 2 and refused.has_said("letters, digits and _")
+    client.close()
+
+
 def misfits():
     """Of `drive`: publishers that do not go with ilon."""
     client = Client("misfits")

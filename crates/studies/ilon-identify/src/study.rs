@@ -40,8 +40,16 @@ impl Study {
     /// Like [`Self::load`].
     pub fn load_within(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = read_text(path, files)?;
-        let file: StudyFile = read_toml(&text, path)?;
+        Self::from_toml(&read_text(path, files)?, path, files)
+    }
+
+    /// Reads a study from the text of a file, with the name and relative paths of the file at
+    /// `path`.
+    ///
+    /// # Errors
+    /// Like [`Self::load`].
+    pub fn from_toml(text: &str, path: &Path, files: &FileAccess) -> Result<Self, Error> {
+        let file: StudyFile = read_toml(text, path)?;
         let study = Self {
             path: path.to_owned(),
             robot: robot_of(&file.robot, &file.set, path, files)?,

@@ -333,15 +333,16 @@ impl Plant {
         let steps = period_s / physics_dt_s;
         let is_whole = (steps - steps.round()).abs() <= NO_TIME * steps.round();
         let takes_parts = !self.plan.resolved.scenario().wheel_loop.is_sampled();
-        if (SHORTEST_PART..=MOST_STEPS).contains(&steps) && (is_whole || takes_parts) {
+        let is_time = (SHORTEST_PART..=MOST_STEPS).contains(&steps);
+        if is_time && (is_whole || takes_parts) {
             return Ok(());
         }
-        let (why, help) = match is_whole || takes_parts {
-            true => (
+        let (why, help) = match is_time {
+            false => (
                 "this is not a time to advance by".to_owned(),
                 "advance by at least a thousandth of a step and at most 1e9 steps",
             ),
-            false => (
+            true => (
                 format!("its wheel loops are sampled, in steps of {physics_dt_s} s"),
                 "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
             ),

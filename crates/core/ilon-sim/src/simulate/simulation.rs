@@ -66,12 +66,8 @@ impl Simulation {
     /// # Errors
     /// If the scenario is impossible.
     pub fn with_robot(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
-        Self::of(
-            &resolve(scenario, robot)?,
-            robot,
-            Appearance::default(),
-            None,
-        )
+        let resolved = resolve(scenario, robot)?;
+        Self::of(&resolved, robot, Appearance::default(), None)
     }
 
     /// Places a robot that [`load_file`](super::load_file) read before, for this scenario or a
@@ -84,12 +80,8 @@ impl Simulation {
         scenario.motors.apply(&mut robot);
         scenario.rollers.apply(&mut robot)?;
         // One of many runs is not drawn, so visual meshes are not read.
-        Self::of(
-            &resolve(scenario, &robot)?,
-            &robot,
-            Appearance::by(&loaded.urdf),
-            None,
-        )
+        let (resolved, seen) = (resolve(scenario, &robot)?, Appearance::by(&loaded.urdf));
+        Self::of(&resolved, &robot, seen, None)
     }
 
     /// Places the scenario's robot in its world under the caller's controller instead of the
@@ -119,12 +111,8 @@ impl Simulation {
         controller: impl Controller + 'static,
     ) -> Result<Self, Error> {
         let resolved = resolve_for(scenario, robot, Driver::Own)?;
-        Self::of(
-            &resolved,
-            robot,
-            Appearance::default(),
-            Some(Box::new(controller)),
-        )
+        let seen = Appearance::default();
+        Self::of(&resolved, robot, seen, Some(Box::new(controller)))
     }
 
     /// Places the scenario's robot in its world, at rest, for a person to [`steer`](Self::steer).

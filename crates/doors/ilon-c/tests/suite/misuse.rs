@@ -51,6 +51,25 @@ fn bad_commands_are_refused_and_change_nothing() {
     }
 }
 
+/// Sampled wheel loops add a reason for times within a step, not for what is no time at all.
+#[test]
+fn what_is_no_time_is_called_so_whatever_the_wheel_loops_are() {
+    for name in ["mecanum4_lateral.toml", "mecanum4_passive_slope.toml"] {
+        let plant = Owned::load(&scenario(name));
+        for period_s in [0.0, -0.01, f64::NAN, f64::INFINITY, 1e12] {
+            assert_eq!(plant.advance(&[1.0; 4], period_s), IlonStatus::Value);
+            assert!(last_error().contains("not a time"), "{}", last_error());
+        }
+    }
+    let sampled = Owned::load(&scenario("mecanum4_passive_slope.toml"));
+    let within_a_step_s = 0.7 * sampled.about().physics_dt_s;
+    assert_eq!(
+        sampled.advance(&[1.0; 4], within_a_step_s),
+        IlonStatus::Value
+    );
+    assert!(last_error().contains("sampled"), "{}", last_error());
+}
+
 #[test]
 fn bad_disturbances_are_refused_and_change_nothing() {
     let plant = owned();

@@ -1,6 +1,6 @@
 //! A ROS 2 node over DDS, without a ROS installation.
 //!
-//! The node `/ilon` publishes the topics of a bag ([`ilon_messages::topics`]) with the same quality
+//! The node `/ilon`, in a namespace if one is given, publishes the topics of a bag ([`ilon_messages::topics`]) with the same quality
 //! of service, and accepts commands:
 //!
 //! | topic | type | effect |
@@ -30,24 +30,16 @@ pub use network::{BadVariable, Network};
 pub use node::Ros2;
 
 /// Options of a node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
+    /// Namespace of the node and of all its topics and services, such as `/robot1`; empty for none.
+    pub namespace: String,
     /// Whether `/cmd_vel` has the type `geometry_msgs/Twist` instead of `TwistStamped`.
     pub unstamped: bool,
     /// Whether controllers of ros2_control drive the wheels: they publish `/joint_states`, `/odom`
     /// and the frame `odom -> base_link`, so the node publishes none of them.
     pub controllers: bool,
-}
-
-impl Options {
-    /// These options.
-    pub fn new(unstamped: bool, controllers: bool) -> Self {
-        Self {
-            unstamped,
-            controllers,
-        }
-    }
 }
 
 /// Reasons why the node cannot start.

@@ -49,7 +49,6 @@ pub struct Ros2 {
     desk: Mailbox,
     lost_rows: u64,
     look_due: Instant,
-    network: Network,
     controllers: bool,
 }
 
@@ -80,7 +79,7 @@ impl Ros2 {
         options: Options,
     ) -> Result<Self, Ros2Error> {
         let topics = LiveTopics::of(session, options.controllers);
-        let ends = Ends::new(session, &topics, &network, options)?;
+        let ends = Ends::new(session, &topics, &network, &options)?;
         let (sender, receiver) = mpsc::channel(MOST_ROWS);
         let heart = Heart {
             ends,
@@ -108,14 +107,8 @@ impl Ros2 {
             desk: desk.clone(),
             lost_rows: 0,
             look_due: Instant::now(),
-            network,
             controllers: options.controllers,
         })
-    }
-
-    /// The domain and networks of the node.
-    pub fn network(&self) -> &Network {
-        &self.network
     }
 
     /// Sends an event; returns whether there was room.
@@ -163,7 +156,6 @@ impl Observer for Ros2 {
 impl fmt::Debug for Ros2 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ros2")
-            .field("network", &self.network)
             .field("lost_rows", &self.lost_rows)
             .finish_non_exhaustive()
     }
@@ -202,7 +194,7 @@ impl Ends {
         session: &Session,
         topics: &LiveTopics,
         network: &Network,
-        options: Options,
+        options: &Options,
     ) -> Result<Self, Ros2Error> {
         let join = |reason: String| Ros2Error::Join {
             domain: network.domain,
@@ -215,25 +207,23 @@ impl Ends {
         let participant = builder.build().map_err(|fault| join(fault.to_string()))?;
         let context = Context::from_domain_participant(participant)
             .map_err(|fault| join(fault.to_string()))?;
-        let name = NodeName::new("/", "ilon").map_err(|fault| join(fault.to_string()))?;
+        let namespace = options.namespace.as_str();
+        let within = if namespace.is_empty() { "/" } else { namespace };
+        let name = NodeName::new(within, "ilon").map_err(|fault| join(fault.to_string()))?;
         let node = context
             .new_node(name, NodeOptions::new().start_parameter_services(false))
             .map_err(|fault| join(fault.to_string()))?;
-        let left: &[&str] = if options.controllers {
-            &["/joint_states", "/odom"]
-        } else {
-            &[]
+        let left: &[&str] = match options.controllers {
+            true => &["/joint_states", "/odom"],
+            false => &[],
         };
-        let mut outlet = Topics::new(context.clone(), node, left);
+        let mut outlet = Topics::new(context.clone(), node, namespace, left);
         topics.declare(&mut outlet)?;
         topics.latched(&mut outlet, session.time_s())?;
-        let stamped = !options.unstamped;
+        let unstamped = options.unstamped;
         Ok(Self {
-            twist_stamped: stamped.then(|| outlet.hear("/cmd_vel")).transpose()?,
-            twist: options
-                .unstamped
-                .then(|| outlet.hear("/cmd_vel"))
-                .transpose()?,
+            twist_stamped: (!unstamped).then(|| outlet.hear("/cmd_vel")).transpose()?,
+            twist: unstamped.then(|| outlet.hear("/cmd_vel")).transpose()?,
             wheels: outlet.hear("/robot_joint_commands")?,
             joints: outlet.hear("/joint_commands")?,
             rates: outlet.hear("/wheel_commands")?,
@@ -273,18 +263,16 @@ impl Topics {
         A: ros2_client::Message + 'static,
     {
         let fault = |reason: String| Ros2Error::topic(name, reason);
-        let place = Name::new("/ilon", name).map_err(|reason| fault(reason.to_string()))?;
-        let type_name = ServiceTypeName::new(package, type_name);
+        let node = format!("{}/ilon", self.namespace);
+        let place = Name::new(&node, name).map_err(|reason| fault(reason.to_string()))?;
+        let (type_name, mapping) = (
+            ServiceTypeName::new(package, type_name),
+            ServiceMapping::Enhanced,
+        );
         let qos = QosProfile::publisher_default();
         let qos = qos.history(ros2_client::qos::History::KeepLast { depth: 10 });
         self.node()
-            .create_server(
-                ServiceMapping::Enhanced,
-                &place,
-                &type_name,
-                qos.clone(),
-                qos,
-            )
+            .create_server(mapping, &place, &type_name, qos.clone(), qos)
             .map_err(|reason| fault(reason.to_string()))
     }
 }
@@ -427,7 +415,8 @@ impl Voice<'_> {
             Event::Restarted(fresh) => *rows = *fresh,
             Event::Say(note) => self.topics.say(&note),
             Event::Look => {
-                self.others.look(self.context, self.hears_twist, self.desk);
+                let namespace = &self.topics.namespace;
+                (self.others).look(self.context, namespace, self.hears_twist, self.desk);
                 let lost = std::mem::take(&mut self.topics.lost);
                 if lost > 0 {
                     let note = "messages were lost: a reliable reader does not keep up";

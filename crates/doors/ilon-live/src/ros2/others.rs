@@ -15,7 +15,7 @@ pub(super) struct Others {
 }
 
 impl Others {
-    pub fn look(&mut self, context: &Context, unstamped: bool, desk: &Mailbox) {
+    pub fn look(&mut self, context: &Context, namespace: &str, unstamped: bool, desk: &Mailbox) {
         let participant = context.domain_participant();
         let own = participant.guid().prefix;
         let twist_type = if unstamped { "Twist" } else { "TwistStamped" };
@@ -24,6 +24,7 @@ impl Others {
             let Some(topic) = data
                 .topic_name
                 .strip_prefix("rt")
+                .and_then(|name| name.strip_prefix(namespace))
                 .filter(|_| data.key.prefix != own)
             else {
                 continue;
@@ -35,15 +36,15 @@ impl Others {
                 "/robot_joint_commands" => "sensor_msgs/msg/JointState".to_owned(),
                 "/wheel_commands" => "std_msgs/msg/Float64MultiArray".to_owned(),
                 "/clock" => {
-                    self.say(desk, "another node publishes /clock: only one simulator can give the time in a domain".to_owned());
+                    self.say(desk, format!("another node publishes {namespace}/clock: only one simulator can give the time there; in a namespace each has its own"));
                     continue;
                 }
                 _ => continue,
             };
             if type_name != wanted {
-                self.say(desk, format!("{topic} is published as {type_name}, which is not heard: it is taken as {wanted}"));
+                self.say(desk, format!("{namespace}{topic} is published as {type_name}, which is not heard: it is taken as {wanted}"));
             } else if data.reliability == Some(Reliability::BestEffort) {
-                self.say(desk, format!("{topic} is published with best effort, which is not heard: publish it as reliable"));
+                self.say(desk, format!("{namespace}{topic} is published with best effort, which is not heard: publish it as reliable"));
             }
         }
     }

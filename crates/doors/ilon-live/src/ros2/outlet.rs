@@ -37,6 +37,8 @@ const STATES: (&str, &str) = ("/joint_states", "/robot_joint_states");
 pub(super) struct Topics {
     context: Context,
     node: Node,
+    /// Before all names, such as `/robot1`.
+    pub namespace: String,
     publishers: HashMap<String, Publisher<Encoded>>,
     /// Number of dropped messages: a reliable reader does not keep up.
     pub lost: u64,
@@ -46,10 +48,16 @@ pub(super) struct Topics {
 }
 
 impl Topics {
-    pub fn new(context: Context, node: Node, left_to_others: &'static [&'static str]) -> Self {
+    pub fn new(
+        context: Context,
+        node: Node,
+        namespace: &str,
+        left_to_others: &'static [&'static str],
+    ) -> Self {
         Self {
             context,
             node,
+            namespace: namespace.to_owned(),
             publishers: HashMap::new(),
             lost: 0,
             bytes: Vec::new(),
@@ -74,7 +82,7 @@ impl Topics {
     ) -> Result<ros2_client::dds::rustdds::Topic, Ros2Error> {
         let type_name = MessageTypeName::new(M::DESCRIPTION.package, M::DESCRIPTION.name);
         self.context
-            .create_topic(format!("rt{name}"), type_name, qos)
+            .create_topic(format!("rt{}{name}", self.namespace), type_name, qos)
             .map_err(|reason| Ros2Error::topic(name, reason))
     }
 }

@@ -69,21 +69,16 @@ impl Answers<'_> {
 
     pub fn types(&self, request: &GetParameterTypesRequest) -> GetParameterTypesResponse {
         let values = self.values(&request.names);
+        let types = values.iter().map(ParameterValue::to_parameter_type_raw);
         GetParameterTypesResponse {
-            values: values
-                .iter()
-                .map(ParameterValue::to_parameter_type_raw)
-                .collect(),
+            values: types.collect(),
         }
     }
 
     /// Without prefixes all names match; names have no dots, so a prefix is a name.
     pub fn list(&self, request: &ListParametersRequest) -> ListParametersResponse {
-        let names = self
-            .parameters
-            .now()
-            .into_iter()
-            .map(|(name, _)| name.to_owned());
+        let all = self.parameters.now().into_iter();
+        let names = all.map(|(name, _)| name.to_owned());
         let wanted = |name: &String| request.prefixes.is_empty() || request.prefixes.contains(name);
         ListParametersResponse {
             result: ListParametersResult {
@@ -94,29 +89,22 @@ impl Answers<'_> {
     }
 
     pub fn describe(&self, request: &DescribeParametersRequest) -> DescribeParametersResponse {
-        let described =
-            request
-                .names
-                .iter()
-                .zip(self.values(&request.names))
-                .map(|(name, value)| {
-                    let mut descriptor = match value {
-                        ParameterValue::NotSet => ParameterDescriptor::unknown(name),
-                        value => ParameterDescriptor::from_value(name, &value),
-                    };
-                    descriptor.description.clear();
-                    raw::ParameterDescriptor::from(descriptor)
-                });
+        let values = self.values(&request.names);
+        let described = request.names.iter().zip(values).map(|(name, value)| {
+            let mut descriptor = match value {
+                ParameterValue::NotSet => ParameterDescriptor::unknown(name),
+                value => ParameterDescriptor::from_value(name, &value),
+            };
+            descriptor.description.clear();
+            raw::ParameterDescriptor::from(descriptor)
+        });
         DescribeParametersResponse {
             values: described.collect(),
         }
     }
 
     pub fn set(&self, request: &SetParametersRequest) -> SetParametersResponse {
-        let results = request
-            .parameter
-            .iter()
-            .map(|parameter| self.set_one(parameter));
+        let results = request.parameter.iter().map(|one| self.set_one(one));
         SetParametersResponse {
             results: results.collect(),
         }
@@ -134,14 +122,8 @@ impl Answers<'_> {
         let result = match refused {
             Some(why) => Err(why).into(),
             None => {
-                let results = request
-                    .parameter
-                    .iter()
-                    .map(|parameter| self.set_one(parameter));
-                let reasons: Vec<String> = results
-                    .map(|result| result.reason)
-                    .filter(|reason| !reason.is_empty())
-                    .collect();
+                let reasons = request.parameter.iter().map(|one| self.set_one(one).reason);
+                let reasons: Vec<String> = reasons.filter(|reason| !reason.is_empty()).collect();
                 raw::SetParametersResult {
                     successful: true,
                     reason: reasons.join("; "),

@@ -119,13 +119,8 @@ impl Seen {
     /// Returns the topics as text.
     pub fn listed(&self) -> String {
         let topics = self.topics.iter();
-        let listed: Vec<String> = topics
-            .map(|(topic, kind)| format!("`{topic}` ({kind})"))
-            .collect();
-        match listed.len() {
-            0 => "none at all".to_owned(),
-            _ => listed.join(", "),
-        }
+        let listed = topics.map(|(topic, kind)| format!("`{topic}` ({kind})"));
+        listed.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -172,12 +167,17 @@ struct Channel {
 /// one chunk is in memory at a time.
 ///
 /// # Errors
-/// A path that is no bag, unreadable or damaged.
+/// A path that is no bag, unreadable or damaged, or a bag without a message.
 pub fn read(
     path: &Path,
     files: &FileAccess,
     see: &mut dyn FnMut(&ReadMessage) -> bool,
 ) -> Result<(), BagReadError> {
+    let mut is_empty = true;
+    let see = &mut |message: &ReadMessage| {
+        is_empty = false;
+        see(message)
+    };
     for file in parts(path, files)? {
         let opened = files.open(&file).map_err(|reason| BagReadError::Read {
             path: file.clone(),
@@ -187,7 +187,13 @@ pub fn read(
             break;
         }
     }
-    Ok(())
+    match is_empty {
+        false => Ok(()),
+        true => Err(BagReadError::NotABag {
+            path: path.to_owned(),
+            what: "holds no message: it was cut short before the first, or nothing was recorded",
+        }),
+    }
 }
 
 /// Largest number of files visited in a bag's folder.

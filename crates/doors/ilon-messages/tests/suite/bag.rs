@@ -478,4 +478,13 @@ fn a_folder_that_is_no_bag_of_mcap_is_refused_with_what_it_is() {
     })
     .unwrap();
     assert_eq!(seen, 1);
+
+    // A bag that ends before its first message is refused; the file begins with 8 bytes of magic.
+    let whole = fs::read(folder.path().join("bag/bag_0.mcap")).unwrap();
+    let cut = folder.path().join("cut.mcap");
+    for length in [8, 20, 60] {
+        fs::write(&cut, &whole[..length]).unwrap();
+        let refused = ilon_messages::bag::read(&cut, &files, &mut |_| true).unwrap_err();
+        assert!(refused.to_string().contains("cut short"), "{refused}");
+    }
 }

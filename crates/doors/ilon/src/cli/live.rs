@@ -39,6 +39,11 @@ pub(super) struct Arguments {
     #[cfg(feature = "ros2")]
     #[arg(long, requires = "ros2")]
     unstamped: bool,
+    /// Namespace of the node, its topics and its services, `/tf` and `/clock` too, for several
+    /// robots in a domain.
+    #[cfg(feature = "ros2")]
+    #[arg(long, value_name = "NAME", requires = "ros2", value_parser = namespace, default_value = "", hide_default_value = true)]
+    namespace: String,
     /// Be a ROS 2 node: not in this build.
     #[cfg(not(feature = "ros2"))]
     #[arg(long, hide = true, num_args = 0..=1, require_equals = true, default_missing_value = "")]
@@ -98,6 +103,21 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number <= 1e6 => Ok(number),
         _ => Err("give a number above 0, up to 1e6".to_owned()),
+    }
+}
+
+#[cfg(feature = "ros2")]
+fn namespace(text: &str) -> Result<String, String> {
+    let parts = text.trim_start_matches('/').split('/');
+    let is_name = |part: &str| {
+        !part.starts_with(|letter: char| letter.is_ascii_digit())
+            && !part.is_empty()
+            && (part.chars()).all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    };
+    match parts.clone().all(is_name) {
+        true => Ok(parts.map(|part| format!("/{part}")).collect()),
+        false if text.is_empty() => Ok(String::new()),
+        false => Err("give letters, digits and _, such as robot1".to_owned()),
     }
 }
 
@@ -246,18 +266,18 @@ fn ros2(
     };
     let network = Network::from_variables(|name| std::env::var(name).ok())
         .map_err(|bad| fault(bad.into()))?;
-    let options = Options::new(arguments.unstamped, drives == Drives::Controllers);
+    let mut options = Options::default();
+    options.namespace.clone_from(&arguments.namespace);
+    options.unstamped = arguments.unstamped;
+    options.controllers = drives == Drives::Controllers;
+    let namespace = &arguments.namespace;
+    let (domain, where_from) = match network.only_this_machine {
+        true => (network.domain, "on this machine alone"),
+        false => (network.domain, "on all networks of this machine"),
+    };
     let node = Ros2::start(session, desk, network, options).map_err(fault)?;
-    let (domain, where_from) = (
-        node.network().domain,
-        if node.network().only_this_machine {
-            "on this machine alone"
-        } else {
-            "on all networks of this machine"
-        },
-    );
     console::lines(&format!(
-        "ROS 2: node /ilon in domain {domain}, {where_from}\n"
+        "ROS 2: node {namespace}/ilon in domain {domain}, {where_from}\n"
     ))?;
     Ok(Some(node))
 }

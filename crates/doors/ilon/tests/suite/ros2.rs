@@ -97,6 +97,11 @@ fn it_leaves_the_graph_however_it_ends() {
 }
 
 #[test]
+fn two_robots_in_a_domain_each_have_a_namespace() {
+    holds("namespaces");
+}
+
+#[test]
 fn the_example_drives_its_square() {
     holds("square");
 }
