@@ -7,7 +7,7 @@
 
 use ilon_robot::{Pose, Twist};
 
-use crate::ContactKinematics;
+use crate::{ContactKinematics, Kinematics};
 
 /// Dead reckoning by the contact kinematics: wheel angles in, pose out.
 ///
@@ -77,8 +77,8 @@ impl Odometry {
     }
 
     /// Continues with other kinematics: those of the same robot after its wheels moved on the body.
-    pub fn stand(&mut self, kinematics: ContactKinematics) {
-        self.kinematics = kinematics;
+    pub fn stand(&mut self, kinematics: &Kinematics) {
+        self.kinematics.stand(kinematics);
     }
 
     /// Like [`Self::update`], if joints moved the wheels on the body since the last call.
@@ -122,7 +122,6 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Kinematics;
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
     use ilon_robot::Robot;
 

@@ -8,8 +8,10 @@
 //! side: M (v_c, omega)^T = diag(rho_h cos gamma_h) q'. For identical wheels this is (7). M itself
 //! needs only the roller directions.
 
+use std::sync::Arc;
+
 use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
@@ -20,7 +22,7 @@ use crate::kinematics::tyres::{Mount, held_rows, mounts};
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
 pub struct Kinematics {
-    wheels: Vec<Wheel>,
+    wheels: Arc<[Wheel]>,
     reference_point_m: Vector2<f64>,
     /// M of eq. (8).
     m: MatrixXx3<f64>,
@@ -44,7 +46,8 @@ impl Kinematics {
     /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        Self::assemble((robot.wheels.clone(), mounts(robot)), Vector2::zeros())
+        let wheels = robot.wheels.iter().cloned().collect();
+        Self::assemble((wheels, mounts(robot)), Vector2::zeros())
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -56,11 +59,28 @@ impl Kinematics {
     pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
         finite("x of the reference point", point_m.x)?;
         finite("y of the reference point", point_m.y)?;
-        Self::assemble((self.wheels.clone(), self.mounts.clone()), point_m)
+        if point_m == self.reference_point_m {
+            return Ok(self.clone());
+        }
+        Self::assemble((Arc::clone(&self.wheels), self.mounts.clone()), point_m)
+    }
+
+    /// Returns the kinematics of the same robot with its hubs at these poses in the body frame,
+    /// after joints have moved them.
+    ///
+    /// # Errors
+    /// Like [`Self::new`].
+    pub fn moved(&self, body_from_hubs: &[Isometry3<f64>]) -> Result<Self, ControlError> {
+        let to = |(wheel, to): (&Wheel, &Isometry3<f64>)| Wheel {
+            body_from_hub: *to,
+            ..wheel.clone()
+        };
+        let wheels = self.wheels.iter().zip(body_from_hubs).map(to).collect();
+        Self::assemble((wheels, self.mounts.clone()), self.reference_point_m)
     }
 
     fn assemble(
-        (wheels, mounts): (Vec<Wheel>, Vec<Mount>),
+        (wheels, mounts): (Arc<[Wheel]>, Vec<Mount>),
         reference_point_m: Vector2<f64>,
     ) -> Result<Self, ControlError> {
         let count = wheels.len();
@@ -149,6 +169,11 @@ impl Kinematics {
     /// Whether the wheel at this index rolls on a tyre that is steered, which turns to each twist.
     pub(crate) fn turns_to_twists(&self, wheel: usize) -> bool {
         self.mounts.get(wheel) == Some(&Mount::Steered) && self.wheels[wheel].has_tyre()
+    }
+
+    /// The wheels, and how each stands.
+    pub(crate) fn mounted(&self) -> impl Iterator<Item = (&Wheel, Mount)> {
+        self.wheels.iter().zip(self.mounts.iter().copied())
     }
 
     /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).

@@ -291,10 +291,8 @@ impl Pilot {
         if self.guidance.stand(kinematics).is_ok() {
             self.kinematics = kinematics.clone();
         }
-        if let Some(contact) = &mut self.contact
-            && let Ok(posed) = ContactKinematics::new(&hubs.posed())
-        {
-            *contact = posed;
+        if let Some(contact) = &mut self.contact {
+            contact.stand(kinematics);
         }
     }
 
@@ -361,8 +359,7 @@ impl Pilot {
             return None;
         };
         let positions = self.robot.start_positions();
-        let posed = self.robot.posed(&positions);
-        let hubs: Vec<_> = posed.wheels.iter().map(|w| w.body_from_hub).collect();
+        let hubs = self.robot.body_from_hubs(&positions);
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);

@@ -197,11 +197,7 @@ mod tests {
             module.target_rad = begun_rad;
         }
         let posed = robot.posed(&positions);
-        let hubs: Vec<_> = posed
-            .wheels
-            .iter()
-            .map(|wheel| wheel.body_from_hub)
-            .collect();
+        let hubs = robot.body_from_hubs(&positions);
         let kinematics = Kinematics::new(&posed).expect("it drives");
         modules.aim(twist, (&kinematics, &hubs), &positions);
         modules.0.iter().map(|module| module.target_rad).collect()

@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::record::budget::Budget;
 use crate::record::header::{Appearance, header};
 use crate::record::period::Period;
-use crate::sensing::hubs::{self, Hubs};
+use crate::sensing::hubs::Hubs;
 use crate::sensing::reckoning::Reckoning;
 use ilon_scenario::course::command::{Commanded, Decided};
 use ilon_scenario::scenario::TIME_SLACK_S;
@@ -29,12 +29,11 @@ pub struct Recorder {
     /// Of the real robot, not of the believed one.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// For a robot with wheels moved by joints that it measures: the wheels' places under these,
-    /// and which joints they are.
-    hubs: Option<(Hubs, Vec<bool>)>,
-    /// The last positions of the joints between bodies, in rad or m; zero for those that the robot
-    /// does not measure. Empty before the first.
-    measured_positions: Vec<f64>,
+    /// For a robot with wheels moved by joints that it measures, and whose controller believes in
+    /// another robot: the wheels' places under these.
+    hubs: Option<Hubs>,
+    /// The last positions of the joints between bodies, in rad or m. Empty before the first.
+    positions: Vec<f64>,
     /// The controller's dead reckoning.
     reckoning: Reckoning,
     /// From row to row.
@@ -91,8 +90,10 @@ impl Recorder {
             trace: Trace::with_capacity(header, rows),
             kinematics,
             contact_kinematics,
-            hubs: Hubs::that_move(robot).map(|hubs| (hubs, hubs::measured(robot))),
-            measured_positions: Vec::new(),
+            hubs: (!std::ptr::eq(believed, robot))
+                .then(|| Hubs::that_move(robot))
+                .flatten(),
+            positions: Vec::new(),
             reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
             lost: vec![Lost::default(); wheel_count],
             period: Period::new(wheel_count, robot.joints.len()),
@@ -133,14 +134,8 @@ impl Recorder {
         self.period.count(world, dt_s);
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.count(world, dt_s, kinematics);
-        let positions = world.robot().joint_positions();
-        if let Some((_, known)) = &self.hubs {
-            let joints = positions.iter().zip(known);
-            let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
-            self.measured_positions.clear();
-            self.measured_positions.extend(measured);
-        }
-        self.reckoning.see(positions, &self.measured_positions);
+        self.positions.clear();
+        (self.positions).extend_from_slice(world.robot().joint_positions());
     }
 
     /// Takes in a control instant that has no row: what happened since the one before goes into the
@@ -185,15 +180,16 @@ impl Recorder {
         });
         let by_casters = self.by_casters();
         let period_s = self.trace.header.control_dt_s;
-        let hubs = self.hubs.iter();
-        let along = hubs.flat_map(|(hubs, _)| hubs.carried_of_pairs_rad());
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let along = hubs.into_iter().flat_map(Hubs::carried_of_pairs_rad);
         let moved = (by_casters, along.map(|rad| rad / period_s));
         self.budget.decide(twists, moved, plant.encoder_scales());
     }
 
     /// The twist by the joints of active casters in the last control period.
     fn by_casters(&self) -> Twist {
-        let moved = self.hubs.as_ref().map(|(hubs, _)| hubs.moved_by_casters());
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let moved = hubs.map(Hubs::moved_by_casters);
         (moved.unwrap_or_default()).scaled(1.0 / self.trace.header.control_dt_s)
     }
 
@@ -312,17 +308,18 @@ impl Recorder {
     /// Dead reckoning from the wheels' rotation since the last control period, by both kinematics,
     /// like a robot with encoders once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        self.reckoning.reckon(angles_rad);
-        let Some((hubs, _)) = &mut self.hubs else {
-            return;
+        let moved = self.reckoning.reckon(angles_rad, &self.positions);
+        let kinematics = match &mut self.hubs {
+            Some(hubs) => {
+                let positions = self.reckoning.positions();
+                let moved = !positions.is_empty() && hubs.see(positions);
+                hubs.kinematics().filter(|_| moved)
+            }
+            None => moved.then(|| self.reckoning.kinematics()),
         };
-        if !self.measured_positions.is_empty()
-            && hubs.see(&self.measured_positions)
-            && let (Some(kinematics), Ok(contact)) =
-                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
-        {
-            self.kinematics = kinematics.clone();
-            self.contact_kinematics = contact;
+        if let Some(kinematics) = kinematics {
+            self.kinematics.clone_from(kinematics);
+            self.contact_kinematics.stand(kinematics);
         }
     }
 

@@ -71,10 +71,13 @@ impl Hubs {
         }
         self.positions.clear();
         self.positions.extend_from_slice(positions);
-        let posed = self.robot.posed(positions);
-        let hubs = posed.wheels.iter().map(|wheel| wheel.body_from_hub);
-        let before = std::mem::replace(&mut self.body_from_hubs, hubs.collect());
-        self.kinematics = Kinematics::new(&posed).ok().or(self.kinematics.take());
+        let hubs = self.robot.body_from_hubs(positions);
+        let before = std::mem::replace(&mut self.body_from_hubs, hubs);
+        let found = match &self.kinematics {
+            Some(kinematics) => kinematics.moved(&self.body_from_hubs),
+            None => Kinematics::new(&self.robot.posed(positions)),
+        };
+        self.kinematics = found.ok().or(self.kinematics.take());
         let Some(kinematics) = &self.kinematics else {
             return true;
         };
@@ -138,11 +141,6 @@ impl Hubs {
     /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
     pub fn body_from_hubs(&self) -> &[Isometry3<f64>] {
         &self.body_from_hubs
-    }
-
-    /// The robot with its joints at these positions.
-    pub fn posed(&self) -> Robot {
-        self.robot.posed(&self.positions)
     }
 }
 

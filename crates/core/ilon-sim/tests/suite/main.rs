@@ -30,6 +30,7 @@ mod spheres;
 mod spin;
 mod stability;
 mod steered_rollers;
+mod steps;
 mod support;
 mod suspensions;
 mod tyre_causes;

@@ -12,11 +12,13 @@ mod suspension;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use ilon_files::defaults::number;
-use ilon_files::toml::{DecodeError, decode_text};
+use ilon_files::keys;
+use ilon_files::toml::{DecodeError, decode, parse};
 use schemars::JsonSchema;
-use serde::de::Error as _;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::Table;
 
@@ -374,7 +376,7 @@ impl Spec {
             let reason = e.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
         })?;
-        Self::from_toml_str(&text, &file)
+        Self::from_toml_str_with(&text, &file, &Table::new())
     }
 
     /// Reads a description from TOML; `file` is its name in errors.
@@ -382,29 +384,78 @@ impl Spec {
     /// # Errors
     /// TOML that is malformed, of another form, or has unknown keys.
     pub fn from_toml_str(text: &str, file: &str) -> Result<Self, RobotError> {
-        decode_text(text).map_err(|fault| of_toml(&fault, text, file))
+        read(text, file, &Table::new())
     }
 
     /// Reads a description from TOML with changed keys, see [`crate::LoadOptions::spec`].
     ///
     /// # Errors
-    /// Those of [`Self::from_toml_str`], and unknown keys or invalid values.
+    /// Those of [`Self::from_toml_str`], and values out of their ranges.
     pub(crate) fn from_toml_str_with(
         text: &str,
         file: &str,
         changes: &Table,
     ) -> Result<Self, RobotError> {
-        let as_written = Self::from_toml_str(text, file)?;
-        if changes.is_empty() {
-            return Ok(as_written);
-        }
-        let mut table: Table = decode_text(text).map_err(|fault| of_toml(&fault, text, file))?;
-        changed::lay_over(&mut table, changes);
-        decode_text(&table.to_string()).map_err(|fault| {
-            let reason = format!("with its keys changed: {}", fault.message);
-            RobotError::new(file, Fault::Toml { reason })
-        })
+        let spec: Self = read(text, file, changes)?;
+        let checked = check(&spec, &spec.described());
+        checked.map_err(|error| placed(error, text, file, changes))?;
+        Ok(spec)
     }
+}
+
+/// Reads a description with changed keys; reports all faults of its keys at once.
+fn read<T: DeserializeOwned + JsonSchema>(
+    text: &str,
+    file: &str,
+    changes: &Table,
+) -> Result<T, RobotError> {
+    let of_toml = |fault: DecodeError| {
+        let (reason, help) = (fault.message, String::new());
+        let error = RobotError::new(file, Fault::Toml { reason, help });
+        match fault.span {
+            Some(bytes) => error.at(&text.into(), bytes),
+            None => error,
+        }
+    };
+    let document = parse(text).map_err(of_toml)?;
+    let schema = schemars::schema_for!(T).to_value();
+    let whole: Arc<str> = text.into();
+    let faults = keys::check(&document, &schema, false).into_iter();
+    let errors = faults.map(|fault| {
+        let (reason, help) = (fault.message, fault.help);
+        RobotError::new(file, Fault::Toml { reason, help }).at(&whole, fault.span)
+    });
+    if let Some(error) = RobotError::of_all(errors) {
+        return Err(error);
+    }
+    if changes.is_empty() {
+        return decode(document).map_err(of_toml);
+    }
+    let mut table: Table = decode(document).map_err(of_toml)?;
+    changed::lay_over(&mut table, changes);
+    read(&table.to_string(), file, &Table::new()).map_err(|error| {
+        let reason = format!("with its keys changed: {}", error.fault());
+        let help = error.help();
+        RobotError::new(file, Fault::Toml { reason, help })
+    })
+}
+
+/// Adds the file and, unless they come from changes, the places of values out of their ranges.
+fn placed(error: RobotError, text: &str, file: &str, changes: &Table) -> RobotError {
+    let document = parse(text).ok().filter(|_| changes.is_empty());
+    let text: Arc<str> = text.into();
+    error.each(|error| {
+        let span = match (error.fault(), &document) {
+            (Fault::OutOfRange { key, .. }, Some(document)) => {
+                keys::place_of(document.get_ref(), key).map(|(_, span)| span)
+            }
+            _ => None,
+        };
+        match span {
+            Some(span) => error.of_file(file).at(&text, span),
+            None => error.of_file(file),
+        }
+    })
 }
 
 /// Reads an array of a fixed length. The TOML reader's own arrays would ignore surplus entries.
@@ -423,15 +474,6 @@ fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D:
     struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
     let pairs = Vec::<Pair>::deserialize(from)?;
     Ok(Some(pairs.into_iter().map(|Pair(pair)| pair).collect()))
-}
-
-fn of_toml(fault: &DecodeError, text: &str, file: &str) -> RobotError {
-    let reason = fault.message.clone();
-    let error = RobotError::new(file, Fault::Toml { reason });
-    match &fault.span {
-        Some(bytes) => error.at(&text.into(), bytes.clone()),
-        None => error,
-    }
 }
 
 impl Arrangement {

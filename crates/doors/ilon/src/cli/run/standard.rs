@@ -38,7 +38,12 @@ pub(super) fn run(
         _ => arguments.out.clone(),
     };
     let standing = "twist = {}\nrun.duration_s = 1.0\n";
-    let standing = robot_alone(robot, standing, &arguments.settings.settings, files)?;
+    let standing = robot_alone(
+        robot,
+        standing,
+        &arguments.settings.settings,
+        &arguments.sandbox,
+    )?;
     let loaded = load_robot(&standing)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;

@@ -109,7 +109,7 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     let called = called(source, tree, &wheels)?;
     named(
         Handedness::XDeg(MECANUM_DEG),
-        format!("what the file calls them: `{called}`"),
+        format!("the name `{called}`"),
     )
 }
 
