@@ -427,6 +427,10 @@ impl Survey {
             .map(radius_m)
             .fold(0.0, f64::max);
         let hubs: HashSet<usize> = candidates.iter().map(|candidate| candidate.hub).collect();
+        let called: HashSet<usize> = (turning.iter().chain(&others))
+            .map(|like| like.joint)
+            .filter(|&j| is_called_wheel(tree, j))
+            .collect();
         let is_part = |like: &WheelLike| {
             let own_m = radius_m(like);
             let within = |other: &WheelLike| {
@@ -438,11 +442,7 @@ impl Survey {
             let in_hub = hubs.contains(&like.joint)
                 || tree.joints_above(like.joint).any(|j| hubs.contains(&j));
             let is_small = own_m > 0.0 && own_m < SMALLER * largest_m;
-            let above = |other: &WheelLike| {
-                tree.joints_above(like.joint).any(|j| j == other.joint)
-                    && is_called_wheel(tree, other.joint)
-            };
-            let is_on_wheel = turning.iter().chain(&others).any(above);
+            let is_on_wheel = tree.joints_above(like.joint).any(|j| called.contains(&j));
             in_hub || is_on_wheel || is_small || turning.iter().chain(&others).any(within)
         };
         self.others.retain(|like| !is_part(like));
