@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub enum Change {
     /// Half the physics step; wheel loops keep their period.
     HalfStep,
-    /// Half the parts into which steps are split while a roller is about to slide.
+    /// Half the parts into which steps are split while a roller slides or is about to.
     HalfSplit,
     /// Another seed of the sensors' noise.
     OtherSeed,

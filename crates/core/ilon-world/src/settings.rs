@@ -130,10 +130,10 @@ pub struct Settings {
     /// Length of one physics step, in seconds, > 0.
     #[default(1.0 / 500.0)]
     pub dt_s: f64,
-    /// Steps in which a roller uses more than half of its grip and sticks, or has just begun to
-    /// slide, are split into parts of about this length, in seconds, > 0; `None` never splits. How
-    /// far a roller slides before the next one takes over, and the cost of that, is decided within
-    /// milliseconds. A step whose contacts cannot be solved is halved, down to this or to a
+    /// Steps in which a roller uses more than half of its grip, or slides, are split into parts of
+    /// about this length, in seconds, > 0; `None` never splits. How far a roller slides before the
+    /// next one takes over, how long that one takes to spin up, and the cost of it, are decided
+    /// within milliseconds. A step whose contacts cannot be solved is halved, down to this or to a
     /// sixteenth of `dt_s`, whichever is shorter.
     pub split_dt_s: Option<f64>,
     /// The solver of the contacts with the ground.

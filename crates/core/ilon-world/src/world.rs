@@ -277,7 +277,7 @@ impl World {
     /// The number of parts into which a span of a step is split.
     fn parts(&self, span_s: f64) -> u32 {
         match self.settings.split_dt_s {
-            Some(part_s) if self.reactions.about_to_slide(&self.bodies) => {
+            Some(part_s) if self.reactions.slides_soon(&self.bodies) => {
                 (span_s / part_s).ceil().max(1.0) as u32
             }
             _ => 1,

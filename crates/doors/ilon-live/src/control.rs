@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use ilon_robot::Twist;
 use ilon_sim::JointCommand;
 pub use ilon_sim::scenario::Priority;
-use ilon_sim::scenario::SIZES;
 use serde::Deserialize;
 use smart_default::SmartDefault;
 
@@ -293,8 +292,7 @@ impl Controls {
     }
 }
 
-/// Limits a number to a range; `None` for NaN. Any deviation gives a note. As in scenarios, no
-/// number is too small to compute with: it counts as 0.
+/// Limits a number to a range; `None` for NaN. Any deviation gives a note.
 fn limited(
     name: &str,
     asked: f64,
@@ -305,12 +303,7 @@ fn limited(
         said.push(format!("{name} is no number: it is not taken"));
         return None;
     }
-    let size = if asked.abs() < *SIZES.start() {
-        0.0
-    } else {
-        asked
-    };
-    let taken = size.clamp(*range.start(), *range.end());
+    let taken = asked.clamp(*range.start(), *range.end());
     if taken != asked {
         said.push(format!("{name} {asked} is out of range: {taken} is taken"));
     }
@@ -326,16 +319,6 @@ mod tests {
             Command::Twist(twist) => *twist,
             other => panic!("{other:?}"),
         }
-    }
-
-    /// A floor of 1e-300 took 12 s for a period of 20 ms.
-    #[test]
-    fn numbers_too_small_to_compute_with_are_zero_and_said() {
-        let mut controls = Controls::default();
-        let said = controls.take(r#"{"twist": [1e-300, 0, 0], "friction": 1e-300}"#);
-        assert_eq!(controls.friction, Some(0.0));
-        assert_eq!(twist(&controls), Twist::new(0.0, 0.0, 0.0));
-        assert!(said.is_some_and(|said| said.contains("0 is taken")));
     }
 
     #[test]

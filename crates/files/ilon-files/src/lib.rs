@@ -8,6 +8,7 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+pub mod defaults;
 mod held;
 pub mod keys;
 pub mod toml;

@@ -26,13 +26,15 @@
 //! D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant: in
 //! a short step the integral counts half of the initial error and a sixth of the rate gained; in a
 //! long one all of both. A plant that solves its step with that mean is stable for any gains and
-//! any dt (theta is at least one half), exact for one pole, and of second order in dt.
+//! any dt (theta is at least one half), exact for one pole, and of second order in dt. Where the
+//! rate jumps within a step, as when rollers hand over, the wheel's angle tells its mean: the
+//! integral is corrected by it.
 
 use ilon_robot::{mean_of_gain, time_and_gain_until};
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
-use super::{Demand, FallingTorque, TorqueLaw};
+use super::{BodySense, Demand, FallingTorque, TorqueLaw};
 use crate::error::{not_negative, positive};
 use crate::{ControlError, DynamicModel};
 
@@ -198,6 +200,9 @@ struct WheelState {
     integral_n_m: f64,
     /// The acceleration, filtered, in rad/s^2.
     acceleration_rad_s2: FilteredDerivative<f64>,
+    /// The wheel's angle, in rad, and by how much it grew in the last step, if that is known.
+    angle_rad: Option<f64>,
+    turned_rad: Option<f64>,
     /// The last step of a continuous loop, whose integral is not booked yet.
     begun: Option<Begun>,
 }
@@ -213,19 +218,21 @@ struct Begun {
 }
 
 impl Begun {
-    /// The integral after the step, in N m, from that before it and the rate that the wheel gained,
-    /// with the motor's limit at its end. It stands for as long as the torque is beyond the limit:
+    /// The integral after the step, in N m, from that before it, the rate that the wheel gained and
+    /// by how much its mean exceeds that of a steady gain, with the motor's limit at its end. It stands for as long as the torque is beyond the limit:
     /// a step that only began or ended there counts in part.
     fn integral_n_m(
         &self,
         before_n_m: f64,
-        gained_rad_s: f64,
+        (gained_rad_s, jumped_rad_s): (f64, f64),
         (settings, limit): (&WheelLoopSettings, &TorqueRange),
     ) -> f64 {
         let gains = &settings.gains;
         let (e, step_n_m_s) = (self.error_rad_s, gains.integral_n_m * self.dt_s);
         let z = gains.proportional_n_m_s * self.dt_s / settings.inertia_kg_m2;
-        let whole_n_m = before_n_m + step_n_m_s * e - mean_of_gain(z) * step_n_m_s * gained_rad_s;
+        let theta = mean_of_gain(z);
+        let mean_rad_s = theta * gained_rad_s + 2.0 * (1.0 - theta) * jumped_rad_s;
+        let whole_n_m = before_n_m + step_n_m_s * (e - mean_rad_s);
         if settings.winds_up {
             return settings.held(whole_n_m);
         }
@@ -332,6 +339,13 @@ impl TorqueLaw for WheelLoop {
         &self.torques_n_m
     }
 
+    fn sense(&mut self, known: &BodySense<'_>) {
+        for (wheel, angle_rad) in self.wheels.iter_mut().zip(known.angles_rad) {
+            let before_rad = wheel.angle_rad.replace(*angle_rad);
+            wheel.turned_rad = before_rad.map(|before_rad| angle_rad - before_rad);
+        }
+    }
+
     fn falling(&self) -> &[FallingTorque] {
         match self.settings.timing {
             LoopTiming::Sampled => &[],
@@ -370,8 +384,11 @@ impl WheelState {
         // rest: the proportional part, the integral over the step (corrected once the rate is
         // known), and the filtered acceleration.
         if let Some(begun) = self.begun.take() {
-            self.integral_n_m =
-                begun.integral_n_m(self.integral_n_m, gained_rad_s, (settings, limit));
+            let steady_rad_s = rate_rad_s - 0.5 * gained_rad_s;
+            let turned_rad = self.turned_rad;
+            let jumped_rad_s = turned_rad.map_or(0.0, |rad| rad / begun.dt_s - steady_rad_s);
+            let rates = (gained_rad_s, jumped_rad_s);
+            self.integral_n_m = begun.integral_n_m(self.integral_n_m, rates, (settings, limit));
         }
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;

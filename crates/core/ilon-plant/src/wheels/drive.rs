@@ -141,6 +141,9 @@ impl Drive {
     ) -> &[MotorTorque] {
         let is_due = self.until_due == 0;
         self.until_due = if is_due { self.every } else { self.until_due } - 1;
+        if is_due {
+            self.law.sense(known);
+        }
         let motors = self.motors.iter().zip(rates.real_rad_s);
         let outputs = self.limits.iter_mut().zip(&mut self.torques);
         for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
@@ -163,10 +166,7 @@ impl Drive {
                 // commanded again.
                 self.held_n_m.fill(0.0);
                 if let Some(on_the_way) = &mut self.on_the_way {
-                    on_the_way
-                        .decided_n_m
-                        .iter_mut()
-                        .for_each(|torque_n_m| *torque_n_m = 0.0);
+                    on_the_way.decided_n_m.make_contiguous().fill(0.0);
                 }
                 return &self.torques;
             }
@@ -178,7 +178,6 @@ impl Drive {
         }
         if is_due {
             let (targets, limits) = (&self.targets_rad_s, &self.limits);
-            self.law.sense(known);
             let period_s = f64::from(self.every) * dt_s;
             let decided_n_m =
                 self.law

@@ -45,9 +45,9 @@ const STEPS_PER_PASSAGE: f64 = 6.0;
 /// The shortest step that is chosen for the bandwidth of a sampled wheel loop, half a millisecond
 /// for wheels of 50 mm; instead of a shorter step, its gains are lowered. Chosen.
 const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
-/// The parts into which a step is split while a roller is about to slide, 0.1 ms for wheels of 50
-/// mm: the slip of a fast turn on the edge of its grip is then within a tenth of its limit
-/// (`docs/measured.md`).
+/// The parts into which a step is split while a roller slides or is about to, 0.1 ms for wheels of
+/// 50 mm: a roller that takes over spins up within milliseconds, and the slip of a fast turn on the
+/// edge of its grip is then within a tenth of its limit (`docs/measured.md`).
 const SPLIT: f64 = 1.4e-3;
 /// The shortest step that is chosen for a wheel rate limit, a millisecond for wheels of 50 mm. Many
 /// files have a limit that no wheel reaches, in place of none; beyond this step the rate that the

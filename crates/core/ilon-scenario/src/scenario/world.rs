@@ -341,9 +341,9 @@ pub enum Contacts {
 pub struct Solver {
     /// The contact solver: ilon, or rapier alone, to compare.
     pub contacts: Contacts,
-    /// Length of the parts into which steps are split while a roller begins to slide, in seconds
-    /// [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for wheels of
-    /// 50 mm; with a given step none].
+    /// Length of the parts into which steps are split while a roller slides, or is about to, in
+    /// seconds [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for
+    /// wheels of 50 mm; with a given step none].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub split_dt_s: Option<f64>,
     /// Stiffness of each contact with the ground, in N/m [default: hard rollers on hard ground,

@@ -1,5 +1,6 @@
 //! The integration tests of `ilon-sim`, one module per subject, in one binary.
 
+mod active_casters;
 mod attached;
 mod beliefs;
 mod budget_terms;
@@ -29,6 +30,7 @@ mod spheres;
 mod spin;
 mod stability;
 mod steered_rollers;
+mod steps;
 mod support;
 mod suspensions;
 mod tyre_causes;

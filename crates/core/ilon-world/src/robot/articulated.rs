@@ -78,6 +78,10 @@ pub(crate) struct Memory {
     /// a motion reversed.
     pub friction_owes: Owed,
     pub bearings_owe: Owed,
+    /// Impulses that the motors still owe, in N m s, by wheel. A motor's torque is solved for the
+    /// mean of the rates before and after. If rollers hand over, the rates jump within the step and
+    /// their mean is another; the next step has the difference.
+    pub motors_owe_n_m_s: Vec<f64>,
 }
 
 /// The commands for the coming step.
@@ -86,6 +90,8 @@ pub(crate) struct Command {
     pub motors: Vec<MotorTorque>,
     /// The wheels' rates at the beginning of the step, in rad/s.
     pub rates_asked_rad_s: Vec<f64>,
+    /// The length of the step, in seconds.
+    pub step_s: f64,
     /// The beginning of the coming part of the step relative to the middle of the step, in seconds:
     /// the targets of servos are functions of this time.
     pub from_middle_s: f64,
@@ -178,11 +184,13 @@ impl Articulated {
             servos: servos_of(&robot),
             memory: Memory {
                 gained: vec![0.0; dofs],
+                motors_owe_n_m_s: vec![0.0; count],
                 ..Memory::default()
             },
             command: Command {
                 motors: still.clone(),
                 rates_asked_rad_s: vec![0.0; count],
+                step_s: settings.dt_s,
                 from_middle_s: 0.0,
                 pushes: Vec::new(),
             },
@@ -243,7 +251,7 @@ impl Articulated {
         }
         let rates_rad_s = self.state.wheel_rates_rad_s();
         self.command.rates_asked_rad_s.copy_from_slice(rates_rad_s);
-        self.command.from_middle_s = -0.5 * dt_s;
+        (self.command.step_s, self.command.from_middle_s) = (dt_s, -0.5 * dt_s);
         self.done.counts.fill(WheelCounts::default());
         self.done.support = Support::default();
         self.done.joint_forces.fill(0.0);

@@ -127,6 +127,7 @@ impl World {
             body.take_reactions(index, solver, lands, dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_on(lands, &gravity, dt_s, &mut self.energies);
+            body.count_debts(dt_s);
             body.command.from_middle_s += dt_s;
             if let Some(free) = body.free_mut() {
                 free.pressed_m = free.pressed_m.max(solver.pressed_m(index));
@@ -313,7 +314,28 @@ impl Articulated {
             *law = self.command.motors[index]
                 .after_gaining(gained_rad_s)
                 .over(dt_s, self.wheel_inertia);
+            if law.droop_n_m_s > 0.0 {
+                law.torque_n_m += self.memory.motors_owe_n_m_s[index] / self.command.step_s;
+            }
             self.step.motors[index] = law.straight();
+        }
+    }
+
+    /// Counts what the motors paid and owe after a part of the step.
+    fn count_debts(&mut self, dt_s: f64) {
+        let paid = dt_s / self.command.step_s;
+        for (index, owed_n_m_s) in self.memory.motors_owe_n_m_s.iter_mut().enumerate() {
+            *owed_n_m_s *= 1.0 - paid;
+            let law = &self.step.motor_laws[index];
+            if self.step.motors[index] != *law {
+                // It acted along a limit.
+                continue;
+            }
+            let [before, mean, after] = [&self.step.before, &self.step.middle, &self.state]
+                .map(|state| state.wheel_rates_rad_s()[index]);
+            // The law's droop is that for a steady gain, which is lower than that for a jump.
+            let lower_n_m_s = self.command.motors[index].droop_n_m_s - law.droop_n_m_s;
+            *owed_n_m_s -= lower_n_m_s * (2.0 * mean - before - after) * dt_s;
         }
     }
 

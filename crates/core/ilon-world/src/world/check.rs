@@ -14,35 +14,30 @@ use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldErr
 
 /// Refuses what cannot be simulated.
 pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
-    let positive = [
-        ("dt_s", Some(settings.dt_s)),
-        ("split_dt_s", settings.split_dt_s),
-        ("contact_stiffness_n_m", settings.contact_stiffness_n_m),
-    ];
-    for (name, value) in positive {
-        if let Some(value) = value
-            && !(value.is_finite() && value > 0.0)
-        {
-            return Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and above 0",
-            });
-        }
-    }
-    let not_negative = [
-        ("gravity_m_s2", Some(settings.gravity_m_s2)),
-        ("contact_relaxation_s", settings.contact_relaxation_s),
-    ];
-    for (name, value) in not_negative {
-        if let Some(value) = value
-            && !(value.is_finite() && value >= 0.0)
-        {
-            return Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and not below 0",
-            });
+    const POSITIVE: &str = "finite and above 0";
+    for (name, value, range) in [
+        ("dt_s", Some(settings.dt_s), POSITIVE),
+        ("split_dt_s", settings.split_dt_s, POSITIVE),
+        (
+            "contact_stiffness_n_m",
+            settings.contact_stiffness_n_m,
+            POSITIVE,
+        ),
+        (
+            "gravity_m_s2",
+            Some(settings.gravity_m_s2),
+            "finite and not below 0",
+        ),
+        (
+            "contact_relaxation_s",
+            settings.contact_relaxation_s,
+            "finite and not below 0",
+        ),
+    ] {
+        let is_in_range =
+            |value: f64| value.is_finite() && (value > 0.0 || (value == 0.0 && range != POSITIVE));
+        if let Some(value) = value.filter(|value| !is_in_range(*value)) {
+            return Err(WorldError::Setting { name, value, range });
         }
     }
     floor.check()?;
@@ -205,82 +200,79 @@ fn check_axles(wheel: &Wheel) -> Result<(), WorldError> {
 
 /// Refuses features that rapier's own solver does not have.
 fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
-    let refused = |what: String, remedy| Err(WorldError::NotInRapier { what, remedy });
-    if settings.split_dt_s.is_some() {
-        return refused("steps taken in parts".to_owned(), "take shorter steps");
-    }
-    if let Some(joint) = robot.joints.first() {
-        return refused(
-            format!("bodies on joints (joint `{}`)", joint.name),
+    let of_wheel = |what: &str, has: fn(&Wheel) -> bool| {
+        let wheel = robot.wheels.iter().find(|wheel| has(wheel))?;
+        Some(format!("{what} (wheel `{}`)", wheel.name))
+    };
+    let if_so = |is_so: bool, what: &str| is_so.then(|| what.to_owned());
+    let joint = robot.joints.first();
+    let mut footings = floor.all_footings();
+    let features = [
+        (
+            if_so(settings.split_dt_s.is_some(), "steps taken in parts"),
+            "take shorter steps",
+        ),
+        (
+            joint.map(|joint| format!("bodies on joints (joint `{}`)", joint.name)),
             "hold its joints",
-        );
-    }
-    if settings.roller_bodies != RollerBodies::All {
-        return refused(
-            "only the rollers near the ground".to_owned(),
-            "take all of them: each is a body of its own",
-        );
-    }
-    let has_play = |wheel: &&Wheel| wheel.surface.axial_play_m > 0.0;
-    if let Some(wheel) = robot.wheels.iter().find(has_play) {
-        return refused(
-            format!(
-                "rollers with play along their axles (wheel `{}`)",
-                wheel.name
+        ),
+        (
+            if_so(
+                settings.roller_bodies != RollerBodies::All,
+                "only the rollers near the ground",
             ),
+            "take all of them: each is a body of its own",
+        ),
+        (
+            of_wheel("rollers with play along their axles", |wheel| {
+                wheel.surface.axial_play_m > 0.0
+            }),
             "leave the play out",
-        );
-    }
-    let has_axles = |wheel: &&Wheel| wheel.surface.axle_friction > 0.0;
-    if let Some(wheel) = robot.wheels.iter().find(has_axles) {
-        return refused(
-            format!(
-                "friction on the rollers' axles that follows the load (wheel `{}`)",
-                wheel.name
+        ),
+        (
+            of_wheel(
+                "friction on the rollers' axles that follows the load",
+                |wheel| wheel.surface.axle_friction > 0.0,
             ),
             "leave it out, or write dry friction of the rollers' joints",
-        );
-    }
-    let gives =
-        |wheel: &&Wheel| wheel.surface.tread.is_some() || wheel.surface.rolling_resistance > 0.0;
-    if let Some(wheel) = robot.wheels.iter().find(gives) {
-        let what = format!(
-            "rollers with a tread or rolling resistance (wheel `{}`)",
-            wheel.name
-        );
-        return refused(what, "leave the rollers rigid");
-    }
-    let turned =
-        |roller: &Roller| matches!(roller.form, RollerForm::Turned(_) | RollerForm::Tyre(_));
-    let of_profile = |wheel: &&Wheel| wheel.rollers.iter().any(turned);
-    if let Some(wheel) = robot.wheels.iter().find(of_profile) {
-        return refused(
-            format!("rollers with a profile by numbers (wheel `{}`)", wheel.name),
+        ),
+        (
+            of_wheel("rollers with a tread or rolling resistance", |wheel| {
+                wheel.surface.tread.is_some() || wheel.surface.rolling_resistance > 0.0
+            }),
+            "leave the rollers rigid",
+        ),
+        (
+            of_wheel("rollers with a profile by numbers", |wheel| {
+                let mut forms = wheel.rollers.iter().map(|roller| &roller.form);
+                forms.any(|form| matches!(form, RollerForm::Turned(_) | RollerForm::Tyre(_)))
+            }),
             "take barrels",
-        );
-    }
-    if !floor.materials.is_empty() {
-        return refused(
-            "a floor whose friction depends on the rollers' material".to_owned(),
-            "say its friction instead",
-        );
-    }
-    let mut footings = floor.all_footings();
-    if footings.any(|footing| footing.surface != FloorSurface::default()) {
-        return refused(
-            "a floor that drags, creeps, or whose friction falls".to_owned(),
-            "leave the floor hard",
-        );
-    }
-    let lossy = |wheel: &&Wheel| wheel.drive.gear_efficiency < 1.0;
-    match robot.wheels.iter().find(lossy) {
-        Some(wheel) => refused(
-            format!(
-                "a gear that loses a share of the torque (wheel `{}`)",
-                wheel.name
+        ),
+        (
+            if_so(
+                !floor.materials.is_empty(),
+                "a floor whose friction depends on the rollers' material",
             ),
+            "say its friction instead",
+        ),
+        (
+            if_so(
+                footings.any(|footing| footing.surface != FloorSurface::default()),
+                "a floor that drags, creeps, or whose friction falls",
+            ),
+            "leave the floor hard",
+        ),
+        (
+            of_wheel("a gear that loses a share of the torque", |wheel| {
+                wheel.drive.gear_efficiency < 1.0
+            }),
             "give the gear an efficiency of 1",
         ),
+    ];
+    let mut refused = features.into_iter();
+    match refused.find_map(|(what, remedy)| Some((what?, remedy))) {
+        Some((what, remedy)) => Err(WorldError::NotInRapier { what, remedy }),
         None => Ok(()),
     }
 }

@@ -60,9 +60,14 @@ fn the_laws_of_contact_hold_in_every_step() {
         friction: 0.05,
         ..Floor::default()
     };
+    let hardly_any = Floor {
+        friction: 1e-300,
+        ..Floor::default()
+    };
     for (place, floor, unsolved, worst_m_s) in [
         ("plane", Floor::default(), 0, 1e-8),
         ("slippery", slippery, 0, 1e-8),
+        ("all but without friction", hardly_any, 0, 1e-8),
         ("bumps", bumps(7), 30, 2e-3),
     ] {
         let mut rig = Rig::new(&mecanum4(), &floor, 20.0, &near(500.0));

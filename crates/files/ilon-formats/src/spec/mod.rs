@@ -13,6 +13,7 @@ mod suspension;
 
 use std::collections::BTreeMap;
 
+use ilon_files::defaults::number;
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -109,14 +110,14 @@ pub struct WheelSpec {
     #[serde(default)]
     pub friction_n_m: f64,
     /// Turns of the motor's rotor per turn of the wheel.
-    #[serde(default = "unity")]
+    #[serde(default = "number::<1, f64>")]
     pub gear_ratio: f64,
     /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it.
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
     /// Efficiency eta of the gear, in (0, 1]. Where the load drives, 2 - 1 / eta of its power
     /// arrives at the motor; up to 0.5 the gear locks itself.
-    #[serde(default = "unity")]
+    #[serde(default = "number::<1, f64>")]
     pub gear_efficiency: f64,
     /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
     #[serde(default)]
@@ -143,7 +144,7 @@ pub struct RollerSpec {
     /// Number of rollers in one row.
     pub per_row: usize,
     /// Number of rows: 1, or 2 with the second row half a pitch further.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1, usize>")]
     pub rows: usize,
     /// Distance between the two rows along the hub axis, in metres; 0 with one row.
     #[serde(default)]
@@ -160,19 +161,15 @@ pub struct RollerSpec {
     pub friction_n_m: f64,
     /// Length of a roller, above 0; 1 leaves neither gap nor overlap. Longer rollers share the
     /// ground (with a tread); shorter ones leave gaps.
-    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    #[serde(default = "number::<1, f64>", skip_serializing_if = "is_unity")]
     pub length_factor: f64,
     /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a
     /// circle, less is flatter, more is rounder; at least 0.01.
-    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    #[serde(default = "number::<1, f64>", skip_serializing_if = "is_unity")]
     pub crown: f64,
     /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the
     /// middle, joined by straight lines. Two points make a cylinder.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        deserialize_with = "pairs"
-    )]
+    #[serde(default, deserialize_with = "pairs")]
     pub profile_m: Option<Vec<[f64; 2]>>,
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -272,14 +269,6 @@ fn is_zero(number: &f64) -> bool {
 
 fn is_none(number: &u32) -> bool {
     *number == 0
-}
-
-fn one() -> usize {
-    1
-}
-
-fn unity() -> f64 {
-    1.0
 }
 
 /// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use ilon_files::defaults::{number, yes};
 use ilon_files::toml::decode_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,7 +102,7 @@ pub struct TyredWheel {
     pub position_m: [f64; 2],
     /// The hub axis as an angle from the body's x axis, counter-clockwise, in degrees: at 90 a
     /// positive rate drives ahead.
-    #[serde(default = "right_angle")]
+    #[serde(default = "number::<90, f64>")]
     pub axis_deg: f64,
     /// Whether a motor drives it.
     #[serde(default = "yes")]
@@ -131,14 +132,6 @@ pub struct CasterSpec {
     pub fork_mass_kg: f64,
     /// How far its wheel stands behind the swivel axis, in metres.
     pub trail_m: f64,
-}
-
-fn right_angle() -> f64 {
-    90.0
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// Whether a text in TOML describes a robot on tyres. Of a text that is no TOML another reader says

@@ -147,6 +147,46 @@ fn a_continuous_loop_is_stable_at_any_step_and_ends_where_a_finely_sampled_one_d
     assert!((coarse / fine - 4.0).abs() < 0.2, "{coarse} {fine}");
 }
 
+/// A wheel that jumps by 1 rad/s at the beginning of a step turns with its new rate throughout: the
+/// integral of its error is k_i dt (5 - 1), and not with half of the gain, k_i dt (5 - 1/2). In the
+/// next step the mean of the error's integral is k_i dt (5 - 1) / 2 more. Without k_p theta is 1/2.
+#[test]
+fn the_integral_counts_the_angle_by_which_a_wheel_turned() {
+    let gains = WheelGains {
+        proportional_n_m_s: 0.0,
+        integral_n_m: 20.0,
+        derivative_n_m_s2: 0.0,
+    };
+    let settings = WheelLoopSettings {
+        timing: LoopTiming::Continuous,
+        inertia_kg_m2: 7e-3,
+        ..WheelLoopSettings::new(gains)
+    };
+    let dt_s = 0.01;
+    let second_n_m = |angles: [&[f64]; 2]| {
+        let mut wheel_loop = WheelLoop::new(1, settings).unwrap();
+        let mut update = |angles_rad, rate| {
+            wheel_loop.sense(&BodySense {
+                angles_rad,
+                gravity_in_body_m_s2: None,
+            });
+            let limits = [TorqueRange::UNLIMITED];
+            wheel_loop.update(&Demand::new(&[5.0], &[rate], &limits, dt_s))[0]
+        };
+        update(angles[0], 0.0);
+        update(angles[1], 1.0)
+    };
+    let of_error = 20.0 * dt_s;
+    for (turned_rad, mean_rad_s) in [(dt_s, 1.0), (0.5 * dt_s, 0.5)] {
+        let expected_n_m = of_error * (5.0 - mean_rad_s) + of_error * 4.0 / 2.0;
+        let given_n_m = second_n_m([&[3.0], &[3.0 + turned_rad]]);
+        assert!((given_n_m - expected_n_m).abs() < 1e-12, "{given_n_m}");
+    }
+    // Without angles the rate counts as one that changed steadily.
+    let steadily_n_m = second_n_m([&[], &[]]);
+    assert!((steadily_n_m - of_error * (4.5 + 2.0)).abs() < 1e-12);
+}
+
 /// The motor of 1 N m cannot follow a jump of the target, and the integral stands until the torque
 /// leaves the limit, somewhere within a step. So the rate 0.2 s after the jump is of second order in
 /// the step, whatever the target: on average a quarter as far from the limit of short steps for half

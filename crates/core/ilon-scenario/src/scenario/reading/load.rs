@@ -126,6 +126,21 @@ impl Scenario {
         Ok(scenario)
     }
 
+    /// The text of a scenario with some of its keys changed; the same text without changes.
+    ///
+    /// # Errors
+    /// If the text or a setting is no TOML.
+    pub fn text_with(text: &str, name: &str, settings: &[Setting]) -> Result<String, Error> {
+        if settings.is_empty() {
+            return Ok(text.to_owned());
+        }
+        let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
+        let (document, _) = merged(text, name, &lines)?;
+        let table: toml::Table =
+            decode(document).map_err(|error| Error::encode("the scenario", &error.message))?;
+        encode(&table).map_err(|source| Error::encode("the scenario", &source))
+    }
+
     /// The scenario as TOML, with every default written out, below its description as a comment.
     pub fn to_toml(&self) -> Result<String, Error> {
         let keys = encode(self).map_err(|source| Error::encode("the scenario", &source))?;

@@ -14,6 +14,9 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::curve::Curves;
 
+/// A bound of friction below this, in N s, counts as 0: the square of such an impulse underflows.
+pub(super) const LEAST_BOUND_N_S: f64 = 1e-150;
+
 /// A law between an impulse and the velocity at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Law {
@@ -76,7 +79,7 @@ impl Allowed {
     /// grows with the impulse of the row before by `grows`.
     #[inline(always)]
     fn hold_in_disc(&mut self, first: usize, asked: Vector2<f64>, limit: f64, grows: f64) {
-        if limit <= 0.0 {
+        if limit < LEAST_BOUND_N_S {
             return;
         }
         let size = asked.norm();

@@ -84,23 +84,24 @@ impl Reactions {
         bearings.map(|reaction| reaction.taken_j.sum()).sum()
     }
 
-    /// Whether a rigid roller is about to slide: its friction is near its limit, and it sticks or
-    /// has just begun to slide. A soft roller is at its limit whenever it takes over, and its tread
-    /// determines when it slides.
-    pub fn about_to_slide(&self, bodies: &[Articulated]) -> bool {
+    /// Whether a rigid roller slides along its axle, or is about to slide: its friction is near its
+    /// limit. One that only spins up slides across its axle. A soft roller is at its limit whenever
+    /// it takes over, and its tread determines when it slides.
+    pub fn slides_soon(&self, bodies: &[Articulated]) -> bool {
         /// A share of the limit that counts as near. Chosen.
         const NEAR_LIMIT: f64 = 0.5;
-        /// A roller that slides faster, in its robot's unit of speed, slides already: 3 cm/s for
-        /// wheels of 50 mm. Chosen.
-        const SLIDES: f64 = 0.043;
+        /// A roller that slides faster, in its robot's unit of speed, and not along its axle, spins
+        /// up: 3 cm/s for wheels of 50 mm. Chosen.
+        const SPINS_UP: f64 = 0.043;
         self.all.iter().any(|reaction| {
-            let slides_m_s = SLIDES * bodies[reaction.a.body].scale.speed_m_s();
+            let fast_m_s = SPINS_UP * bodies[reaction.a.body].scale.speed_m_s();
+            let slides_m_s = reaction.velocity_after.yz();
             let limit = NEAR_LIMIT * reaction.friction * reaction.impulse.x;
             matches!(reaction.a.part, Part::Roller(..))
                 && reaction.tread().is_none()
                 && limit > 0.0
                 && reaction.impulse.yz().norm() > limit
-                && reaction.velocity_after.yz().norm() < slides_m_s
+                && (slides_m_s.norm() < fast_m_s || slides_m_s.x.abs() > 0.5 * fast_m_s)
         })
     }
 

@@ -9,6 +9,7 @@ use ilon_trace::file::write_text;
 use ilon_trace::metrics::TwistRatio;
 
 use super::one::{Arguments, Told, load, one, print_json};
+use crate::Scenario;
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
@@ -49,7 +50,9 @@ pub(super) fn run(
     let mut scenarios = Vec::new();
     for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
-        let text = format!("{WRITTEN}\n{}{}", robot_line(robot)?, motion.toml());
+        let text = format!("{}{}", robot_line(robot)?, motion.toml());
+        let text = Scenario::text_with(&text, motion.name, &arguments.settings.settings)?;
+        let text = format!("{WRITTEN}\n{text}");
         if std::fs::read_to_string(&path).is_ok_and(|there| !there.starts_with(WRITTEN)) {
             return Err(Failure::usage(
                 format!(
