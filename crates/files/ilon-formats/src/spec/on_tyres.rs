@@ -12,7 +12,8 @@ use toml::Table;
 use super::check::{
     failing, faults_of_chassis, length_of_wheel, not_negative, out_of_range, positive, refused,
 };
-use super::{ChassisSpec, MAX_BYTES, exactly, placed, read};
+use super::reading::{placed, read};
+use super::{ChassisSpec, MAX_BYTES, exactly};
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
 
