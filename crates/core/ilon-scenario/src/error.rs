@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::ReadError;
-use ilon_formats::{Fault, RobotError};
+use ilon_formats::RobotError;
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
 
@@ -161,9 +161,9 @@ pub struct RobotFault {
 impl RobotFault {
     fn new(fault: RobotError) -> Self {
         // Nothing is shown of a file that is not a robot: an untrusted scenario may name any file.
-        let is_robot = |text: &&str| match fault.fault() {
-            Fault::Toml { .. } => text.contains("wheel"),
-            _ => ["<robot", "<sdf", "<mujoco"]
+        let is_robot = |text: &&str| match fault.file().ends_with(".toml") {
+            true => text.contains("wheel"),
+            false => ["<robot", "<sdf", "<mujoco"]
                 .iter()
                 .any(|tag| text.contains(tag)),
         };
@@ -284,6 +284,7 @@ impl Error {
                 "write a value: text in straight quotes, `\"so\"`; a number with a point and without its unit, `0.5`"
             }
             _ if is_comma => "a number has a point, not a comma: `0.3`",
+            _ if said.contains("mantissa") => "a number begins with a digit: `0.3`",
             "duplicate key" => "it is set above already: keep one of the two",
             _ => {
                 "the file is TOML: [section] lines, and `key = value` lines below them; `ilon schema` lists all keys"

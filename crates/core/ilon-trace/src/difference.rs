@@ -61,8 +61,8 @@ impl std::fmt::Display for Difference {
 }
 
 /// The signals of a run that differ from its baseline, the earliest difference first. A signal
-/// without a tolerance must be equal to the bit; runs of different length differ in the time
-/// signal. One signal at a time is in memory.
+/// without a tolerance must be equal to the bit, or is left out if `only_tolerated`; runs of
+/// different length differ in the time signal. One signal at a time is in memory.
 ///
 /// # Errors
 /// If the rows cannot be read.
@@ -70,6 +70,7 @@ pub fn differences<R: Rows>(
     run: &R,
     baseline: &R,
     tolerances: &BTreeMap<String, f64>,
+    only_tolerated: bool,
 ) -> Result<Vec<Difference>, R::Error> {
     let recorded =
         |(name, tolerance): (&String, &f64)| (run.header().recorded_name(name), *tolerance);
@@ -84,7 +85,10 @@ pub fn differences<R: Rows>(
     let mut found = Vec::new();
     let times_s = (run.values("t_s")?, baseline.values("t_s")?);
     for name in names {
-        let tolerance = tolerance_of(&name, &tolerances);
+        let tolerance = match tolerance_of(&name, &tolerances) {
+            None if only_tolerated => continue,
+            tolerance => tolerance.unwrap_or(0.0),
+        };
         let (ours, theirs) = (run.values(&name)?, baseline.values(&name)?);
         found.extend(difference(&ours, &theirs, &times_s, name, tolerance));
     }
@@ -128,18 +132,14 @@ fn difference(
     })
 }
 
-/// The tolerance of a signal: its own, that for every wheel, or zero.
-fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> f64 {
+/// The tolerance of a signal: its own, or that for every wheel.
+fn tolerance_of(name: &str, tolerances: &BTreeMap<String, f64>) -> Option<f64> {
     let of_every_wheel = || {
         let (wheel, rest) = name.strip_prefix("wheel")?.split_once('_')?;
         let is_number = wheel.chars().all(|digit| digit.is_ascii_digit());
         is_number.then(|| tolerances.get(&format!("wheel*_{rest}")))?
     };
-    tolerances
-        .get(name)
-        .or_else(of_every_wheel)
-        .copied()
-        .unwrap_or(0.0)
+    tolerances.get(name).or_else(of_every_wheel).copied()
 }
 
 #[cfg(test)]
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     fn found(run: &Trace, baseline: &Trace, tolerances: &BTreeMap<String, f64>) -> Vec<Difference> {
-        let Ok(found) = differences(run, baseline, tolerances);
+        let Ok(found) = differences(run, baseline, tolerances, false);
         found
     }
 

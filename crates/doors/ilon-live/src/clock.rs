@@ -32,7 +32,7 @@ impl Pace {
 }
 
 /// Runs the session with the commands of the mailbox, and updates the observers, until `go_on`
-/// returns false.
+/// returns false. A recording that is still on is then written.
 ///
 /// # Errors
 /// If the simulation cannot continue.
@@ -41,7 +41,7 @@ pub fn run(
     desk: &Mailbox,
     watchers: &mut [&mut dyn Observer],
     pace: Pace,
-    mut go_on: impl FnMut() -> bool,
+    go_on: impl FnMut() -> bool,
 ) -> Result<(), LiveError> {
     let said = desk.change(&Change {
         speed: Some(pace.speed),
@@ -51,6 +51,20 @@ pub fn run(
     if let Some(note) = said {
         desk.say(note);
     }
+    let ended = simulate(session, desk, watchers, go_on);
+    session.end_recording();
+    for note in session.take_notes() {
+        watchers.iter_mut().for_each(|watcher| watcher.say(&note));
+    }
+    ended
+}
+
+fn simulate(
+    session: &mut Session,
+    desk: &Mailbox,
+    watchers: &mut [&mut dyn Observer],
+    mut go_on: impl FnMut() -> bool,
+) -> Result<(), LiveError> {
     let mut due = Instant::now();
     // Simulated and elapsed time of the last second.
     let (mut simulated_s, mut since) = (0.0, Instant::now());

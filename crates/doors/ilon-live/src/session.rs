@@ -232,6 +232,8 @@ impl Session {
         let mut description =
             Description::of_robot(self.robot(), link_tree(&self.urdf).as_ref(), &self.looks);
         description.ground.friction = self.friction;
+        let gravity_m_s2 = self.scenario.world.gravity_m_s2;
+        description.robot.weight_n = (gravity_m_s2 * self.robot().mass_kg()) as f32;
         description.bodies = shapes_of_bodies(self.header());
         description
     }
@@ -322,28 +324,41 @@ impl Session {
                 self.drive = Some(Drive::new());
             }
             (true, drive) => self.drive = drive,
-            (false, Some(mut drive)) if !drive.is_empty() => {
-                drive.push((self.plant.time_s(), Twist::default()));
-                let mut scenario = self.scenario.clone();
-                if self.has_friction() {
-                    let floor = &mut scenario.world.floor;
-                    (floor.friction, floor.material) = (Some(self.friction), None);
-                    let rollers = &mut scenario.rollers;
-                    (rollers.material, rollers.wheel_materials) = Default::default();
-                }
-                let written = recording::write(&scenario, &drive, &self.records_into);
-                self.notes.push(match written {
-                    Ok(path) => format!(
-                        "recorded are the commanded twists, not pushes, payloads and commands of joints; repeat them with: ilon run {}",
-                        path.display()
-                    ),
-                    Err(error) => format!("the drive is not recorded: {error}"),
-                });
-            }
-            (false, _) => {}
+            (false, Some(drive)) => self.write(drive),
+            (false, None) => {}
         }
         self.is_recorded = controls.records;
         Ok(())
+    }
+
+    /// Ends a recording that nobody stopped, and writes it.
+    pub fn end_recording(&mut self) {
+        if let Some(drive) = self.drive.take() {
+            self.write(drive);
+        }
+    }
+
+    /// Writes a recorded drive, and notes the command that repeats it.
+    fn write(&mut self, mut drive: Drive) {
+        if drive.is_empty() {
+            return;
+        }
+        drive.push((self.plant.time_s(), Twist::default()));
+        let mut scenario = self.scenario.clone();
+        if self.has_friction() {
+            let floor = &mut scenario.world.floor;
+            (floor.friction, floor.material) = (Some(self.friction), None);
+            let rollers = &mut scenario.rollers;
+            (rollers.material, rollers.wheel_materials) = Default::default();
+        }
+        let written = recording::write(&scenario, &drive, &self.records_into);
+        self.notes.push(match written {
+            Ok(path) => format!(
+                "recorded are the commanded twists, not pushes, payloads and commands of joints; repeat them with: ilon run {}",
+                path.display()
+            ),
+            Err(error) => format!("the drive is not recorded: {error}"),
+        });
     }
 
     /// Sets wheel rates from the last command; returns the limited twist. A command expires when it

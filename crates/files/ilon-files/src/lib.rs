@@ -1,5 +1,5 @@
 //! Reads files that input files name. It limits which files may be read, of which kind, and how
-//! large they may be. [`toml`] decodes TOML documents.
+//! large they may be. [`toml`] decodes TOML documents, and [`keys`] finds all faults of their keys.
 //!
 //! A scenario names a robot, a robot names meshes, and either may come from an untrusted source. A
 //! file's stated size and type are not trusted: devices and pipes may never end or may block, and a
@@ -8,7 +8,9 @@
 // A library prints nothing.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+pub mod defaults;
 mod held;
+pub mod keys;
 pub mod toml;
 
 use std::collections::BTreeSet;

@@ -12,8 +12,7 @@ use ::toml::de::{DeString, DeTable, DeValue};
 use erased_serde::Serialize;
 use serde::de::value::{CowStrDeserializer, UnitDeserializer};
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, Expected, MapAccess, SeqAccess, Unexpected,
-    VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
 use serde::{Deserialize, forward_to_deserialize_any};
 
@@ -40,17 +39,24 @@ pub fn decode<'de, T: Deserialize<'de>>(document: Spanned<DeTable<'de>>) -> Resu
     T::deserialize(Node(Spanned::new(span, value)))
 }
 
-/// Decodes a text.
+/// Parses a text.
 ///
 /// # Errors
-/// If it is not valid TOML, and as [`decode`].
-pub fn decode_text<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, DecodeError> {
-    let document = DeTable::parse(text).map_err(|error| DecodeError {
+/// If it is not valid TOML.
+pub fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, DecodeError> {
+    DeTable::parse(text).map_err(|error| DecodeError {
         message: error.message().to_owned(),
         path: Vec::new(),
         span: error.span(),
-    })?;
-    decode(document)
+    })
+}
+
+/// Decodes a text.
+///
+/// # Errors
+/// Those of [`parse`] and [`decode`].
+pub fn decode_text<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, DecodeError> {
+    decode(parse(text)?)
 }
 
 /// Encodes a value as text.
@@ -80,34 +86,6 @@ impl Error for DecodeError {
             path: Vec::new(),
             span: None,
         }
-    }
-
-    fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        let found = match found {
-            Unexpected::Str(text) => format!("the text {text:?}"),
-            Unexpected::Bool(value) => value.to_string(),
-            Unexpected::Signed(number) => format!("the number {number}"),
-            Unexpected::Unsigned(number) => format!("the number {number}"),
-            Unexpected::Float(number) => format!("the number {number}"),
-            Unexpected::Seq => "a list".to_owned(),
-            Unexpected::Map => "a table".to_owned(),
-            Unexpected::Unit => "nothing".to_owned(),
-            other => other.to_string(),
-        };
-        let expected = expected.to_string();
-        let expected = match expected.as_str() {
-            "f32" | "f64" => "a number",
-            "i8" | "i16" | "i32" | "i64" | "u8" | "u16" | "u32" | "u64" | "usize" => {
-                "a whole number"
-            }
-            "a string" => "a text",
-            "a boolean" => "true or false",
-            "a sequence" => "a list",
-            "a map" => "a table",
-            name if name.starts_with("struct ") => "a table",
-            other => other,
-        };
-        Self::custom(format_args!("expected {expected}, found {found}"))
     }
 }
 
@@ -222,30 +200,8 @@ impl<'de> Deserializer<'de> for Node<'de> {
         at(&span, read)
     }
 
-    /// An error of the first unknown key names the others too.
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, DecodeError> {
-        let unknown = unknown_key(self.0.get_ref(), fields);
-        let read = self.deserialize_any(visitor);
-        match (read, unknown) {
-            (Err(error), Some((first, all)))
-                if error.path.is_empty() && error.message == first.message =>
-            {
-                Err(DecodeError {
-                    message: all,
-                    ..error
-                })
-            }
-            (read, _) => read,
-        }
-    }
-
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple tuple_struct map
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple tuple_struct map struct
         identifier ignored_any
     }
 }
@@ -429,28 +385,18 @@ impl<'de> VariantAccess<'de> for Form<'de> {
             return UnitDeserializer::new().deserialize_any(visitor);
         };
         let read = match unknown_key(value.get_ref(), fields) {
-            Some((error, message)) => Err(DecodeError { message, ..error }),
+            Some(error) => Err(error),
             None => Node(value).deserialize_any(visitor),
         };
         below(&self.name, read)
     }
 }
 
-/// The error for the first key that is not among the fields, and its message with all of them.
-fn unknown_key(
-    value: &DeValue<'_>,
-    fields: &'static [&'static str],
-) -> Option<(DecodeError, String)> {
-    let keys = value.as_table()?.keys();
-    let mut unknown = keys.filter(|key| !fields.contains(&key.get_ref().as_ref()));
-    let key = unknown.next()?;
-    let error = DecodeError::unknown_field(key.get_ref(), fields).at(&key.span());
-    let others: Vec<String> = unknown.map(|key| format!("`{}`", key.get_ref())).collect();
-    let message = match others.is_empty() {
-        true => error.message.clone(),
-        false => format!("{}; unknown too: {}", error.message, others.join(", ")),
-    };
-    Some((error, message))
+/// The error for the first key that is not among the fields.
+fn unknown_key(value: &DeValue<'_>, fields: &'static [&'static str]) -> Option<DecodeError> {
+    let mut keys = value.as_table()?.keys();
+    let key = keys.find(|key| !fields.contains(&key.get_ref().as_ref()))?;
+    Some(DecodeError::unknown_field(key.get_ref(), fields).at(&key.span()))
 }
 
 fn is_empty(value: &DeValue<'_>) -> bool {
@@ -573,30 +519,6 @@ mod tests {
         assert_eq!(fault.path.join("."), path);
         let reference = ::toml::from_str::<All>(text).expect_err("refused");
         assert_eq!(fault.span, reference.span());
-    }
-
-    /// A type error names TOML types, not Rust types.
-    #[test_case("name = 3", "expected a text, found the number 3"; "a number for a text")]
-    #[test_case("name = 'a'\nmass_kg = '2'", "expected a number, found the text \"2\""; "a text for a number")]
-    #[test_case("name = 'a'\ncount = 1.5", "expected a whole number, found the number 1.5"; "a fraction for a whole number")]
-    #[test_case("name = 'a'\non = {}", "expected true or false, found a table"; "a table for a switch")]
-    #[test_case("name = 'a'\nmore = []", "expected a table, found a list"; "a list for a table")]
-    #[test_case("name = 'a'\nlist = true", "expected a list, found true"; "a switch for a list")]
-    #[test_case("name = 'a'\nlist = [1]", "expected a table, found the number 1"; "a number for a table")]
-    fn a_fault_is_told_in_words_of_the_file(text: &str, message: &str) {
-        let fault = decode_text::<All>(text).expect_err("refused");
-        assert_eq!(fault.message, message);
-    }
-
-    /// All unknown keys of a table are named at once, in the order of the alphabet, in which
-    /// a table holds them.
-    #[test_case("name = 'a'\nmass = 2\nlength = 3\nwidth = 4"; "a table")]
-    #[test_case("name = 'a'\npath = { circle = { mass = 1, length = 3, width = 4 } }"; "a form")]
-    fn all_unknown_keys_are_named(text: &str) {
-        let fault = decode_text::<All>(text).expect_err("refused");
-        let words = &fault.message;
-        assert!(words.starts_with("unknown field `length`"), "{words}");
-        assert!(words.ends_with("; unknown too: `mass`, `width`"), "{words}");
     }
 
     /// The text is that of the `toml` crate, and decodes to the same value.

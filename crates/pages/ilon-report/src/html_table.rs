@@ -22,7 +22,11 @@ pub(crate) fn row(head: &str, cells: &str) -> String {
 
 /// The headings of columns.
 pub(crate) fn heads<T: std::fmt::Display>(titles: impl IntoIterator<Item = T>) -> String {
-    let head = |title| format!("<th scope=\"col\">{title}</th>");
+    // An empty heading is none.
+    let head = |title: T| match title.to_string().as_str() {
+        "" => "<td></td>".to_owned(),
+        title => format!("<th scope=\"col\">{title}</th>"),
+    };
     titles.into_iter().map(head).collect()
 }
 

@@ -201,7 +201,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
             time(trace.header.measure_from_s),
             time(trace.header.measure_to_s)
         ),
-        "<th></th><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th><th>ω, deg/s</th>",
+        "<td></td><th>v<sub>x</sub>, m/s</th><th>v<sub>y</sub>, m/s</th><th>ω, deg/s</th>",
         &rows.concat(),
     ))
 }
@@ -238,7 +238,7 @@ pub(super) fn energy_table(summary: &Summary) -> String {
     let parts = BALANCE.iter().filter_map(|key| quantities::by_key(key));
     wide(&table(
         "What the motors did and what came from outside, and where it went: the last six add up to the first two",
-        "<th></th><th>J</th>",
+        "<td></td><th>J</th>",
         &parts.map(row).collect::<String>(),
     ))
 }
@@ -288,7 +288,7 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
     wide(&table(
         "Odometry minus truth. On your robot <code>ilon_control::Odometry</code> uses the contact kinematics: wheel angles in, pose \
          out",
-        &format!("<th></th>{}", heads.concat()),
+        &format!("<td></td>{}", heads.concat()),
         &rows.concat(),
     ))
 }

@@ -1,6 +1,6 @@
 //! Formats numbers with units for the reader.
 
-use ilon_trace::quantities;
+use ilon_trace::quantities::{self, Quantity};
 
 /// Returns a number with a number of decimals, without the sign of a zero.
 pub(super) fn decimals(x: f64, count: usize) -> String {
@@ -132,6 +132,39 @@ pub(super) fn label(key: &str) -> &'static str {
     quantities::by_key(key).map_or("", |quantity| quantity.label)
 }
 
+/// Rounds up to 1, 2 or 5 times a power of ten; 1 for zero.
+pub(crate) fn round_up(x: f64) -> f64 {
+    if !(x.is_finite() && x > 0.0) {
+        return 1.0;
+    }
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0];
+    let step = steps.into_iter().find(|step| step * power >= x);
+    ilon_trace::significant(step.unwrap_or(10.0) * power, 2)
+}
+
+/// Rounds down to 1, 2 or 5 times a power of ten.
+pub(crate) fn round_down(x: f64) -> f64 {
+    1.0 / round_up(1.0 / x)
+}
+
+/// A quantity's name as a sentence has it: "rms position error", "energy lost to sliding".
+pub(crate) fn spoken(quantity: &Quantity) -> String {
+    let words = quantity.words();
+    if let Some((group, label)) = words.split_once(": ") {
+        let group = match quantity.unit.symbol {
+            "J" => "energy",
+            _ => group,
+        };
+        return format!("{group} {label}");
+    }
+    match words.split_once(", ") {
+        Some((what, which @ ("rms" | "largest"))) => format!("{which} {what}"),
+        Some((what, when)) => format!("{what} {when}"),
+        None => words,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -176,6 +209,34 @@ mod tests {
             (-0.0999, "-99.90 mm/s"),
         ] {
             assert_eq!(speed(x_m_s), shown);
+        }
+    }
+
+    #[test]
+    fn a_quantity_is_said_as_a_person_says_it() {
+        for (key, said) in [
+            ("position_error_rms_m", "rms position error"),
+            ("slip_speed_max_m_s", "largest sliding speed"),
+            ("position_error_final_m", "position error at the end"),
+            ("slip_energy_j", "energy lost to sliding"),
+            ("wheel_torque_max_n_m", "largest torque"),
+        ] {
+            let quantity = quantities::by_key(key).expect("a quantity");
+            assert_eq!(spoken(quantity), said);
+        }
+    }
+
+    /// A step of 1, 2 or 5 times a power of ten on either side, and the number itself if it is one.
+    #[test]
+    fn steps_are_round_numbers_on_either_side() {
+        for (x, below, above) in [
+            (0.03, 0.02, 0.05),
+            (7.0, 5.0, 10.0),
+            (160.0, 100.0, 200.0),
+            (0.2, 0.2, 0.2),
+            (5.0, 5.0, 5.0),
+        ] {
+            assert_eq!((round_down(x), round_up(x)), (below, above));
         }
     }
 }

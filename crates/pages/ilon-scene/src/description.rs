@@ -76,8 +76,9 @@ pub struct OtherWay {
 pub struct RobotShape {
     /// Its name.
     pub name: String,
-    /// Its mass in kg: forces are drawn in proportion to the load of a wheel at rest.
-    pub mass_kg: f32,
+    /// Its weight in N, at 9.81 m/s^2 unless set: forces are drawn in proportion to the load of a
+    /// wheel at rest.
+    pub weight_n: f32,
     /// Its largest extent from the body frame's origin in the plane.
     pub reach_m: f32,
     /// Height of the body frame's origin above the floor at rest.

@@ -61,7 +61,7 @@ fn robot_shape(robot: &Robot, visuals: &Visuals, looks: &VisualMeshes) -> RobotS
     let furthest = |axis: usize| corners.iter().map(|c| c[axis]).fold(f64::MIN, f64::max);
     RobotShape {
         name: robot.name.clone(),
-        mass_kg: robot.mass_kg() as f32,
+        weight_n: (9.81 * robot.mass_kg()) as f32,
         reach_m: reach_m as f32,
         ride_height_m: robot.ride_height_m() as f32,
         nose: [

@@ -157,7 +157,7 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
                 lever_m,
             ),
             sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
-            wheels: Vec::new(),
+            ..Controller::default()
         };
     }
     let mean_m = {
@@ -175,7 +175,6 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             nominal: radius_m,
         }),
         lever_m: value_of(Parameter::Lever),
-        sideways_factor: None,
         wheels: (wheels.into_iter())
             .map(|(wheel, radius_m)| WheelSetting {
                 wheel: robot.wheels[wheel].name.clone(),
@@ -183,6 +182,7 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
                 rate_factor: mean_m / radius_m.value,
             })
             .collect(),
+        ..Controller::default()
     }
 }
 

@@ -131,6 +131,9 @@ pub struct Controller {
     pub lever_m: Option<Value>,
     /// Factor on a sideways speed before the controller, which has one radius for all directions.
     pub sideways_factor: Option<Value>,
+    /// The angle gamma of the rollers in degrees, where it was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gamma_deg: Option<Value>,
     /// Settings of each wheel, if wheels were fitted separately.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub wheels: Vec<WheelSetting>,

@@ -90,8 +90,8 @@ pub(crate) fn refuse(study: &Study, runs: &[usize], doubt: &Anomaly) -> Result<(
     let (file, of) = match runs {
         [run] => (study.resolve(&study.file.runs[*run].file), String::new()),
         _ => (
-            study.path.clone(),
-            format!("over its {} runs together, ", runs.len()),
+            study.resolve(&study.file.robot),
+            format!("over the {} runs of the study together, ", runs.len()),
         ),
     };
     match doubt.is_fatal {

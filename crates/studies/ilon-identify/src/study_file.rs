@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ilon_files::defaults::number;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -28,7 +29,7 @@ pub struct StudyFile {
     /// The logs.
     pub runs: Vec<RunFile>,
     /// Over how long a stretch displacements are compared, in seconds.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1, f64>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub window_s: f64,
     /// What of the tracker is not known, beside the parameters of the models: `"x_m"` and `"y_m"`
@@ -80,10 +81,6 @@ pub struct ModelFile {
     /// `"gamma_deg"`, `"axis_deg.WHEEL"`, `"x_m.WHEEL"`, `"y_m.WHEEL"`, `"gain.ahead"`,
     /// `"gain.sideways"`, `"gain.turn"`, `"rows_lost"`.
     pub free: Vec<String>,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 fn tracker() -> Vec<String> {

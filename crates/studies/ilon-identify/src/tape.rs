@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_control::Kinematics;
 use ilon_files::FileAccess;
+use ilon_files::defaults::thousandths;
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_sim::Error;
 use ilon_sim::scenario::{read_text, read_toml};
@@ -69,21 +70,13 @@ pub struct MeasuredRun {
     /// How it is turned, in degrees; full turns need not be counted.
     pub heading_deg: Option<f64>,
     /// Standard error of `x_m` and `y_m`, in metres.
-    #[serde(default = "millimetres")]
+    #[serde(default = "thousandths::<2>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub error_m: f64,
     /// Standard error of `heading_deg`, in degrees.
-    #[serde(default = "half_degree")]
+    #[serde(default = "thousandths::<500>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub error_deg: f64,
-}
-
-fn millimetres() -> f64 {
-    2e-3
-}
-
-fn half_degree() -> f64 {
-    0.5
 }
 
 /// A steady motion in the body frame.
@@ -231,6 +224,7 @@ impl Tape {
                 kind: kind(&model.robot(&found.values)),
                 radius_m: value_of(&Parameter::Radius),
                 lever_m: value_of(&Parameter::Lever),
+                gamma_deg: value_of(&Parameter::Gamma),
                 ..Controller::default()
             },
             next: next_drives(&whole, &seen, &known)?,
@@ -456,9 +450,9 @@ fn next_drives(model: &Model, seen: &[Seen], known: &Kinematics) -> Result<Vec<N
     {
         let mut turned_rad = vec![0.0; known.wheel_count()];
         known.wheel_rates(Twist::new(x, y, turn), &mut turned_rad);
-        let place = Some((0.0, millimetres()));
+        let place = Some((0.0, thousandths::<2>()));
         // Headings are compared up to full turns, near the expected one.
-        let heading = Some((turn, half_degree().to_radians()));
+        let heading = Some((turn, thousandths::<500>().to_radians()));
         let run = Seen {
             turned_rad,
             numbers: [place, place, heading],

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ilon_files::defaults::{number, thousandths, yes};
 use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -43,7 +44,7 @@ pub struct StudyFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<u64>,
     /// How often each point is run, each time with another `sensors.seed`.
-    #[serde(default = "number::<1>")]
+    #[serde(default = "number::<1, u32>")]
     #[schemars(range(min = 1))]
     pub repetitions: u32,
     /// The seed of all that is drawn: the same seed gives the same study.
@@ -76,10 +77,6 @@ impl StudyFile {
     pub fn json_schema() -> serde_json::Value {
         schemars::schema_for!(Self).to_value()
     }
-}
-
-fn yes() -> bool {
-    true
 }
 
 fn is_yes(value: &bool) -> bool {
@@ -223,7 +220,7 @@ pub struct Find {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: f64,
     /// Values tried first, evenly over the range, to see several crossings.
-    #[serde(default = "number::<9>")]
+    #[serde(default = "number::<9, u32>")]
     #[schemars(range(min = 2, max = 1000))]
     pub scan: u32,
 }
@@ -235,15 +232,15 @@ pub struct Minimise {
     /// The quantity of the summary; of repetitions their mean counts.
     pub quantity: String,
     /// Places from which the search starts, the first in the middle of all axes.
-    #[serde(default = "number::<4>")]
+    #[serde(default = "number::<4, u32>")]
     #[schemars(range(min = 1, max = 1000))]
     pub starts: u32,
     /// Most points that are tried from each start.
-    #[serde(default = "number::<60>")]
+    #[serde(default = "number::<60, u32>")]
     #[schemars(range(min = 4, max = 100_000))]
     pub evaluations: u32,
     /// How narrowly the place is searched, as a share of each axis.
-    #[serde(default = "thousandth")]
+    #[serde(default = "thousandths::<1>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: f64,
     /// Bounds that other quantities must keep there.
@@ -279,7 +276,7 @@ pub struct ShareBound {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
     /// The share of all runs that must keep it, above 0; a run that could not be finished does not.
-    #[serde(default = "all")]
+    #[serde(default = "number::<1, f64>")]
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub share: f64,
 }
@@ -352,18 +349,6 @@ fn gather<T: DeserializeOwned>(
         }
     }
     Ok(())
-}
-
-fn number<const N: u32>() -> u32 {
-    N
-}
-
-fn thousandth() -> f64 {
-    1e-3
-}
-
-fn all() -> f64 {
-    1.0
 }
 
 /// Returns the values of a table by their dotted keys.

@@ -5,9 +5,9 @@
 //! to 4.5 % (six). The contact kinematics corrects this, since the wheel angles determine which
 //! roller touches, and where. The remaining error is slip, which no wheel measures.
 
-use ilon_robot::Pose;
+use ilon_robot::{Pose, Twist};
 
-use crate::ContactKinematics;
+use crate::{ContactKinematics, Kinematics};
 
 /// Dead reckoning by the contact kinematics: wheel angles in, pose out.
 ///
@@ -73,18 +73,24 @@ impl Odometry {
     /// Takes the current wheel angles, in radians, and returns the resulting pose. A missing wheel
     /// counts as not turned.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) -> Pose {
-        self.update_carried(wheel_angles_rad, &[])
+        self.update_carried(wheel_angles_rad, &[], Twist::default())
     }
 
     /// Continues with other kinematics: those of the same robot after its wheels moved on the body.
-    pub fn stand(&mut self, kinematics: ContactKinematics) {
-        self.kinematics = kinematics;
+    pub fn stand(&mut self, kinematics: &Kinematics) {
+        self.kinematics.stand(kinematics);
     }
 
     /// Like [`Self::update`], if joints moved the wheels on the body since the last call.
     /// `carried_rad` is how far each wheel rolled over the ground beyond its encoder's angle, as if
-    /// the body had stood still, in radians; missing ones are zero.
-    pub fn update_carried(&mut self, wheel_angles_rad: &[f64], carried_rad: &[f64]) -> Pose {
+    /// the body had stood still, in radians; missing ones are zero. `along_axles` is how the body
+    /// moved because joints moved tyres along their axles.
+    pub fn update_carried(
+        &mut self,
+        wheel_angles_rad: &[f64],
+        carried_rad: &[f64],
+        along_axles: Twist,
+    ) -> Pose {
         self.turned_rad.fill(0.0);
         let last = self.last_angles_rad.iter_mut();
         let increments = self.turned_rad.iter_mut().zip(&mut self.middle_rad);
@@ -98,7 +104,7 @@ impl Odometry {
         }
         // Angles instead of rates: the displacement in the body frame, in metres and radians.
         let displacement = self.kinematics.twist(&self.middle_rad, &self.turned_rad);
-        self.pose = self.pose.moved(displacement);
+        self.pose = self.pose.moved(displacement + along_axles);
         self.pose
     }
 
@@ -116,9 +122,8 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Kinematics;
     use crate::fixtures::{mecanum4, six_wheels, volksbot};
-    use ilon_robot::{Robot, Twist};
+    use ilon_robot::Robot;
 
     /// Moves a robot by twists without slip. Returns its true pose and its estimated pose.
     fn driven(robot: &Robot, twist_at: impl Fn(f64) -> Twist, dt_s: f64) -> (Pose, Pose) {

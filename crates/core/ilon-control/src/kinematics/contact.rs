@@ -23,12 +23,12 @@
 //! moves cos(phi) of the distance by (9): sin(pi/n)/(pi/n) in the mean (n = 9: 0.9798). Straight
 //! ahead, and for gamma = 0, it changes nothing.
 
-use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist, Wheel};
+use ilon_robot::{Barrel, Profile, Robot, RollerForm, Twist};
 use nalgebra::{Isometry3, Matrix3, MatrixXx3, Point3, RowVector3, Unit, Vector2, Vector3};
 
 use crate::error::finite;
 use crate::kinematics::matrix::multiply;
-use crate::kinematics::tyres::{Mount, held_rows, mounts};
+use crate::kinematics::tyres::held_rows;
 use crate::{ControlError, Kinematics};
 
 /// Where a wheel touches the ground.
@@ -67,8 +67,8 @@ pub struct ContactKinematics {
     lever_m: Vec<f64>,
     /// Row over lever: rad/s per twist.
     rate_matrix: MatrixXx3<f64>,
-    /// The wheels with tyres, and how each stands.
-    tyres: Vec<(Wheel, Mount)>,
+    /// Those without the touching rollers, at the same places.
+    ideal: Kinematics,
     /// Twists that tyres allow give zero in each of these rows (see `kinematics/tyres.rs`).
     held: Vec<RowVector3<f64>>,
 }
@@ -82,8 +82,6 @@ struct WheelContacts {
     radius_m: f64,
     rollers: Vec<RollerGeometry>,
     has_tyre: bool,
-    /// Whether it is a caster's, which says nothing of the motion.
-    swivels: bool,
 }
 
 /// A roller in its hub's frame.
@@ -156,7 +154,8 @@ impl ContactKinematics {
     /// # Errors
     /// The conditions of Lemma 1 as in [`Kinematics::new`]; [`ControlError::NoRollers`].
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        let count = Kinematics::new(robot)?.wheel_count();
+        let ideal = Kinematics::new(robot)?;
+        let count = ideal.wheel_count();
         let mut wheels = Vec::with_capacity(count);
         for w in &robot.wheels {
             if w.rollers.is_empty() {
@@ -190,28 +189,37 @@ impl ContactKinematics {
                 radius_m: w.radius_m,
                 rollers: w.rollers.iter().map(geometry).collect(),
                 has_tyre: w.has_tyre(),
-                swivels: robot.swivels(w),
             });
         }
-        let on_tyres = robot.wheels.iter().zip(mounts(robot));
-        let on_tyres = on_tyres.filter(|(wheel, _)| wheel.has_tyre());
-        let tyres: Vec<(Wheel, Mount)> = on_tyres.map(|(wheel, of)| (wheel.clone(), of)).collect();
-        let far = |w: &WheelContacts| w.body_from_hub.translation.vector.xy().norm();
-        let length_m = wheels.iter().map(far).fold(0.0, f64::max);
-        let contacts = wheels.iter().map(|w| w.touching(0.0)).collect();
         let mut kinematics = Self {
             wheels,
             reference_point_m: Vector2::zeros(),
-            length_m,
-            contacts,
+            length_m: 0.0,
+            contacts: Vec::with_capacity(count),
             rows: MatrixXx3::zeros(count),
             lever_m: vec![0.0; count],
             rate_matrix: MatrixXx3::zeros(count),
-            tyres: tyres.clone(),
-            held: held_of(&tyres, Vector2::zeros()),
+            ideal: ideal.clone(),
+            held: Vec::new(),
         };
-        kinematics.refresh_rows();
+        kinematics.stand(&ideal);
         Ok(kinematics)
+    }
+
+    /// Continues with the wheels at the places of other kinematics of the same robot, at wheel
+    /// angles zero. The reference point stays.
+    pub fn stand(&mut self, ideal: &Kinematics) {
+        self.ideal.clone_from(ideal);
+        self.length_m = 0.0;
+        self.contacts.clear();
+        for (wheel, to) in self.wheels.iter_mut().zip(ideal.wheels()) {
+            wheel.body_from_hub = to.body_from_hub;
+            wheel.down_in_hub = to.body_from_hub.rotation.inverse() * -Vector3::z();
+            self.length_m = self.length_m.max(to.position_m().xy().norm());
+            self.contacts.push(wheel.touching(0.0));
+        }
+        self.held = held_rows(ideal.mounted(), self.reference_point_m);
+        self.refresh_rows();
     }
 
     /// Returns the kinematics about another reference point, given in the body frame in metres:
@@ -225,14 +233,14 @@ impl ContactKinematics {
             finite("x of the reference point", point_m.x)?,
             finite("y of the reference point", point_m.y)?,
         );
-        kinematics.held = held_of(&self.tyres, kinematics.reference_point_m);
+        kinematics.held = held_rows(self.ideal.mounted(), kinematics.reference_point_m);
         kinematics.refresh_rows();
         Ok(kinematics)
     }
 
     /// Finds the touching rollers at wheel angles in radians, one per wheel.
     pub fn update(&mut self, wheel_angles_rad: &[f64]) {
-        if self.tyres.len() == self.wheels.len() {
+        if self.wheels.iter().all(|wheel| wheel.has_tyre) {
             // A tyre touches in one and the same place.
             return;
         }
@@ -345,7 +353,7 @@ impl ContactKinematics {
     /// Updates rows, levers and rate matrix for the current contacts.
     fn refresh_rows(&mut self) {
         for (h, (contact, wheel)) in self.contacts.iter().zip(&self.wheels).enumerate() {
-            if wheel.swivels {
+            if self.ideal.swivels(h) {
                 // Its row, lever and rate stay zero.
                 continue;
             }
@@ -369,11 +377,6 @@ impl ContactKinematics {
             self.rate_matrix.set_row(h, &(row / lever_m.abs()));
         }
     }
-}
-
-/// The rows that these tyres hold about a point.
-fn held_of(tyres: &[(Wheel, Mount)], point_m: Vector2<f64>) -> Vec<RowVector3<f64>> {
-    held_rows(tyres.iter().map(|(wheel, mount)| (wheel, *mount)), point_m)
 }
 
 impl WheelContacts {

@@ -8,8 +8,10 @@
 //! side: M (v_c, omega)^T = diag(rho_h cos gamma_h) q'. For identical wheels this is (7). M itself
 //! needs only the roller directions.
 
+use std::sync::Arc;
+
 use ilon_robot::{Robot, Twist, Wheel};
-use nalgebra::{Matrix2, Matrix3xX, MatrixXx3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vector3};
 
 use crate::ControlError;
 use crate::error::finite;
@@ -20,7 +22,7 @@ use crate::kinematics::tyres::{Mount, held_rows, mounts};
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
 pub struct Kinematics {
-    wheels: Vec<Wheel>,
+    wheels: Arc<[Wheel]>,
     reference_point_m: Vector2<f64>,
     /// M of eq. (8).
     m: MatrixXx3<f64>,
@@ -44,7 +46,8 @@ impl Kinematics {
     /// The conditions of Lemma 1: [`ControlError::TooFewWheels`],
     /// [`ControlError::NoControlAuthority`] (c.1), [`ControlError::Uncontrollable`] (c.2).
     pub fn new(robot: &Robot) -> Result<Self, ControlError> {
-        Self::assemble((robot.wheels.clone(), mounts(robot)), Vector2::zeros())
+        let wheels = robot.wheels.iter().cloned().collect();
+        Self::assemble((wheels, mounts(robot)), Vector2::zeros())
     }
 
     /// Returns the kinematics of the same robot about another reference point c, given in the body
@@ -56,11 +59,28 @@ impl Kinematics {
     pub fn about(&self, point_m: Vector2<f64>) -> Result<Self, ControlError> {
         finite("x of the reference point", point_m.x)?;
         finite("y of the reference point", point_m.y)?;
-        Self::assemble((self.wheels.clone(), self.mounts.clone()), point_m)
+        if point_m == self.reference_point_m {
+            return Ok(self.clone());
+        }
+        Self::assemble((Arc::clone(&self.wheels), self.mounts.clone()), point_m)
+    }
+
+    /// Returns the kinematics of the same robot with its hubs at these poses in the body frame,
+    /// after joints have moved them.
+    ///
+    /// # Errors
+    /// Like [`Self::new`].
+    pub fn moved(&self, body_from_hubs: &[Isometry3<f64>]) -> Result<Self, ControlError> {
+        let to = |(wheel, to): (&Wheel, &Isometry3<f64>)| Wheel {
+            body_from_hub: *to,
+            ..wheel.clone()
+        };
+        let wheels = self.wheels.iter().zip(body_from_hubs).map(to).collect();
+        Self::assemble((wheels, self.mounts.clone()), self.reference_point_m)
     }
 
     fn assemble(
-        (wheels, mounts): (Vec<Wheel>, Vec<Mount>),
+        (wheels, mounts): (Arc<[Wheel]>, Vec<Mount>),
         reference_point_m: Vector2<f64>,
     ) -> Result<Self, ControlError> {
         let count = wheels.len();
@@ -151,6 +171,11 @@ impl Kinematics {
         self.mounts.get(wheel) == Some(&Mount::Steered) && self.wheels[wheel].has_tyre()
     }
 
+    /// The wheels, and how each stands.
+    pub(crate) fn mounted(&self) -> impl Iterator<Item = (&Wheel, Mount)> {
+        self.wheels.iter().zip(self.mounts.iter().copied())
+    }
+
     /// The rows that tyres hold at zero as they stand, as functions of (v_x, v_y, omega).
     pub(crate) fn held_rows(&self) -> &[Vector3<f64>] {
         &self.held
@@ -232,6 +257,25 @@ impl Kinematics {
             .map(|(column, rate_rad_s)| column * *rate_rad_s)
             .sum();
         Twist::new(sum.x, sum.y, sum.z)
+    }
+
+    /// Returns how the body moves, in the body frame, if joints move the hubs of standing wheels on
+    /// it by `along_m` along their axles, in metres: tyres keep their hubs in place there.
+    pub fn carried_along_axles(&self, along_m: &[f64]) -> Twist {
+        let rows = self.m.row_iter().map(|row| row.transpose());
+        let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
+        (rows.chain(self.held.iter().copied())).for_each(|row| ata += row * row.transpose());
+        for (wheel, along_m) in self.wheels.iter().zip(along_m) {
+            let (n, b) = (
+                wheel.axis(),
+                wheel.position_m().xy() - self.reference_point_m,
+            );
+            aty -= Vector3::new(n.x, n.y, b.perp(&n)) * *along_m;
+        }
+        let x = ata
+            .cholesky()
+            .map_or(Vector3::zeros(), |ata| ata.solve(&aty));
+        Twist::new(x.x, x.y, x.z)
     }
 
     /// Computes the part of wheel rates that belongs to no motion, r = q' - M M^+ q' in rad/s: zero

@@ -184,6 +184,11 @@ fn kind_of(wheels: &[Wheel], mounts: &[Mount]) -> Option<SingularityKind> {
     let sum: Vector2<f64> = wheels.iter().map(|w| w.position_m().xy()).sum();
     let mean_m = sum / wheels.len() as f64;
     let (m, length_m) = scaled(&all_rows((wheels, mounts), mean_m), wheels, mean_m);
+    // Because s_1^2 s_2^2 <= (tr / 2)^2 of m^T m, (s_3 / s_1)^2 is at least this: clearly regular.
+    let squares = m.tr_mul(&m);
+    if 4.0 * squares.determinant() > (10.0 * RANK_TOLERANCE).powi(2) * squares.trace().powi(3) {
+        return None;
+    }
     let [(s_1, _), (s_2, _), (s_3, free)] = singular_values(&m);
     if s_3 > RANK_TOLERANCE * s_1 {
         return None;

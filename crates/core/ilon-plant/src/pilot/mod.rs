@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 use crate::pilot::modules::Modules;
 use crate::sensing::hubs::Hubs;
 use crate::sensing::sensors::Measurements;
-use ilon_scenario::course::command::{Commanded, Decided, WheelCommand};
+use ilon_scenario::course::command::{Commanded, Decided, JointCommand, WheelCommand};
 use ilon_scenario::course::playback::{Asked, Log, Placing};
 use ilon_scenario::scenario::{self, ReferencePoint, Scenario};
 use ilon_scenario::{Error, Resolved};
@@ -291,10 +291,8 @@ impl Pilot {
         if self.guidance.stand(kinematics).is_ok() {
             self.kinematics = kinematics.clone();
         }
-        if let Some(contact) = &mut self.contact
-            && let Ok(posed) = ContactKinematics::new(&hubs.posed())
-        {
-            *contact = posed;
+        if let Some(contact) = &mut self.contact {
+            contact.stand(kinematics);
         }
     }
 
@@ -313,15 +311,20 @@ impl Pilot {
             let twist = self.decision.granted_twist_in_body;
             let known = (&self.kinematics, hubs.body_from_hubs());
             modules.aim(twist, known, joint_positions);
+            for (wheel, rate_rad_s) in modules.turning_along(&self.kinematics) {
+                // In place of what was measured of it, which is late.
+                let measured_rad_s = -hubs.carried_rad()[wheel] / self.period_s;
+                self.wheel_rates_rad_s[wheel] += rate_rad_s - measured_rad_s;
+            }
         }
     }
 
-    /// Where the pilot sends the joints that steer wheels, in rad, by their indices among the
-    /// robot's joints; nowhere if a log or a user's controller drives.
-    pub fn steering_targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// Where the pilot sends the joints that steer wheels, by their indices among the robot's
+    /// joints; nowhere if a log or a user's controller drives.
+    pub fn steering(&self) -> impl Iterator<Item = (usize, JointCommand)> {
         let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
         let modules = self.modules.iter().filter(move |_| steers);
-        modules.flat_map(Modules::targets_rad)
+        modules.flat_map(Modules::commands)
     }
 
     /// A remark if a robot that cannot move sideways follows a reference whose heading is not that
@@ -356,8 +359,7 @@ impl Pilot {
             return None;
         };
         let positions = self.robot.start_positions();
-        let posed = self.robot.posed(&positions);
-        let hubs: Vec<_> = posed.wheels.iter().map(|w| w.body_from_hub).collect();
+        let hubs = self.robot.body_from_hubs(&positions);
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);

@@ -1,30 +1,52 @@
-//! Where steered wheels are sent: each module's angle follows the velocity that a twist gives its
-//! wheel.
+//! Where steered wheels are sent: each module's angle follows the velocity that a twist gives the
+//! middle of its wheels.
 //!
 //! A wheel rolls along u. Its module turns until u lies along v_h = v + omega k x b, eq. (2), or
 //! against it, whichever is nearer to where the module is sent now; the wheel then turns the other
 //! way. What the wheel turns at while its module is on the way, the kinematics of the measured
 //! angles says: u . v_h / rho, the cosine of the missing angle of the whole.
+//!
+//! **Pairs.** Two driven wheels side by side turn their module too, so that its joint is sent a
+//! rate and they turn with it. If the middle of their axle lies at r from the steering axis (an
+//! active caster), the module need not wait for an angle: n . (v_h + q'_s k x r) = 0 gives its rate
+//! q'_s for any twist, at any angle. Such a base turns on the spot while its wheels stand.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use ilon_control::Kinematics;
-use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
+use ilon_scenario::course::command::JointCommand;
 use ilon_scenario::scenario::{Joint, Scenario};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Vector2, Vector3};
 
 /// A wheel that is asked to move slower than this keeps its angle, in m/s (chosen): a robot that
 /// has arrived does not turn its modules by the noise of its errors.
 const STILL_M_S: f64 = 1e-3;
 
+/// In which a pair without a lever turns to its angle, in seconds (chosen).
+const PAIR_TURNS_S: f64 = 0.1;
+
 /// The modules of a robot that the pilot steers.
 pub(super) struct Modules(Vec<Module>);
 
-/// A steered wheel.
+/// Driven wheels side by side on a steering joint.
+struct Pair {
+    /// n . (k x r), in metres; 0 without a lever.
+    lever_m: f64,
+    /// The axis of the joint in the body frame, in metres.
+    axis_m: Vector2<f64>,
+    /// The fastest that the joint turns, and the rate that it is sent, counter-clockwise, in rad/s.
+    limit_rad_s: f64,
+    rate_rad_s: f64,
+}
+
+/// What a joint steers.
 struct Module {
     /// Its steering joint, among the robot's.
     joint: usize,
-    wheel: usize,
+    wheels: Vec<usize>,
+    /// Of a pair.
+    pair: Option<Pair>,
     /// 1 where the joint turns counter-clockwise seen from above, else -1.
     sense: f64,
     limits: [f64; 2],
@@ -36,25 +58,33 @@ impl Modules {
     /// without any. A wheel on rollers moves in every direction at every angle: its joint stays
     /// where it is sent.
     pub fn of(robot: &Robot, scenario: &Scenario) -> Option<Self> {
-        let module = |wheel: usize| {
-            let on_tyre = Some(&robot.wheels[wheel]).filter(|wheel| wheel.has_tyre())?;
-            let joint = robot.steering_of(on_tyre)?;
+        let module = |joint: usize| {
+            let is_its = |of: &Wheel| of.has_tyre() && robot.steering_of(of) == Some(joint);
+            let wheels = 0..robot.wheels.len();
+            let wheels: Vec<usize> = wheels.filter(|at| is_its(&robot.wheels[*at])).collect();
             let of = &robot.joints[joint];
             let asked = scenario.robot.joints.get(&of.name);
             let holds =
                 |asked: &Joint| asked.options.target_rad.is_some() || !asked.setpoints.is_empty();
-            if asked.is_some_and(holds) {
+            if wheels.is_empty() || asked.is_some_and(holds) {
                 return None;
             }
+            let servo = of.servo()?;
             Some(Module {
                 joint,
-                wheel,
+                wheels,
+                pair: robot.pair_lever_m(joint).map(|lever_m| Pair {
+                    lever_m,
+                    axis_m: of.body_from_joint.translation.vector.xy(),
+                    limit_rad_s: servo.rate_limit,
+                    rate_rad_s: 0.0,
+                }),
                 sense: (of.body_from_joint.rotation * Vector3::z()).z.signum(),
                 limits: of.limits,
-                target_rad: of.servo()?.target,
+                target_rad: servo.target,
             })
         };
-        let modules: Vec<Module> = (0..robot.wheels.len()).filter_map(module).collect();
+        let modules: Vec<Module> = (0..robot.joints.len()).filter_map(module).collect();
         (!modules.is_empty()).then_some(Self(modules))
     }
 
@@ -68,33 +98,71 @@ impl Modules {
     ) -> Option<usize> {
         let mut beyond = None;
         for module in &mut self.0 {
-            let Some(v_h) = kinematics.hub_velocity_m_s(module.wheel, twist_in_body) else {
-                continue;
-            };
-            if v_h.norm() < STILL_M_S {
+            let wheels = module.wheels.iter();
+            let velocities =
+                wheels.filter_map(|at| kinematics.hub_velocity_m_s(*at, twist_in_body));
+            let v_h = velocities.sum::<Vector2<f64>>() / module.wheels.len() as f64;
+            let n = hubs[module.wheels[0]].rotation * Vector3::z();
+            if let Some(pair) = module.pair.as_mut().filter(|pair| pair.lever_m != 0.0) {
+                pair.turn(-n.xy().dot(&v_h) / pair.lever_m);
                 continue;
             }
-            let n = hubs[module.wheel].rotation * Vector3::z();
-            let now_rad = libm::atan2(-n.x, n.y);
-            let sent_rad = now_rad + module.sense * (module.target_rad - positions[module.joint]);
-            let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - sent_rad);
-            let shorter_rad = if missing_rad.abs() > FRAC_PI_2 {
-                wrap_angle(missing_rad + PI)
-            } else {
-                missing_rad
-            };
-            if !module.send(module.target_rad + module.sense * shorter_rad) {
-                beyond = beyond.or(Some(module.joint));
+            if v_h.norm() >= STILL_M_S {
+                let now_rad = libm::atan2(-n.x, n.y);
+                let sent_rad =
+                    now_rad + module.sense * (module.target_rad - positions[module.joint]);
+                let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - sent_rad);
+                let shorter_rad = if missing_rad.abs() > FRAC_PI_2 {
+                    wrap_angle(missing_rad + PI)
+                } else {
+                    missing_rad
+                };
+                if !module.send(module.target_rad + module.sense * shorter_rad) {
+                    beyond = beyond.or(Some(module.joint));
+                }
+            }
+            let missing_rad = module.target_rad - positions[module.joint];
+            if let Some(pair) = &mut module.pair {
+                pair.turn(module.sense * missing_rad / PAIR_TURNS_S);
             }
         }
         beyond
     }
 
-    /// Where each steering joint is sent, in rad, by its index among the robot's joints.
-    pub fn targets_rad(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.0
-            .iter()
-            .map(|module| (module.joint, module.target_rad))
+    /// The commands of the steering joints, by their indices among the robot's.
+    pub fn commands(&self) -> impl Iterator<Item = (usize, JointCommand)> {
+        self.0.iter().map(|module| {
+            let (position, rate) = (module.target_rad, 0.0);
+            let command = match &module.pair {
+                Some(pair) => JointCommand::Rate(module.sense * pair.rate_rad_s),
+                None => JointCommand::Position { position, rate },
+            };
+            (module.joint, command)
+        })
+    }
+
+    /// The rates at which the wheels of pairs turn with their modules, in rad/s, by their indices.
+    pub fn turning_along(&self, kinematics: &Kinematics) -> impl Iterator<Item = (usize, f64)> {
+        let rates = kinematics.rate_matrix();
+        self.0.iter().flat_map(move |module| {
+            let spin = module
+                .pair
+                .iter()
+                .map(|pair| pair.rate_rad_s * Vector3::new(pair.axis_m.y, -pair.axis_m.x, 1.0));
+            let of = move |spin: Vector3<f64>| {
+                module
+                    .wheels
+                    .iter()
+                    .map(move |at| (*at, (rates.row(*at) * spin).x))
+            };
+            spin.flat_map(of)
+        })
+    }
+}
+
+impl Pair {
+    fn turn(&mut self, rate_rad_s: f64) {
+        self.rate_rad_s = rate_rad_s.clamp(-self.limit_rad_s, self.limit_rad_s);
     }
 }
 
@@ -129,14 +197,10 @@ mod tests {
             module.target_rad = begun_rad;
         }
         let posed = robot.posed(&positions);
-        let hubs: Vec<_> = posed
-            .wheels
-            .iter()
-            .map(|wheel| wheel.body_from_hub)
-            .collect();
+        let hubs = robot.body_from_hubs(&positions);
         let kinematics = Kinematics::new(&posed).expect("it drives");
         modules.aim(twist, (&kinematics, &hubs), &positions);
-        modules.targets_rad().map(|(_, rad)| rad).collect()
+        modules.0.iter().map(|module| module.target_rad).collect()
     }
 
     #[test]
@@ -215,7 +279,8 @@ mod tests {
     fn a_module_with_limits_stays_within_them() {
         let mut module = Module {
             joint: 0,
-            wheel: 0,
+            wheels: vec![0],
+            pair: None,
             sense: 1.0,
             limits: [-1.3, 1.3],
             target_rad: 0.0,

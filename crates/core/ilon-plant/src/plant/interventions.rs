@@ -208,13 +208,9 @@ impl Plant {
         Ok(())
     }
 
-    /// Sends the joints that steer wheels where the pilot wants them, in rad, each by its index.
-    pub fn steer(&mut self, targets_rad: impl Iterator<Item = (usize, f64)>) {
-        for (joint, position) in targets_rad {
-            let rate = 0.0;
-            let command = JointCommand::Position { position, rate };
-            self.joint_targets.give(joint, command);
-        }
+    /// Sends the joints that steer wheels where the pilot wants them, each by its index.
+    pub fn steer(&mut self, commands: impl Iterator<Item = (usize, JointCommand)>) {
+        commands.for_each(|(joint, command)| self.joint_targets.give(joint, command));
     }
 
     /// Refuses a command that the servo of a joint cannot execute.

@@ -29,6 +29,10 @@ pub(crate) struct Budget {
     /// the wheels' targets, as the controller believes and as they are; `None` if there are no rate
     /// targets.
     decided: Option<[Twist; 4]>,
+    /// The twist by the joints of active casters, in the body frame.
+    by_casters: Twist,
+    /// The rates at which joints roll wheels of pairs, in rad/s; empty without joints.
+    along_rad_s: Vec<f64>,
     /// When and how the rates of the wheels contradicted each other.
     contradiction: Contradiction,
     /// The inconsistent part of the rates since the last row.
@@ -61,6 +65,8 @@ impl Budget {
             is_uneven,
             ledger: Ledger::default(),
             decided: Some([Twist::default(); 4]),
+            by_casters: Twist::default(),
+            along_rad_s: Vec::new(),
             contradiction: Contradiction::new(wheels),
             conflict: Sizes::default(),
             loads_n_s: vec![0.0; wheels],
@@ -92,12 +98,21 @@ impl Budget {
         std::mem::take(&mut self.conflict).share()
     }
 
-    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those of
-    /// the wheels' targets by eq. (7), of the robot that the controller believes in and of the real
-    /// one; `None` if the wheels have no rate targets. `scales` is by how much each wheel's encoder
-    /// counts wrong: what it counts over what it should.
-    pub fn decide(&mut self, decided: Option<[Twist; 4]>, scales: impl Iterator<Item = f64>) {
+    /// Sets the twists that hold from now on, in the body frame: asked for, granted, and those
+    /// of the wheels' targets by eq. (7), of the robot that the controller believes in and of
+    /// the real one; `None` if the wheels have no rate targets. Then the twist by the joints of
+    /// active casters, and the rates at which joints roll the wheels of pairs. `scales` is by
+    /// how much each wheel's encoder counts wrong: what it counts over what it should.
+    pub fn decide(
+        &mut self,
+        decided: Option<[Twist; 4]>,
+        (by_casters, along_rad_s): (Twist, impl Iterator<Item = f64>),
+        scales: impl Iterator<Item = f64>,
+    ) {
         self.decided = decided;
+        self.by_casters = by_casters;
+        self.along_rad_s.clear();
+        self.along_rad_s.extend(along_rad_s);
         self.encoder_scales.clear();
         self.encoder_scales.extend(scales);
     }
@@ -148,9 +163,12 @@ impl Budget {
         let real = moved.rotated(-(before.heading_rad + 0.5 * turned_rad));
         let stood = self.stood.replace(state).filter(|_| self.is_uneven);
         let along = stood.map_or(real, |stood| along(&stood, &state));
-        let ideal = kinematics.twist(&self.turned_rad);
-        let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad);
-        let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, along);
+        let by_casters = self.by_casters.scaled(span_s);
+        let ideal = kinematics.twist(&self.turned_rad) + by_casters;
+        let of_contacts = contact.twist(&self.middle_rad, &self.turned_rad) + by_casters;
+        let by_wheels = along - by_casters;
+        let carried = contact.twist_by_load_here(&self.turned_rad, &self.loads_n_s, by_wheels);
+        let carried = carried + by_casters;
         let carried = along + (carried - along).scaled(self.hold(span_s));
         let all_carry = self.loads_n_s.iter().all(|load| *load > 0.0);
         self.loads_n_s.fill(0.0);
@@ -160,7 +178,7 @@ impl Budget {
             .map(|twists| twists.map(|twist| twist.scaled(span_s)));
         let counted =
             match decided.is_some() && self.encoder_scales.iter().any(|scale| *scale != 1.0) {
-                true => kinematics.twist(&self.counted_rad()),
+                true => kinematics.twist(&self.counted_rad()) + by_casters,
                 false => ideal,
             };
         let [asked, granted, believed_of_targets, ideal_of_targets] = decided.unwrap_or([ideal; 4]);
@@ -221,7 +239,7 @@ impl Budget {
         for (wheel, (turned, rate)) in wheels.enumerate() {
             *rate = match kinematics.swivels(wheel) {
                 true => 0.0,
-                false => turned / span_s,
+                false => turned / span_s + self.along_rad_s.get(wheel).copied().unwrap_or(0.0),
             };
         }
         let begun_s = self.begun_s;

@@ -1,7 +1,7 @@
 //! Records a run, once a control period or less often.
 
 use ilon_control::{ContactKinematics, Kinematics};
-use ilon_robot::{Pose, Robot};
+use ilon_robot::{Pose, Robot, Twist};
 use ilon_trace::{
     Desired, Figures, Header, Joined, MAX_TASKS, Record, Settings, TaskShare, Trace, WheelSample,
 };
@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::record::budget::Budget;
 use crate::record::header::{Appearance, header};
 use crate::record::period::Period;
-use crate::sensing::hubs::{self, Hubs};
+use crate::sensing::hubs::Hubs;
 use crate::sensing::reckoning::Reckoning;
 use ilon_scenario::course::command::{Commanded, Decided};
 use ilon_scenario::scenario::TIME_SLACK_S;
@@ -29,12 +29,11 @@ pub struct Recorder {
     /// Of the real robot, not of the believed one.
     kinematics: Kinematics,
     contact_kinematics: ContactKinematics,
-    /// For a robot with wheels moved by joints that it measures: the wheels' places under these,
-    /// and which joints they are.
-    hubs: Option<(Hubs, Vec<bool>)>,
-    /// The last positions of the joints between bodies, in rad or m; zero for those that the robot
-    /// does not measure. Empty before the first.
-    measured_positions: Vec<f64>,
+    /// For a robot with wheels moved by joints that it measures, and whose controller believes in
+    /// another robot: the wheels' places under these.
+    hubs: Option<Hubs>,
+    /// The last positions of the joints between bodies, in rad or m. Empty before the first.
+    positions: Vec<f64>,
     /// The controller's dead reckoning.
     reckoning: Reckoning,
     /// From row to row.
@@ -91,8 +90,10 @@ impl Recorder {
             trace: Trace::with_capacity(header, rows),
             kinematics,
             contact_kinematics,
-            hubs: Hubs::that_move(robot).map(|hubs| (hubs, hubs::measured(robot))),
-            measured_positions: Vec::new(),
+            hubs: (!std::ptr::eq(believed, robot))
+                .then(|| Hubs::that_move(robot))
+                .flatten(),
+            positions: Vec::new(),
             reckoning: Reckoning::new(believed, of_belief, start, of_encoders),
             lost: vec![Lost::default(); wheel_count],
             period: Period::new(wheel_count, robot.joints.len()),
@@ -133,14 +134,8 @@ impl Recorder {
         self.period.count(world, dt_s);
         let kinematics = (&self.kinematics, &mut self.contact_kinematics);
         self.budget.count(world, dt_s, kinematics);
-        let positions = world.robot().joint_positions();
-        if let Some((_, known)) = &self.hubs {
-            let joints = positions.iter().zip(known);
-            let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
-            self.measured_positions.clear();
-            self.measured_positions.extend(measured);
-        }
-        self.reckoning.see(positions, &self.measured_positions);
+        self.positions.clear();
+        (self.positions).extend_from_slice(world.robot().joint_positions());
     }
 
     /// Takes in a control instant that has no row: what happened since the one before goes into the
@@ -180,10 +175,22 @@ impl Recorder {
                 decided.command_twist_in_body,
                 decided.granted_twist_in_body,
                 self.reckoning.twist(decided.wheel_rates_rad_s),
-                self.kinematics.twist(decided.wheel_rates_rad_s),
+                self.kinematics.twist(decided.wheel_rates_rad_s) + self.by_casters(),
             ]
         });
-        self.budget.decide(twists, plant.encoder_scales());
+        let by_casters = self.by_casters();
+        let period_s = self.trace.header.control_dt_s;
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let along = hubs.into_iter().flat_map(Hubs::carried_of_pairs_rad);
+        let moved = (by_casters, along.map(|rad| rad / period_s));
+        self.budget.decide(twists, moved, plant.encoder_scales());
+    }
+
+    /// The twist by the joints of active casters in the last control period.
+    fn by_casters(&self) -> Twist {
+        let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
+        let moved = hubs.map(Hubs::moved_by_casters);
+        (moved.unwrap_or_default()).scaled(1.0 / self.trace.header.control_dt_s)
     }
 
     /// The row of a control instant: the state now, what was decided on it, and what happened since
@@ -193,7 +200,8 @@ impl Recorder {
         let (world, seen, shares) = (plant.world(), plant.seen(), plant.torque_shares());
         let angles_rad = world.robot().wheel_angles_rad();
         let rates_rad_s = world.robot().wheel_rates_rad_s();
-        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s);
+        let by_casters = self.by_casters();
+        let twist_contact = self.contact_kinematics.twist(angles_rad, rates_rad_s) + by_casters;
 
         let mut tasks = [TaskShare::default(); MAX_TASKS];
         for (share, task) in tasks.iter_mut().zip(decided.tasks) {
@@ -208,7 +216,7 @@ impl Recorder {
         let mut record = Record {
             t_s,
             truth: plant.truth(),
-            twist_ideal: self.kinematics.twist(rates_rad_s),
+            twist_ideal: self.kinematics.twist(rates_rad_s) + by_casters,
             twist_contact,
             seen_pose: seen.pose,
             odometry_ideal: self.reckoning.ideal(),
@@ -222,7 +230,7 @@ impl Recorder {
             measured: decided.measured,
             command_twist_in_body: decided.command_twist_in_body,
             granted_twist_in_body: decided.granted_twist_in_body,
-            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s),
+            twist_target_ideal: self.kinematics.twist(decided.wheel_rates_rad_s) + by_casters,
             saturated_share: f64::from(u8::from(decided.is_limited)),
             tasks,
             joints: self.period.joints(world),
@@ -300,17 +308,18 @@ impl Recorder {
     /// Dead reckoning from the wheels' rotation since the last control period, by both kinematics,
     /// like a robot with encoders once a control period.
     pub fn reckon(&mut self, angles_rad: &[f64]) {
-        self.reckoning.reckon(angles_rad);
-        let Some((hubs, _)) = &mut self.hubs else {
-            return;
+        let moved = self.reckoning.reckon(angles_rad, &self.positions);
+        let kinematics = match &mut self.hubs {
+            Some(hubs) => {
+                let positions = self.reckoning.positions();
+                let moved = !positions.is_empty() && hubs.see(positions);
+                hubs.kinematics().filter(|_| moved)
+            }
+            None => moved.then(|| self.reckoning.kinematics()),
         };
-        if !self.measured_positions.is_empty()
-            && hubs.see(&self.measured_positions)
-            && let (Some(kinematics), Ok(contact)) =
-                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
-        {
-            self.kinematics = kinematics.clone();
-            self.contact_kinematics = contact;
+        if let Some(kinematics) = kinematics {
+            self.kinematics.clone_from(kinematics);
+            self.contact_kinematics.stand(kinematics);
         }
     }
 

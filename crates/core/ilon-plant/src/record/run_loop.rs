@@ -52,7 +52,7 @@ impl RunLoop {
             let seen = self.plant.observe();
             self.pilot.decide(t_s, seen);
             self.recorder.reckon(&seen.wheel_angles_rad);
-            self.plant.steer(self.pilot.steering_targets_rad());
+            self.plant.steer(self.pilot.steering());
         }
         self.plant.actuate(self.pilot.command());
         if clock.control_is_due() {

@@ -170,7 +170,7 @@ fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
     while plant.time_s() < duration_s - 0.5 * period_s {
         let t_s = plant.time_s();
         pilot.decide(t_s, plant.observe());
-        plant.steer(pilot.steering_targets_rad());
+        plant.steer(pilot.steering());
         plant.advance(pilot.command(), period_s)?;
     }
     let work_j = plant.world().motor_positive_energy_j();

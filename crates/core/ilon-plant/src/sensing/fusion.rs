@@ -82,6 +82,9 @@ impl Fusion {
         }
         // Eq. (7) is linear: wheel angles give the displacement.
         let mut displacement = kinematics.twist(&self.turned_rad);
+        if let Some(hubs) = &self.hubs {
+            displacement = displacement + hubs.along_axles();
+        }
         displacement.omega_rad_s = turned_rad.unwrap_or(displacement.omega_rad_s);
         self.filter.predict(t_s, displacement);
     }

@@ -8,7 +8,7 @@
 //! it. A free or sprung joint is not measured: the robot assumes zero.
 
 use ilon_control::Kinematics;
-use ilon_robot::{JointRole, Robot, Twist};
+use ilon_robot::{JointRole, Robot, Twist, Wheel};
 use nalgebra::{Isometry3, Vector3};
 
 /// The wheels of a robot at some joint positions.
@@ -23,12 +23,17 @@ pub(crate) struct Hubs {
     kinematics: Option<Kinematics>,
     carried_rad: Vec<f64>,
     rates_rad: Vec<f64>,
+    /// The lever of the pair to which each wheel belongs, and how the joints of those with one
+    /// moved the body along the axles since the last update.
+    pair_levers_m: Vec<Option<f64>>,
+    along_axles: Twist,
 }
 
 impl Hubs {
     /// For a robot without joint positions yet.
     pub fn new(robot: &Robot) -> Self {
         let wheels = robot.wheels.len();
+        let lever_m = |wheel: &Wheel| robot.pair_lever_m(robot.steering_of(wheel)?);
         Self {
             robot: robot.clone(),
             positions: Vec::new(),
@@ -36,6 +41,8 @@ impl Hubs {
             kinematics: None,
             carried_rad: vec![0.0; wheels],
             rates_rad: vec![0.0; wheels],
+            pair_levers_m: robot.wheels.iter().map(lever_m).collect(),
+            along_axles: Twist::default(),
         }
     }
 
@@ -58,18 +65,23 @@ impl Hubs {
     /// Updates the joint positions, in rad or m, and returns whether they have moved.
     pub fn see(&mut self, positions: &[f64]) -> bool {
         self.carried_rad.fill(0.0);
+        self.along_axles = Twist::default();
         if self.positions == positions && self.kinematics.is_some() {
             return false;
         }
         self.positions.clear();
         self.positions.extend_from_slice(positions);
-        let posed = self.robot.posed(positions);
-        let hubs = posed.wheels.iter().map(|wheel| wheel.body_from_hub);
-        let before = std::mem::replace(&mut self.body_from_hubs, hubs.collect());
-        self.kinematics = Kinematics::new(&posed).ok().or(self.kinematics.take());
+        let hubs = self.robot.body_from_hubs(positions);
+        let before = std::mem::replace(&mut self.body_from_hubs, hubs);
+        let found = match &self.kinematics {
+            Some(kinematics) => kinematics.moved(&self.body_from_hubs),
+            None => Kinematics::new(&self.robot.posed(positions)),
+        };
+        self.kinematics = found.ok().or(self.kinematics.take());
         let Some(kinematics) = &self.kinematics else {
             return true;
         };
+        let mut along_m = vec![0.0; before.len()];
         for (wheel, (now, then)) in self.body_from_hubs.iter().zip(&before).enumerate() {
             let moved_m = now.translation.vector - then.translation.vector;
             let turned = (now.rotation * then.rotation.inverse()).scaled_axis();
@@ -77,6 +89,12 @@ impl Hubs {
             kinematics.wheel_rates(asked, &mut self.rates_rad);
             self.carried_rad[wheel] =
                 turned.dot(&(now.rotation * Vector3::z())) - self.rates_rad[wheel];
+            if self.is_of_caster(wheel) {
+                along_m[wheel] = moved_m.dot(&(now.rotation * Vector3::z()));
+            }
+        }
+        if along_m.iter().any(|along_m| *along_m != 0.0) {
+            self.along_axles = kinematics.carried_along_axles(&along_m);
         }
         true
     }
@@ -93,14 +111,36 @@ impl Hubs {
         &self.carried_rad
     }
 
+    /// How the body moved since the last update because its joints moved the wheels of active
+    /// casters along their axles, in m and rad.
+    pub fn along_axles(&self) -> Twist {
+        self.along_axles
+    }
+
+    fn is_of_caster(&self, wheel: usize) -> bool {
+        self.pair_levers_m[wheel].is_some_and(|lever_m| lever_m != 0.0)
+    }
+
+    /// [`Self::carried_rad`] of the wheels of pairs; 0 of the others.
+    pub fn carried_of_pairs_rad(&self) -> impl Iterator<Item = f64> {
+        let wheels = self.carried_rad.iter().zip(&self.pair_levers_m);
+        wheels.map(|(carried, lever_m)| lever_m.map_or(0.0, |_| *carried))
+    }
+
+    /// How the body of a robot with active casters moved since the last update because its joints
+    /// moved their wheels, which did not turn, in m and rad.
+    pub fn moved_by_casters(&self) -> Twist {
+        match &self.kinematics {
+            Some(kinematics) if (0..self.carried_rad.len()).any(|at| self.is_of_caster(at)) => {
+                kinematics.twist(&self.carried_rad) + self.along_axles
+            }
+            _ => Twist::default(),
+        }
+    }
+
     /// Pose of each hub in the body frame with the joints there, at wheel angle zero.
     pub fn body_from_hubs(&self) -> &[Isometry3<f64>] {
         &self.body_from_hubs
-    }
-
-    /// The robot with its joints at these positions.
-    pub fn posed(&self) -> Robot {
-        self.robot.posed(&self.positions)
     }
 }
 

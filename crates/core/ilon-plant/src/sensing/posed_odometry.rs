@@ -9,8 +9,6 @@ use crate::sensing::hubs::Hubs;
 #[derive(Clone)]
 pub(crate) struct PosedOdometry {
     hubs: Hubs,
-    /// The last joint positions, in rad or m.
-    positions: Vec<f64>,
     /// The angle by which each wheel rolled over the ground in the last control period, in rad.
     rolled_rad: Vec<f64>,
     pose: Pose,
@@ -20,7 +18,6 @@ impl PosedOdometry {
     pub fn new(robot: &Robot, start: Pose) -> Self {
         Self {
             hubs: Hubs::new(robot),
-            positions: Vec::new(),
             rolled_rad: vec![0.0; robot.wheels.len()],
             pose: start,
         }
@@ -41,26 +38,22 @@ impl PosedOdometry {
         &self.hubs
     }
 
-    /// Updates the known joint positions.
-    pub fn see(&mut self, positions: impl Iterator<Item = f64>) {
-        self.positions.clear();
-        self.positions.extend(positions);
-    }
-
-    /// Advances by the wheels' rotation in a control period, in rad, and returns whether joints
-    /// have moved since the last.
-    pub fn reckon(&mut self, turned_rad: &[f64]) -> bool {
+    /// Advances by the wheels' rotation in a control period, in rad, with the joints at these
+    /// positions, in rad or m, which are empty where none are known yet. Returns whether joints have
+    /// moved since the last.
+    pub fn reckon(&mut self, turned_rad: &[f64], positions: &[f64]) -> bool {
         self.rolled_rad.copy_from_slice(turned_rad);
-        if self.positions.is_empty() {
+        if positions.is_empty() {
             return false;
         }
-        let moved = self.hubs.see(&self.positions);
+        let moved = self.hubs.see(positions);
         let Some(kinematics) = self.hubs.kinematics() else {
             return moved;
         };
         let rolled = self.rolled_rad.iter_mut().zip(self.hubs.carried_rad());
         rolled.for_each(|(rolled, carried)| *rolled += carried);
-        self.pose = self.pose.moved(kinematics.twist(&self.rolled_rad));
+        let moved_by = kinematics.twist(&self.rolled_rad) + self.hubs.along_axles();
+        self.pose = self.pose.moved(moved_by);
         moved
     }
 }
@@ -116,8 +109,7 @@ mod tests {
             let mut odometry = PosedOdometry::new(&robot, Pose::default());
             let steps = 2000;
             for step in 0..=steps {
-                odometry.see([at * f64::from(step) / f64::from(steps)].into_iter());
-                odometry.reckon(&[0.0; 4]);
+                odometry.reckon(&[0.0; 4], &[at * f64::from(step) / f64::from(steps)]);
             }
             let pose = odometry.pose();
             let found = [pose.x_m, pose.y_m, pose.heading_rad];
@@ -142,8 +134,7 @@ mod tests {
         robot.wheels[0].body_from_hub.translation.vector.x = 0.0;
         let mut odometry = PosedOdometry::new(&robot, Pose::default());
         for step in 0..=100 {
-            odometry.see([0.2 * f64::from(step) / 100.0].into_iter());
-            odometry.reckon(&[0.0; 4]);
+            odometry.reckon(&[0.0; 4], &[0.2 * f64::from(step) / 100.0]);
         }
         let radius_m = robot.wheels[0].radius_m;
         let pose = odometry.pose();

@@ -7,7 +7,7 @@ use ilon_control::{ContactKinematics, Kinematics, Odometry, OdometryCovariance, 
 use ilon_robot::{Pose, Robot, Twist};
 use ilon_trace::Reckoned;
 
-use crate::sensing::hubs::Hubs;
+use crate::sensing::hubs::{self, Hubs};
 use crate::sensing::posed_odometry::PosedOdometry;
 
 /// The share of slip in a wheel's travel that a controller assumes without better knowledge: the
@@ -19,10 +19,14 @@ pub(crate) struct Reckoning {
     kinematics: Kinematics,
     ideal: Pose,
     contact: Odometry,
-    /// With all joints between bodies at their true positions, if it has any.
+    /// With all joints between bodies at their true positions, if `measured` differs.
     posed: Option<PosedOdometry>,
     /// With the measured joints at their positions, if they move wheels.
     measured: Option<PosedOdometry>,
+    /// Which joints the robot measures, and their last positions, in rad or m, with zero for the
+    /// others. Empty before the first.
+    known: Vec<bool>,
+    positions: Vec<f64>,
     /// Of `ideal`; for a robot whose rollers define its errors.
     covariance: Option<OdometryCovariance>,
     control_dt_s: f64,
@@ -44,6 +48,9 @@ impl Reckoning {
             ..errors
         });
         let wheels = robot.wheels.len();
+        let moves = Hubs::that_move(robot).is_some();
+        let known = hubs::measured(robot);
+        let all_measured = moves && !known.contains(&false);
         Self {
             covariance: errors
                 .and_then(|errors| OdometryCovariance::new(kinematics.clone(), errors))
@@ -51,8 +58,11 @@ impl Reckoning {
             kinematics,
             ideal: start,
             contact: Odometry::new(contact, start, &[]),
-            posed: (!robot.joints.is_empty()).then(|| PosedOdometry::new(robot, start)),
-            measured: Hubs::that_move(robot).map(|_| PosedOdometry::new(robot, start)),
+            posed: (!robot.joints.is_empty() && !all_measured)
+                .then(|| PosedOdometry::new(robot, start)),
+            measured: moves.then(|| PosedOdometry::new(robot, start)),
+            known,
+            positions: Vec::new(),
             control_dt_s,
             last_angles_rad: vec![0.0; wheels],
             turned_rad: vec![0.0; wheels],
@@ -71,34 +81,31 @@ impl Reckoning {
 
     /// By eq. (7) with all joints between bodies at their true positions, if it has any.
     pub fn posed(&self) -> Option<Pose> {
-        self.posed.as_ref().map(PosedOdometry::pose)
+        let posed = self.posed.as_ref().or(self.measured.as_ref());
+        posed.map(PosedOdometry::pose)
     }
 
-    /// The twist of wheel rates in rad/s by eq. (7).
+    /// The twist of wheel rates in rad/s by eq. (7), and of active casters.
     pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
-        self.kinematics.twist(rates_rad_s)
+        let casters = self.hubs().map_or(Twist::default(), Hubs::moved_by_casters);
+        self.kinematics.twist(rates_rad_s) + casters.scaled(1.0 / self.control_dt_s)
     }
 
-    /// Updates the positions of joints between bodies, in rad or m: all of them, and the measured
-    /// ones with zero for the others.
-    pub fn see(&mut self, positions: &[f64], measured: &[f64]) {
-        if let Some(posed) = &mut self.posed {
-            posed.see(positions.iter().copied());
-        }
-        if let Some(odometry) = &mut self.measured {
-            odometry.see(measured.iter().copied());
-        }
-    }
-
-    /// Counts the wheels' rotation since the last call, by the encoders' angles.
-    pub fn reckon(&mut self, angles_rad: &[f64]) {
+    /// Counts the wheels' rotation since the last call, by the encoders' angles, with the joints
+    /// between bodies at these positions, in rad or m; none are known at the start. Returns whether
+    /// measured joints have moved wheels since then.
+    pub fn reckon(&mut self, angles_rad: &[f64], positions: &[f64]) -> bool {
+        let joints = positions.iter().zip(&self.known);
+        let measured = joints.map(|(position, known)| if *known { *position } else { 0.0 });
+        self.positions.clear();
+        self.positions.extend(measured);
         let increments = self.turned_rad.iter_mut().zip(&mut self.last_angles_rad);
         for ((turned, last), now) in increments.zip(angles_rad) {
             *turned = now - *last;
             *last = *now;
         }
         if let Some(posed) = &mut self.posed {
-            posed.reckon(&self.turned_rad);
+            posed.reckon(&self.turned_rad, positions);
         }
         let before = self.ideal;
         let Some(measured) = &mut self.measured else {
@@ -109,25 +116,38 @@ impl Reckoning {
             // The kinematics is linear in the rates: wheel angles give the displacement.
             let displacement = self.kinematics.twist(&self.turned_rad);
             self.ideal = self.ideal.moved(displacement);
-            return;
+            return false;
         };
-        let moved = measured.reckon(&self.turned_rad);
+        let moved = measured.reckon(&self.turned_rad, &self.positions);
         self.ideal = measured.pose();
         let hubs = measured.hubs();
-        if let Some(covariance) = &mut self.covariance {
-            if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+        if let Some(kinematics) = hubs.kinematics().filter(|_| moved) {
+            self.kinematics.clone_from(kinematics);
+            self.contact.stand(kinematics);
+            if let Some(covariance) = &mut self.covariance {
                 covariance.stand(kinematics);
             }
+        }
+        if let Some(covariance) = &mut self.covariance {
             covariance.count(&before, measured.rolled_rad());
         }
-        if moved
-            && let (Some(kinematics), Ok(contact)) =
-                (hubs.kinematics(), ContactKinematics::new(&hubs.posed()))
-        {
-            self.kinematics = kinematics.clone();
-            self.contact.stand(contact);
-        }
-        self.contact.update_carried(angles_rad, hubs.carried_rad());
+        (self.contact).update_carried(angles_rad, hubs.carried_rad(), hubs.along_axles());
+        moved
+    }
+
+    /// The wheels where the measured joints stand, if joints move wheels.
+    pub fn hubs(&self) -> Option<&Hubs> {
+        self.measured.as_ref().map(PosedOdometry::hubs)
+    }
+
+    /// The last positions of the measured joints, with zero for the others.
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// The kinematics of the believed robot where it stands.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
     }
 
     /// Twist and covariances for measured rates in rad/s, and rows `row_period_s` seconds apart.
@@ -143,10 +163,13 @@ impl Reckoning {
                     .collect()
             }
         };
+        let along_axles = (self.measured.as_ref())
+            .map_or(Twist::default(), |measured| measured.hubs().along_axles())
+            .scaled(1.0 / self.control_dt_s);
         let pose = covariance.covariance(self.ideal.heading_rad);
         let twist = covariance.twist_covariance(&rolling_rad_s, row_period_s);
         Some(Reckoned {
-            twist: self.kinematics.twist(&rolling_rad_s),
+            twist: self.kinematics.twist(&rolling_rad_s) + along_axles,
             pose_covariance: pose.into(),
             twist_covariance: twist.into(),
         })

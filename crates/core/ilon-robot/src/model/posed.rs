@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::{BodyJoint, JointKind, JointRole, Robot};
+use super::{BodyJoint, JointKind, JointRole, Robot, Wheel};
 
 impl Robot {
     /// Returns the same robot with its joints' zero at the given positions, in rad or m: wheels,
@@ -14,15 +14,11 @@ impl Robot {
     pub fn posed(&self, positions: &[f64]) -> Self {
         let mut robot = self.clone();
         let at = |joint: usize| positions.get(joint).copied().unwrap_or(0.0);
-        // The motion of each body in the body frame; parents come before their children.
-        let mut moved: Vec<Isometry3<f64>> = Vec::with_capacity(self.joints.len());
-        for (index, joint) in self.joints.iter().enumerate() {
-            let carried = carried_by(&moved, joint.parent);
-            let to = &mut robot.joints[index];
-            to.body_from_joint = carried * joint.body_from_joint * joint.moved_by(at(index));
-            moved.push(to.body_from_joint * joint.body_from_joint.inverse());
+        let moved = self.moved(positions);
+        for (index, (to, of)) in robot.joints.iter_mut().zip(&moved).enumerate() {
+            to.body_from_joint = of.body_from_joint;
             for collision in &mut to.body.collisions {
-                collision.body_from_shape = moved[index] * collision.body_from_shape;
+                collision.body_from_shape = of.from_zero * collision.body_from_shape;
             }
             to.count_from(at(index));
         }
@@ -33,6 +29,30 @@ impl Robot {
             coupling.offset += coupling.factor * at(coupling.follows) - at(coupling.joint);
         }
         robot
+    }
+
+    /// Returns the pose of each hub in the body frame, at wheel angle zero, with the joints at these
+    /// positions, in rad or m: those of [`Self::posed`].
+    pub fn body_from_hubs(&self, positions: &[f64]) -> Vec<Isometry3<f64>> {
+        let moved = self.moved(positions);
+        let hub = |wheel: &Wheel| carried_by(&moved, wheel.carrier) * wheel.body_from_hub;
+        self.wheels.iter().map(hub).collect()
+    }
+
+    /// Each joint and its body with the joints at these positions, in rad or m.
+    fn moved(&self, positions: &[f64]) -> Vec<Moved> {
+        // Parents come before their children.
+        let mut moved = Vec::with_capacity(self.joints.len());
+        for (index, joint) in self.joints.iter().enumerate() {
+            let carried = carried_by(&moved, joint.parent);
+            let at = positions.get(index).copied().unwrap_or(0.0);
+            let body_from_joint = carried * joint.body_from_joint * joint.moved_by(at);
+            moved.push(Moved {
+                body_from_joint,
+                from_zero: body_from_joint * joint.body_from_joint.inverse(),
+            });
+        }
+        moved
     }
 
     /// Returns the joint positions at the start of a run, in rad or m, before anything sags: a
@@ -60,11 +80,15 @@ impl Robot {
     }
 }
 
-fn carried_by(moved: &[Isometry3<f64>], carrier: Option<usize>) -> Isometry3<f64> {
-    carrier
-        .and_then(|joint| moved.get(joint))
-        .copied()
-        .unwrap_or_else(Isometry3::identity)
+/// The pose of a joint, and the motion of its body from joint positions of zero, in the body frame.
+struct Moved {
+    body_from_joint: Isometry3<f64>,
+    from_zero: Isometry3<f64>,
+}
+
+fn carried_by(moved: &[Moved], carrier: Option<usize>) -> Isometry3<f64> {
+    let carrier = carrier.and_then(|joint| moved.get(joint));
+    carrier.map_or_else(Isometry3::identity, |joint| joint.from_zero)
 }
 
 impl BodyJoint {

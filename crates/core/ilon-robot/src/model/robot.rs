@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
 use super::scale::{LEAST_GRAVITY_M_S2, Scale};
 use super::{BodyJoint, Collision, Coupling, JointKind, JointRole, MassProperties, Remark, Wheel};
@@ -219,6 +219,28 @@ impl Robot {
             joint.turns_upright() && joint.servo().is_some()
         };
         std::iter::successors(wheel.carrier, |at| self.joints[*at].parent).find(steers)
+    }
+
+    /// Returns n . (k x r) in metres of a joint that steers a pair: driven tyres side by side on
+    /// axles along n, whose middle lies at r from the axis of the joint, on a robot that no
+    /// unsteered tyre holds. `None` for other joints. 0 where the middle lies within a twentieth of
+    /// the track of the axis (chosen): steered by that lever the rate would have no bound.
+    pub fn pair_lever_m(&self, joint: usize) -> Option<f64> {
+        let is_held =
+            |of: &Wheel| of.has_tyre() && self.steering_of(of).is_none() && !self.swivels(of);
+        let is_its = |of: &&Wheel| {
+            of.has_tyre() && of.motor.effort_n_m > 0.0 && self.steering_of(of) == Some(joint)
+        };
+        let wheels: Vec<&Wheel> = self.wheels.iter().filter(is_its).collect();
+        let n = wheels.first()?.axis();
+        let places_m: Vec<Vector2<f64>> = wheels.iter().map(|of| of.position_m().xy()).collect();
+        let off_m = |place_m: &Vector2<f64>| n.dot(&(place_m - places_m[0])).abs();
+        let track_m = places_m.iter().map(off_m).fold(0.0, f64::max);
+        let middle_m = places_m.iter().sum::<Vector2<f64>>() / places_m.len() as f64;
+        let r = middle_m - self.joints[joint].body_from_joint.translation.vector.xy();
+        let lever_m = Some(r.perp(&n)).filter(|lever_m| lever_m.abs() > 0.05 * track_m);
+        let is_pair = track_m > 0.0 && !self.wheels.iter().any(is_held);
+        is_pair.then_some(lever_m.unwrap_or(0.0))
     }
 
     /// Whether a wheel is a caster's: nothing drives its tyre, and it swivels freely.

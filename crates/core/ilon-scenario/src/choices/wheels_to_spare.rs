@@ -52,9 +52,9 @@ pub fn remark(
     let Uneven { words, bears_n_m } = uneven.min_by(softest)?;
     (stiffness_n_m > bears_n_m).then(|| {
         format!(
-            "the wheels: {words}, while a rigid contact gives way by {:.2} um under a wheel's load: so rigid a robot stands on two or three of its {} wheels, and \
-             who touches, and with it slip and heading, is decided by less than real rollers give way by. On treads softer than {bears_n_m:.0e} N/m all \
-             wheels stay down: give the stiffness of yours as `rollers.tread.stiffness_n_m`",
+            "the wheels: {words}, and a rigid contact yields only {:.2} um under a wheel's load: the robot stands on two or three of its {} wheels. Which ones \
+             touch decides slip and heading, and depends on less than real rollers yield. On treads softer than {bears_n_m:.0e} N/m all wheels stay down: give \
+             the stiffness of yours as `rollers.tread.stiffness_n_m`",
             1e6 * load_n / stiffness_n_m,
             robot.wheels.len()
         )

@@ -1,5 +1,6 @@
 //! `[[world.bodies]]`: objects in the world that can be pushed.
 
+use ilon_files::defaults::thousandths;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +25,7 @@ pub struct Body {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub mass_kg: f64,
     /// Friction coefficient. On the floor and between two bodies the lower of both counts.
-    #[serde(default = "friction")]
+    #[serde(default = "thousandths::<500>")]
     #[schemars(range(min = 0.0))]
     pub friction: f64,
     /// Friction coefficient against robots [default: `friction`].
@@ -87,11 +88,6 @@ pub struct SphereShape {
     /// Its radius, in metres.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius_m: f64,
-}
-
-/// The default friction of a body.
-fn friction() -> f64 {
-    0.5
 }
 
 impl Body {

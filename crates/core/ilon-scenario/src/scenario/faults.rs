@@ -1,5 +1,6 @@
 //! `[[faults]]`: injected faults.
 
+use ilon_files::defaults::thousandths;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -127,7 +128,7 @@ pub enum Fault {
         #[schemars(range(min = 0.0))]
         from_s: f64,
         /// Duration, in seconds.
-        #[serde(default = "a_tenth")]
+        #[serde(default = "thousandths::<100>")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         lasts_s: f64,
     },
@@ -189,10 +190,6 @@ pub enum Frame {
     World,
     /// The robot's own, turned level: ahead, to the left, up.
     Body,
-}
-
-fn a_tenth() -> f64 {
-    0.1
 }
 
 /// Whether a time lies in a window that may have no end.

@@ -1,5 +1,6 @@
 //! `[guidance]`: how the robot tracks its reference.
 
+use ilon_files::defaults::number;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use smart_default::SmartDefault;
@@ -77,7 +78,7 @@ pub enum Task {
         /// y of the point, in metres.
         y_m: f64,
         /// Gain on the angle to it, in 1/s.
-        #[serde(default = "one")]
+        #[serde(default = "number::<1, f64>")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         gain_per_s: f64,
     },
@@ -93,10 +94,6 @@ pub enum Task {
         #[serde(default)]
         omega_rad_s: f64,
     },
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 /// A point of the body.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_files::defaults::yes;
 use ilon_formats::{LoadOptions, Package, RollerForms, TyreOptions, WheelOptions};
 use ilon_robot::Pose;
 use schemars::JsonSchema;
@@ -108,10 +109,6 @@ impl Robot {
         options.tyres = self.tyres.clone();
         options
     }
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// The value of a xacro file's argument.

@@ -1,5 +1,6 @@
 //! `[run]`: duration and time steps.
 
+use ilon_files::defaults::{number, thousandths};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,12 +23,12 @@ pub struct Run {
     #[serde(default)]
     pub physics_dt_s: Step,
     /// Control period, in seconds: a whole number of physics steps.
-    #[serde(default = "default_control_dt_s")]
+    #[serde(default = "thousandths::<10>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub control_dt_s: f64,
     /// Control periods per row of the trace. Rows keep the means and extremes in between; figures
     /// are of all periods, sentences and plots are of rows.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1, u32>")]
     #[schemars(range(min = 1))]
     pub record_every: u32,
     /// Rate at which all roller angles are recorded, in Hz, for the 3D view [default: not].
@@ -45,8 +46,8 @@ impl Default for Run {
         Self {
             duration_s: until_its_log_ends(),
             physics_dt_s: Step::default(),
-            control_dt_s: default_control_dt_s(),
-            record_every: one(),
+            control_dt_s: thousandths::<10>(),
+            record_every: 1,
             roller_angles_hz: None,
             converge: false,
         }
@@ -113,12 +114,4 @@ fn until_its_log_ends() -> f64 {
 
 fn is_open(duration_s: &f64) -> bool {
     *duration_s == f64::INFINITY
-}
-
-fn one() -> u32 {
-    1
-}
-
-fn default_control_dt_s() -> f64 {
-    0.01
 }

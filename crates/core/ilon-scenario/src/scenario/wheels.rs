@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ilon_files::defaults::yes;
 use ilon_robot::Robot;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -238,10 +239,6 @@ pub struct DcMotor {
     /// rate the motor coasts at full voltage.
     #[serde(default = "yes")]
     pub regeneration: bool,
-}
-
-fn yes() -> bool {
-    true
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The integration tests of `ilon-sim`, one module per subject, in one binary.
 
+mod active_casters;
 mod attached;
 mod beliefs;
 mod budget_terms;

@@ -175,6 +175,14 @@ impl Scales {
     }
 }
 
+/// How far a figure with this value is known, in its SI unit: its stated accuracy, and at least its
+/// resolution.
+pub fn known_to(quantity: &Quantity, value: f64, summary: &Summary, header: &Header) -> f64 {
+    let scales = Scales::of(summary, header);
+    let stated = accuracy(quantity.key).map(|it| it.share * scales.measure(it.of, value));
+    stated.unwrap_or(0.0).max(scales.floor(quantity))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::by_key;

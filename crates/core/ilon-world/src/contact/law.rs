@@ -23,6 +23,7 @@
 //! laws, `solver` the solution.
 
 mod anisotropy;
+mod compliant;
 mod curve;
 mod kinds;
 mod newton;

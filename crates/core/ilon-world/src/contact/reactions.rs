@@ -263,6 +263,8 @@ impl ReactionSolver {
         let (axles, responses) = (&self.axles, &self.responses);
         self.problem
             .set_delassus(|row, w| responses.fill_w(axles, row, w));
+        let is_plain = axles.iter().all(|axle| axle.responses() == [0.0; 2]);
+        (self.problem).set_halves(if is_plain { &responses.columns } else { &[] });
         // The impulses of the last step are a good start.
         for law in 0..self.all.len() {
             let now = &self.all[law];

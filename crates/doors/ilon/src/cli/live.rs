@@ -115,7 +115,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (path, settings) = (&arguments.scenario, &arguments.settings.settings);
     wants(path, &[Kind::Scenario, Kind::Robot], &files)?;
     let scenario = match kind(path, &files) == Some(Kind::Robot) {
-        true => robot_alone(path, "twist = {}\nrun.duration_s = 1.0\n", settings, &files)?,
+        true => robot_alone(
+            path,
+            "twist = {}\nrun.duration_s = 1.0\n",
+            settings,
+            &arguments.sandbox,
+        )?,
         false => Scenario::load_within(path, settings, &files)?,
     };
     // Until then, or until the command is interrupted or terminated. Connections are then closed; a

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use ilon_files::FileAccess;
 use ilon_formats::{
     Handedness, LoadOptions, LoadRobot, Loaded, Package, RollerForms, TyreOptions, WheelOptions,
 };
@@ -182,16 +181,28 @@ pub(super) fn load(
     })?)
 }
 
-/// A scenario made from a robot's file alone, with further lines of TOML and settings.
+/// A scenario made from a robot's file alone, with further lines of TOML and settings. A robot that
+/// needs options is refused with the command that tries them, as there is no scenario to edit.
 pub(super) fn robot_alone(
     path: &Path,
     lines: &str,
     settings: &[Setting],
-    files: &FileAccess,
+    sandbox: &Sandbox,
 ) -> Result<Scenario, Failure> {
+    let mut options = LoadOptions::default();
+    options.files = sandbox.files()?;
+    if settings.is_empty() {
+        load(path, &options, "ilon inspect", sandbox)?;
+    }
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let text = format!("{}{lines}", robot_line(path)?);
-    Ok(Scenario::from_toml_with(&text, &name, "", settings, files)?)
+    Ok(Scenario::from_toml_with(
+        &text,
+        &name,
+        "",
+        settings,
+        &options.files,
+    )?)
 }
 
 /// The line of a scenario that names a robot's file, valid wherever the scenario lies.

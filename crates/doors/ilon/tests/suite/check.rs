@@ -436,7 +436,13 @@ fn first_bounds_hold_the_rates_of_the_wheels_on_both_sides() {
         said.contains("wheel_rate_command_max_rad_s: { min = "),
         "{said}"
     );
-    assert!(said.contains("widened to the least useful room"), "{said}");
+    // A figure of nothing but rounding has the room of its accuracy: its bound holds at half the
+    // step too.
+    assert!(said.contains("widened to its accuracy"), "{said}");
+    let halved = ["check", "fresh.toml", "--set", "run.physics_dt_s=0.0005"];
+    ended_with(0, &folder.ilon(&halved));
+    let swapped = ended_with(2, &folder.ilon(&["check", "--init", "fresh.toml"]));
+    assert!(swapped.contains("files go before the option"), "{swapped}");
 }
 
 /// A test suite that tests nothing has not passed; one that shall only write its baselines has.
@@ -517,7 +523,25 @@ fn a_change_is_bounded_against_a_baseline() {
     assert!(said.contains("slip_energy_j within +10 % of "), "{said}");
     assert!(said.contains(", was ") && said.contains(" %)"), "{said}");
     assert!(!said.contains("signal"), "{said}");
+    // A change from next to nothing has no share: the robot did not slide before.
+    let slid = said
+        .lines()
+        .find(|line| line.contains("sliding speed, largest"));
+    assert!(
+        slid.is_some_and(|line| line.ends_with("was 0.00")),
+        "{said}"
+    );
     ended_with(0, &folder.ilon(&slower));
+    // Signals with a tolerance are compared beside the changes, and no others.
+    let both = "[expect]\nslip_energy_j = \"+10 %\"\n[expect.tolerances]\ntruth_x_m = 1e-4\n";
+    folder.scenario("gate.toml", both);
+    ended_with(0, &folder.ilon(&gate));
+    let said = ended_with(1, &folder.ilon(&slower));
+    assert!(
+        said.contains("truth_x_m") && !said.contains("truth_vx_m_s"),
+        "{said}"
+    );
+    folder.scenario("gate.toml", "[expect]\nslip_energy_j = \"+10 %\"\n");
     // No change is replaced by a first bound, and none that failed is updated away.
     let text = folder.read("gate.toml");
     ended_with(0, &folder.ilon(&[&gate[..], &["--init"]].concat()));

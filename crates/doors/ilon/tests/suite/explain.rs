@@ -226,3 +226,44 @@ fn a_robot_alone_is_driven_in_five_motions() {
     let refused = ended_with(2, &folder.ilon(&["run", "good.toml", "robot.urdf"]));
     assert!(refused.contains("is a robot, not a scenario"), "{refused}");
 }
+
+/// What is set beside a robot is written into its scenarios: run again they give the same run, to
+/// the last digit of every figure.
+#[test]
+fn the_scenarios_of_a_robot_alone_hold_what_was_set() {
+    let folder = Folder::new();
+    let set = [
+        "--set",
+        "world.floor.friction=0.2",
+        "--set",
+        "run.duration_s=1.5",
+    ];
+    let run = ["run", "robot.urdf", "--no-report", "--no-twins"];
+    ended_with(0, &folder.ilon(&[&run[..], &set].concat()));
+    let text = folder.read("out/robot/left.toml");
+    assert!(
+        text.contains("friction = 0.2") && text.contains("duration_s = 1.5"),
+        "{text}"
+    );
+    // Without how fast this machine was.
+    let figures = |path: &str| {
+        let text = folder.read(path);
+        let mut summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let timing = summary.as_object_mut().expect("figures");
+        timing
+            .remove("sim_seconds_per_cpu_second")
+            .expect("it is timed");
+        summary
+    };
+    let first = figures("out/robot/left/summary.json");
+    let again = [
+        "run",
+        "out/robot/left.toml",
+        "--no-report",
+        "--no-twins",
+        "--out",
+        "again",
+    ];
+    ended_with(0, &folder.ilon(&again));
+    assert_eq!(first, figures("again/summary.json"));
+}

@@ -55,6 +55,19 @@ fn the_robots_of_a_folder_stand_on_one_page() {
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
 }
 
+/// A folder in which no robot is read has no table of robots, and says why each is refused.
+#[test]
+fn a_folder_of_refused_robots_has_no_empty_table() {
+    let folder = Folder::new();
+    folder.write(
+        "in/arm.urdf",
+        "<robot name=\"arm\"><link name=\"a\"/></robot>",
+    );
+    ended_with(0, &folder.ilon(&["inspect", "in", "--html", "robots.html"]));
+    let page = folder.read("robots.html");
+    assert!(page.contains("<b>1</b> refused") && !page.contains("<table"));
+}
+
 #[test]
 fn one_robot_may_be_shown_alone_and_a_folder_only_as_a_page() {
     let folder = collection();

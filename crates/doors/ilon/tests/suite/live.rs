@@ -6,7 +6,7 @@ use crate::support;
 
 use std::io::{BufRead, BufReader};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use support::{Folder, ended_with};
@@ -92,6 +92,25 @@ fn it_ends_when_its_time_is_up() {
     let output = folder.ilon(&["live", "good.toml", "--port", "0", "--seconds", "0.5"]);
     ended_with(0, &output);
     assert!(begun.elapsed() >= Duration::from_millis(500));
+}
+
+/// A recording that is still on at the end, by time or by Ctrl-C, is written like one that was
+/// stopped, and its scenario runs.
+#[cfg(unix)]
+#[test]
+fn a_recording_outlives_the_end_of_the_command() {
+    let folder = Folder::new();
+    let mut live = Live::start(&folder, &[]);
+    live.say(r#"{"record": true}"#);
+    let begun_s = live.time_s();
+    while live.time_s() < begun_s + 0.3 {}
+    let number = live.0.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &number]).status();
+    assert!(sent.expect("a signal").success());
+    live.0.wait().expect("it ends");
+    let driven = "good_1_driven.toml";
+    assert!(folder.path(driven).exists());
+    ended_with(0, &folder.ilon(&["run", driven, "--out", "again"]));
 }
 
 #[test]

@@ -108,8 +108,8 @@ fn a_long_run_keeps_few_rows_in_memory_and_comes_to_the_same() {
     baseline.write_parquet(&file("baseline")).expect("a file");
     let opened = Recorded::open(&file("baseline")).expect("a trace");
     let none = Default::default();
-    let found = differences(&recorded.trace, &opened, &none).expect("rows");
-    let Ok(expected) = differences(&run.trace, &baseline, &none);
+    let found = differences(&recorded.trace, &opened, &none, false).expect("rows");
+    let Ok(expected) = differences(&run.trace, &baseline, &none, false);
     assert_eq!(found, expected);
     assert_eq!(found.len(), 1);
     assert_eq!(found[0].first_s, (ROWS_A_GROUP + 7) as f64 * 0.01);

@@ -99,6 +99,26 @@ fn rollers_that_names_promise_are_given_unless_none_are_to_be() {
     assert!(said.contains("wheels without rollers"), "{said}");
 }
 
+/// Whoever gives `run` a robot alone has no scenario to write keys into: the refusal names a
+/// command, and that command the one that drives.
+#[test]
+fn a_lone_robot_without_rollers_is_driven_by_the_printed_commands() {
+    let folder = Folder::new();
+    folder.write("base.urdf", &base("", DISC, INERTIA));
+    let said = ended_with(2, &folder.ilon(&["run", "base.urdf"]));
+    let joined = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        joined.contains("`ilon inspect base.urdf --rollers NUMBER"),
+        "{said}"
+    );
+    let given = folder.ilon(&[&["inspect", "base.urdf"], &X[..]].concat());
+    let said = ended_with(0, &given);
+    assert!(
+        said.contains("next: drive it, `ilon run base.urdf --set"),
+        "{said}"
+    );
+}
+
 #[test]
 fn a_repair_is_made_when_it_is_asked_for_with_the_density_that_is_given() {
     let folder = Folder::new();

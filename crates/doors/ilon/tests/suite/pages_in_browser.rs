@@ -195,7 +195,7 @@ fn a_run_against_its_baseline() {
     ran_with_and_without_ice(&folder, "baseline", "run");
     let read = |name: &str| ilon_trace::Trace::read_parquet(&folder.path(name)).expect("a trace");
     let (run, baseline) = (read("run/trace.parquet"), read("baseline/trace.parquet"));
-    let Ok(found) = ilon_trace::differences(&run, &baseline, &Default::default());
+    let Ok(found) = ilon_trace::differences(&run, &baseline, &Default::default(), false);
     let page = folder.path("difference.html");
     let Ok(html) = ilon::report::difference::html(&run, &baseline, &found);
     std::fs::write(&page, html).expect("the page is written");

@@ -222,7 +222,10 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         if depth > MOST_FRAMES {
             return Err((self.fault)(
                 node,
-                "its frames are relative to one another".to_owned(),
+                format!(
+                    "its pose follows more than {MOST_FRAMES} frames, each relative to the next, \
+                     or a circle of them"
+                ),
             ));
         }
         let of = self.frame_named(&frame, node)?;

@@ -18,8 +18,10 @@ pub enum Fault {
     /// The description is not TOML, or does not have the form of [`crate::Spec`].
     #[error("{reason}")]
     Toml {
-        /// The parser's message.
+        /// What is wrong.
         reason: String,
+        /// How to repair a key; empty for a text that is not TOML.
+        help: String,
     },
     /// Keys of a description are set for a file that is not a description.
     #[error(

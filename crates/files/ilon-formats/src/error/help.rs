@@ -41,6 +41,7 @@ impl Fault {
     /// Returns how to repair it in the file; for the options of reading see [`Self::remedies`].
     pub(super) fn help(&self) -> String {
         let fixed = match self {
+            Self::Toml { help, .. } if !help.is_empty() => return help.clone(),
             Self::OutOfRange { key, range, .. } => return format!("make `{key}` {range}"),
             Self::TooManyWheels { .. } => {
                 "write type=\"fixed\" for joints that do not turn, or read a file of one robot"

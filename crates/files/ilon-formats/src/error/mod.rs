@@ -133,6 +133,20 @@ impl RobotError {
         Some(first)
     }
 
+    /// Changes this error and each of the others.
+    pub(crate) fn each(mut self, change: impl Fn(Self) -> Self) -> Self {
+        let others = std::mem::take(&mut self.0.others);
+        let mut first = change(self);
+        first.0.others = others.into_iter().map(change).collect();
+        first
+    }
+
+    /// Adds the file's name.
+    pub(crate) fn of_file(mut self, file: &str) -> Self {
+        file.clone_into(&mut self.0.file);
+        self
+    }
+
     /// Merges equal errors of one place: a line of a macro is reported once, however often it is
     /// called.
     pub fn by_place(errors: impl IntoIterator<Item = Self>) -> Vec<Self> {

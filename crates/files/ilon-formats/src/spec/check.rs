@@ -2,8 +2,11 @@
 
 use std::f64::consts::PI;
 
+use ilon_files::keys::MOST_FAULTS;
+
 use super::{
-    ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec,
+    Arrangement, ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw,
+    SuspensionSpec,
 };
 use crate::error::{Fault, RobotError};
 
@@ -11,17 +14,40 @@ const POSITIVE: &str = "a finite number above 0";
 const NOT_NEGATIVE: &str = "a finite number, 0 or above";
 const FINITE: &str = "a finite number";
 
-/// Rejects the first value that is out of its range, by its key.
+/// Rejects values that are out of their ranges, by their keys.
 pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
     let error = |fault| RobotError::new(&spec.name, fault);
-    check_common(spec, wheels).map_err(error)?;
-    check_suspension(spec, wheels).map_err(error)?;
-    wheels.iter().try_for_each(|wheel| {
-        check_wheel(wheel).map_err(|fault| match wheel.is_overridden {
+    let suspension = check_suspension(spec, wheels).err();
+    let common = faults_in_common(spec, wheels).into_iter().chain(suspension);
+    let of_wheels = wheels.iter().enumerate().filter_map(|(index, wheel)| {
+        let fault = check_wheel(spec, index, wheel).err()?;
+        Some(match wheel.is_overridden {
             true => error(fault).about(format!("wheel `{}`", wheel.placed.name)),
             false => error(fault),
         })
-    })
+    });
+    refused(common.map(error).chain(of_wheels))
+}
+
+/// Rejects a robot with faults, each told once.
+pub(super) fn refused(errors: impl IntoIterator<Item = RobotError>) -> Result<(), RobotError> {
+    let mut told: Vec<RobotError> = Vec::new();
+    for error in errors {
+        let is_told = told.iter().any(|other| other.fault() == error.fault());
+        if !is_told && told.len() < MOST_FAULTS {
+            told.push(error);
+        }
+    }
+    RobotError::of_all(told).map_or(Ok(()), Err)
+}
+
+/// The faults of those of some values, by key, that fail a check.
+pub(super) fn failing<'a>(
+    values: impl IntoIterator<Item = (&'a str, f64)>,
+    check: fn(&str, f64) -> Result<(), Fault>,
+) -> impl Iterator<Item = Fault> {
+    let values = values.into_iter();
+    values.filter_map(move |(key, value)| check(key, value).err())
 }
 
 pub(super) fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
@@ -67,50 +93,44 @@ pub(super) fn finite(key: &str, value: f64) -> Result<(), Fault> {
     Err(out_of_range(key, value, FINITE))
 }
 
-/// Checks the chassis.
-pub(super) fn check_chassis(c: &ChassisSpec) -> Result<(), Fault> {
-    let (shape_key, sides): (&str, &[f64]) = match &c.shape {
-        ChassisShape::Box { size_m } => ("chassis.shape.box.size_m", size_m),
+/// The faults of a chassis.
+pub(super) fn faults_of_chassis(c: &ChassisSpec) -> Vec<Fault> {
+    let cylinder = "chassis.shape.cylinder";
+    let sides = match &c.shape {
+        ChassisShape::Box { size_m } => size_m.map(|side_m| ("chassis.shape.box.size_m", side_m)),
         ChassisShape::Cylinder { radius_m, height_m } => {
-            ("chassis.shape.cylinder", &[*radius_m, *height_m])
+            [*radius_m, *height_m, *height_m].map(|side_m| (cylinder, side_m))
         }
     };
-    sides
-        .iter()
-        .try_for_each(|side| positive(shape_key, *side))?;
-    positive("chassis.mass_kg", c.mass_kg)?;
-    c.center_m
-        .iter()
-        .try_for_each(|value| finite("chassis.center_m", *value))
+    let positives = sides.into_iter().chain([("chassis.mass_kg", c.mass_kg)]);
+    let places = c.center_m.map(|value_m| ("chassis.center_m", value_m));
+    failing(positives, positive)
+        .chain(failing(places, finite))
+        .collect()
 }
 
-/// Checks the chassis and the values shared by all wheels.
-fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+/// The faults of the chassis and of the values shared by all wheels.
+fn faults_in_common(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
     let (w, r) = (&spec.wheel, &spec.rollers);
-    check_chassis(&spec.chassis)?;
-    for (key, value) in [
-        ("wheel.radius_m", w.radius_m),
+    let mut faults = faults_of_chassis(&spec.chassis);
+    let positives = [
         ("wheel.hub_mass_kg", w.hub_mass_kg),
-        ("wheel.hub_radius_m", w.hub_radius_m),
-        ("wheel.hub_width_m", w.hub_width_m),
         ("wheel.motor_effort_n_m", w.motor_effort_n_m),
         ("wheel.motor_velocity_rad_s", w.motor_velocity_rad_s),
         ("wheel.gear_ratio", w.gear_ratio),
         ("wheel.gear_efficiency", w.gear_efficiency),
-        ("rollers.radius_m", r.radius_m),
         ("rollers.mass_kg", r.mass_kg),
-    ] {
-        positive(key, value)?;
-    }
-    for (key, value_m) in [
+        ("rollers.length_factor", r.length_factor),
+    ];
+    faults.extend(failing(positives, positive));
+    let lengths_m = [
         ("wheel.radius_m", w.radius_m),
         ("wheel.hub_radius_m", w.hub_radius_m),
         ("wheel.hub_width_m", w.hub_width_m),
         ("rollers.radius_m", r.radius_m),
-    ] {
-        length_of_wheel(key, value_m)?;
-    }
-    for (key, value) in [
+    ];
+    faults.extend(failing(lengths_m, length_of_wheel));
+    let losses = [
         ("wheel.damping_n_m_s", w.damping_n_m_s),
         ("wheel.friction_n_m", w.friction_n_m),
         ("wheel.rotor_inertia_kg_m2", w.rotor_inertia_kg_m2),
@@ -122,10 +142,45 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         ("rollers.axial_play_m", r.axial_play_m),
         ("rollers.axle_friction", r.surface().axle_friction),
         ("rollers.axle_radius_m", r.surface().axle_radius_m),
-    ] {
-        not_negative(key, value)?;
+    ];
+    faults.extend(failing(losses, not_negative));
+    faults.extend(check_names(spec, wheels).err());
+    faults.extend(check_rollers(r).err());
+    if w.gear_efficiency > 1.0 {
+        let (key, range) = ("wheel.gear_efficiency", "above 0 and at most 1");
+        faults.push(out_of_range(key, w.gear_efficiency, range));
     }
-    positive("rollers.length_factor", r.length_factor)?;
+    if !(3..=1000).contains(&wheels.len()) {
+        let range = "from 3 to 1000 wheels";
+        faults.push(out_of_range("wheels", wheels.len(), range));
+    }
+    faults
+}
+
+/// Checks the names of wheels and rollers that have values of their own.
+fn check_names(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+    let mut offset = spec.rollers.radius_offsets_m.keys();
+    if let Some(name) = offset.find(|name| !wheels.iter().any(|w| w.has_roller(name))) {
+        let range = "by the names of rollers' joints, such as `front_left_roller_1`";
+        return Err(out_of_range("rollers.radius_offsets_m", name, range));
+    }
+    let mut overridden = spec.overrides.keys();
+    match overridden.find(|name| !wheels.iter().any(|wheel| wheel.placed.name == **name)) {
+        None => Ok(()),
+        Some(name) => Err(no_such_wheel(name, wheels)),
+    }
+}
+
+fn no_such_wheel(name: &str, wheels: &[Described]) -> Fault {
+    let wheels = wheels.iter().map(|wheel| wheel.placed.name.clone());
+    Fault::NoSuchWheel {
+        wheel: name.to_owned(),
+        wheels: wheels.collect(),
+    }
+}
+
+/// Checks what the rollers have beside their size and mass.
+fn check_rollers(r: &RollerSpec) -> Result<(), Fault> {
     if r.profile_m.is_some() && r.length_factor != 1.0 {
         let range = "left out beside `rollers.profile_m`, which has its own length";
         return Err(out_of_range(
@@ -134,41 +189,11 @@ fn check_common(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
             range,
         ));
     }
-    let mut offset = r.radius_offsets_m.keys();
-    if let Some(name) = offset.find(|name| !wheels.iter().any(|w| w.has_roller(name))) {
-        let range = "by the names of rollers' joints, such as `front_left_roller_1`";
-        return Err(out_of_range("rollers.radius_offsets_m", name, range));
-    }
     check_axle(r)?;
-    check_tread(spec)?;
-    if w.gear_efficiency > 1.0 {
-        let range = "above 0 and at most 1";
-        return Err(out_of_range(
-            "wheel.gear_efficiency",
-            w.gear_efficiency,
-            range,
-        ));
-    }
-    if !(1..=2).contains(&r.rows) {
-        return Err(out_of_range("rollers.rows", r.rows, "1 or 2"));
-    }
-    if !(3..=1000).contains(&wheels.len()) {
-        return Err(out_of_range(
-            "wheels",
-            wheels.len(),
-            "from 3 to 1000 wheels",
-        ));
-    }
-    let known = |name: &&String| wheels.iter().any(|wheel| wheel.placed.name == **name);
-    match spec.overrides.keys().find(|name| !known(name)) {
-        None => Ok(()),
-        Some(name) => Err(Fault::NoSuchWheel {
-            wheel: name.clone(),
-            wheels: wheels
-                .iter()
-                .map(|wheel| wheel.placed.name.clone())
-                .collect(),
-        }),
+    check_tread(r)?;
+    match r.rows {
+        1 | 2 => Ok(()),
+        rows => Err(out_of_range("rollers.rows", rows, "1 or 2")),
     }
 }
 
@@ -179,13 +204,7 @@ fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
         let key = |of: &str| format!("suspension.{name}.{of}");
         for wheel in &of.wheels {
             if !wheels.iter().any(|known| known.placed.name == *wheel) {
-                return Err(Fault::NoSuchWheel {
-                    wheel: wheel.clone(),
-                    wheels: wheels
-                        .iter()
-                        .map(|wheel| wheel.placed.name.clone())
-                        .collect(),
-                });
+                return Err(no_such_wheel(wheel, wheels));
             }
             if hung.contains(&wheel.as_str()) {
                 let range = "wheels that hang on nothing else, each named once";
@@ -325,8 +344,8 @@ fn check_axle(rollers: &RollerSpec) -> Result<(), Fault> {
 }
 
 /// Checks the tread, if there is one.
-fn check_tread(spec: &Spec) -> Result<(), Fault> {
-    let Some(tread) = &spec.rollers.tread else {
+fn check_tread(rollers: &RollerSpec) -> Result<(), Fault> {
+    let Some(tread) = &rollers.tread else {
         return Ok(());
     };
     positive("rollers.tread.stiffness_n_m", tread.stiffness_n_m)?;
@@ -345,8 +364,8 @@ fn check_tread(spec: &Spec) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks one wheel, including its overrides.
-fn check_wheel(wheel: &Described) -> Result<(), Fault> {
+/// Checks a wheel, including its overrides.
+fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault> {
     let (placed, w, r) = (&wheel.placed, &wheel.wheel, &wheel.rollers);
     let of = |common: &str, overridden: &str| {
         if wheel.is_overridden {
@@ -354,6 +373,11 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
         } else {
             common.to_owned()
         }
+    };
+    let of_wheels = match &spec.wheels {
+        Arrangement::Mecanum { .. } => "wheels.mecanum".to_owned(),
+        Arrangement::Ring { .. } => "wheels.ring".to_owned(),
+        Arrangement::List(_) => format!("wheels.list.{index}"),
     };
     positive(&of("wheel.radius_m", "radius_m"), w.radius_m)?;
     positive(&of("wheel.hub_mass_kg", "hub_mass_kg"), w.hub_mass_kg)?;
@@ -363,7 +387,7 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
     let place = [placed.position_m[0], placed.position_m[1], placed.axis_deg];
     place
         .iter()
-        .try_for_each(|value| finite("wheels: position and axis", *value))?;
+        .try_for_each(|value| finite(&of_wheels, *value))?;
     if !(3..=1000).contains(&r.per_row) {
         let key = of("rollers.per_row", "per_row");
         return Err(out_of_range(&key, r.per_row, "from 3 to 1000"));
@@ -372,7 +396,7 @@ fn check_wheel(wheel: &Described) -> Result<(), Fault> {
     if placed.gamma_deg.is_nan() || placed.gamma_deg.abs() > 85.0 {
         let range =
             "from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive";
-        let key = of("wheels: gamma_deg", "gamma_deg");
+        let key = of(&format!("{of_wheels}.gamma_deg"), "gamma_deg");
         return Err(out_of_range(&key, placed.gamma_deg, range));
     }
     if r.radius_m >= w.radius_m {

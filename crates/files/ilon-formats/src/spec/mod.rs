@@ -12,10 +12,13 @@ mod suspension;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
-use ilon_files::toml::{DecodeError, decode_text};
+use ilon_files::defaults::number;
+use ilon_files::keys;
+use ilon_files::toml::{DecodeError, decode, parse};
 use schemars::JsonSchema;
-use serde::de::Error as _;
+use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::Table;
 
@@ -113,14 +116,14 @@ pub struct WheelSpec {
     #[serde(default)]
     pub friction_n_m: f64,
     /// Turns of the motor's rotor per turn of the wheel.
-    #[serde(default = "unity")]
+    #[serde(default = "number::<1, f64>")]
     pub gear_ratio: f64,
     /// Inertia of the rotor before the gear, in kg m^2; the wheel feels gear_ratio^2 times it.
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
     /// Efficiency eta of the gear, in (0, 1]. Where the load drives, 2 - 1 / eta of its power
     /// arrives at the motor; up to 0.5 the gear locks itself.
-    #[serde(default = "unity")]
+    #[serde(default = "number::<1, f64>")]
     pub gear_efficiency: f64,
     /// Dry friction of the gear at the wheel, in N m, beside `friction_n_m`.
     #[serde(default)]
@@ -140,13 +143,14 @@ impl WheelSpec {
 }
 
 /// All rollers. By default a barrel of even density, with neither gap nor overlap.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RollerSpec {
     /// Number of rollers in one row.
     pub per_row: usize,
     /// Number of rows: 1, or 2 with the second row half a pitch further.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1, usize>")]
     pub rows: usize,
     /// Distance between the two rows along the hub axis, in metres; 0 with one row.
     #[serde(default)]
@@ -163,19 +167,15 @@ pub struct RollerSpec {
     pub friction_n_m: f64,
     /// Length of a roller, above 0; 1 leaves neither gap nor overlap. Longer rollers share the
     /// ground (with a tread); shorter ones leave gaps.
-    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    #[serde(default = "number::<1, f64>", skip_serializing_if = "is_unity")]
     pub length_factor: f64,
     /// Curvature along a roller at its middle, relative to the ideal barrel: 1 makes the wheel a
     /// circle, less is flatter, more is rounder; at least 0.01.
-    #[serde(default = "unity", skip_serializing_if = "is_unity")]
+    #[serde(default = "number::<1, f64>", skip_serializing_if = "is_unity")]
     pub crown: f64,
     /// `[[t, radius], ...]`, in metres: outline instead of a barrel, t along the axis from the
     /// middle, joined by straight lines. Two points make a cylinder.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        deserialize_with = "pairs"
-    )]
+    #[serde(default, deserialize_with = "pairs")]
     pub profile_m: Option<Vec<[f64; 2]>>,
     /// Radius to which all edges of `profile_m` are rounded, in metres.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -199,42 +199,34 @@ pub struct RollerSpec {
     pub axial_play_m: f64,
     /// Class of the rollers' bearings, which sets `axle_friction` and `axle_radius_m` [default: no
     /// friction that grows with the load].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bearings: Option<RollerBearings>,
     /// Friction coefficient between roller and axle; overrides `bearings`. The torque is this times
     /// `axle_radius_m` times the load.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_friction: Option<f64>,
     /// Radius of the rollers' axles, in metres; overrides `bearings`. Of a rolling bearing that of
     /// its bore.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axle_radius_m: Option<f64>,
     /// A soft tread. Without it rollers are rigid.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tread: Option<TreadSpec>,
     /// Material of the rollers: a name of a scenario's `[materials]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
 }
 
 /// A tread.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TreadSpec {
     /// Stiffness along the ground's normal, in N/m.
     pub stiffness_n_m: f64,
     /// Damping along the normal, in N s/m [default: a tenth of critical under the load of a wheel].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping_n_s_m: Option<f64>,
     /// Stiffness across the normal, in N/m [default: 2/3 of that along it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_stiffness_n_m: Option<f64>,
     /// Damping across the normal, in N s/m [default: the same share of stiffness as along it].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shear_damping_n_s_m: Option<f64>,
     /// Rolled distance over which sheared tread is renewed, in metres. A roller creeps by pull /
     /// (`shear_stiffness_n_m` times this) [default: no creep].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation_length_m: Option<f64>,
 }
 
@@ -285,44 +277,29 @@ fn is_none(number: &u32) -> bool {
     *number == 0
 }
 
-fn one() -> usize {
-    1
-}
-
-fn unity() -> f64 {
-    1.0
-}
-
 /// Other values for one wheel. Its axle stays at the height of `wheel.radius_m`, so the robot leans
 /// on a smaller wheel.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct WheelOverride {
     /// The paper's rho of this wheel, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_m: Option<f64>,
     /// The paper's gamma of this wheel, with its sign, in degrees, in (-90, 90).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma_deg: Option<f64>,
     /// Rotation of its rollers at wheel angle zero, in degrees; at 0 the first points straight
     /// down.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<f64>,
     /// Number of its rollers in one row.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per_row: Option<usize>,
     /// Largest radius of its rollers, at their middles, in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_radius_m: Option<f64>,
     /// Mass of one of its rollers, in kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_mass_kg: Option<f64>,
     /// Material of its rollers: a name of a scenario's `[materials]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roller_material: Option<String>,
     /// Mass of its hub without rollers, in kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hub_mass_kg: Option<f64>,
 }
 
@@ -399,7 +376,7 @@ impl Spec {
             let reason = e.to_string();
             RobotError::new(&file, Fault::Unreadable { reason })
         })?;
-        Self::from_toml_str(&text, &file)
+        Self::from_toml_str_with(&text, &file, &Table::new())
     }
 
     /// Reads a description from TOML; `file` is its name in errors.
@@ -407,29 +384,78 @@ impl Spec {
     /// # Errors
     /// TOML that is malformed, of another form, or has unknown keys.
     pub fn from_toml_str(text: &str, file: &str) -> Result<Self, RobotError> {
-        decode_text(text).map_err(|fault| of_toml(&fault, text, file))
+        read(text, file, &Table::new())
     }
 
     /// Reads a description from TOML with changed keys, see [`crate::LoadOptions::spec`].
     ///
     /// # Errors
-    /// Those of [`Self::from_toml_str`], and unknown keys or invalid values.
+    /// Those of [`Self::from_toml_str`], and values out of their ranges.
     pub(crate) fn from_toml_str_with(
         text: &str,
         file: &str,
         changes: &Table,
     ) -> Result<Self, RobotError> {
-        let as_written = Self::from_toml_str(text, file)?;
-        if changes.is_empty() {
-            return Ok(as_written);
-        }
-        let mut table: Table = decode_text(text).map_err(|fault| of_toml(&fault, text, file))?;
-        changed::lay_over(&mut table, changes);
-        decode_text(&table.to_string()).map_err(|fault| {
-            let reason = format!("with its keys changed: {}", fault.message);
-            RobotError::new(file, Fault::Toml { reason })
-        })
+        let spec: Self = read(text, file, changes)?;
+        let checked = check(&spec, &spec.described());
+        checked.map_err(|error| placed(error, text, file, changes))?;
+        Ok(spec)
     }
+}
+
+/// Reads a description with changed keys; reports all faults of its keys at once.
+fn read<T: DeserializeOwned + JsonSchema>(
+    text: &str,
+    file: &str,
+    changes: &Table,
+) -> Result<T, RobotError> {
+    let of_toml = |fault: DecodeError| {
+        let (reason, help) = (fault.message, String::new());
+        let error = RobotError::new(file, Fault::Toml { reason, help });
+        match fault.span {
+            Some(bytes) => error.at(&text.into(), bytes),
+            None => error,
+        }
+    };
+    let document = parse(text).map_err(of_toml)?;
+    let schema = schemars::schema_for!(T).to_value();
+    let whole: Arc<str> = text.into();
+    let faults = keys::check(&document, &schema, false).into_iter();
+    let errors = faults.map(|fault| {
+        let (reason, help) = (fault.message, fault.help);
+        RobotError::new(file, Fault::Toml { reason, help }).at(&whole, fault.span)
+    });
+    if let Some(error) = RobotError::of_all(errors) {
+        return Err(error);
+    }
+    if changes.is_empty() {
+        return decode(document).map_err(of_toml);
+    }
+    let mut table: Table = decode(document).map_err(of_toml)?;
+    changed::lay_over(&mut table, changes);
+    read(&table.to_string(), file, &Table::new()).map_err(|error| {
+        let reason = format!("with its keys changed: {}", error.fault());
+        let help = error.help();
+        RobotError::new(file, Fault::Toml { reason, help })
+    })
+}
+
+/// Adds the file and, unless they come from changes, the places of values out of their ranges.
+fn placed(error: RobotError, text: &str, file: &str, changes: &Table) -> RobotError {
+    let document = parse(text).ok().filter(|_| changes.is_empty());
+    let text: Arc<str> = text.into();
+    error.each(|error| {
+        let span = match (error.fault(), &document) {
+            (Fault::OutOfRange { key, .. }, Some(document)) => {
+                keys::place_of(document.get_ref(), key).map(|(_, span)| span)
+            }
+            _ => None,
+        };
+        match span {
+            Some(span) => error.of_file(file).at(&text, span),
+            None => error.of_file(file),
+        }
+    })
 }
 
 /// Reads an array of a fixed length. The TOML reader's own arrays would ignore surplus entries.
@@ -448,15 +474,6 @@ fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<[f64; 2]>>, D:
     struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
     let pairs = Vec::<Pair>::deserialize(from)?;
     Ok(Some(pairs.into_iter().map(|Pair(pair)| pair).collect()))
-}
-
-fn of_toml(fault: &DecodeError, text: &str, file: &str) -> RobotError {
-    let reason = fault.message.clone();
-    let error = RobotError::new(file, Fault::Toml { reason });
-    match &fault.span {
-        Some(bytes) => error.at(&text.into(), bytes.clone()),
-        None => error,
-    }
 }
 
 impl Arrangement {

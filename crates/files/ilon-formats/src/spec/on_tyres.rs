@@ -3,13 +3,16 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use ilon_files::defaults::{number, yes};
 use ilon_files::toml::decode_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::check::{check_chassis, finite, length_of_wheel, not_negative, out_of_range, positive};
-use super::{ChassisSpec, MAX_BYTES, changed, exactly, of_toml};
+use super::check::{
+    failing, faults_of_chassis, length_of_wheel, not_negative, out_of_range, positive, refused,
+};
+use super::{ChassisSpec, MAX_BYTES, exactly, placed, read};
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
 
@@ -98,7 +101,7 @@ pub struct TyredWheel {
     pub position_m: [f64; 2],
     /// The hub axis as an angle from the body's x axis, counter-clockwise, in degrees: at 90 a
     /// positive rate drives ahead.
-    #[serde(default = "right_angle")]
+    #[serde(default = "number::<90, f64>")]
     pub axis_deg: f64,
     /// Whether a motor drives it.
     #[serde(default = "yes")]
@@ -128,14 +131,6 @@ pub struct CasterSpec {
     pub fork_mass_kg: f64,
     /// How far its wheel stands behind the swivel axis, in metres.
     pub trail_m: f64,
-}
-
-fn right_angle() -> f64 {
-    90.0
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// Whether a text in TOML describes a robot on tyres. Of a text that is no TOML another reader says
@@ -177,74 +172,60 @@ impl SpecOnTyres {
         file: &str,
         changes: &Table,
     ) -> Result<Self, RobotError> {
-        let spec: Self = decode_text(text).map_err(|fault| of_toml(&fault, text, file))?;
-        let spec = match changes.is_empty() {
-            true => spec,
-            false => {
-                let mut table: Table =
-                    decode_text(text).map_err(|fault| of_toml(&fault, text, file))?;
-                changed::lay_over(&mut table, changes);
-                decode_text(&table.to_string()).map_err(|fault| {
-                    let reason = format!("with its keys changed: {}", fault.message);
-                    RobotError::new(file, Fault::Toml { reason })
-                })?
-            }
-        };
-        spec.check()
-            .map_err(|fault| RobotError::new(&spec.name, fault))?;
+        let spec: Self = read(text, file, changes)?;
+        let faults = spec.faults().into_iter();
+        let checked = refused(faults.map(|fault| RobotError::new(&spec.name, fault)));
+        checked.map_err(|error| placed(error, text, file, changes))?;
         Ok(spec)
     }
 
-    /// Rejects the first value that is out of its range, by its key. What a tyre can be made of is
+    /// The values that are out of their ranges, by their keys. What a tyre can be made of is
     /// checked by then.
-    fn check(&self) -> Result<(), Fault> {
-        check_chassis(&self.chassis)?;
+    fn faults(&self) -> Vec<Fault> {
+        let mut faults = faults_of_chassis(&self.chassis);
         let t = &self.tyres;
-        for (key, value) in [("tyres.radius_m", t.radius_m), ("tyres.width_m", t.width_m)] {
-            length_of_wheel(key, value)?;
-        }
-        for (key, value) in [
+        let lengths = [("tyres.radius_m", t.radius_m), ("tyres.width_m", t.width_m)];
+        faults.extend(failing(lengths, length_of_wheel));
+        let positives = [
             ("tyres.mass_kg", t.mass_kg),
             ("tyres.motor_effort_n_m", t.motor_effort_n_m),
             ("tyres.motor_velocity_rad_s", t.motor_velocity_rad_s),
-        ] {
-            positive(key, value)?;
-        }
-        not_negative("tyres.damping_n_m_s", t.damping_n_m_s)?;
-        not_negative("tyres.friction_n_m", t.friction_n_m)?;
-        self.check_steering()?;
-        for wheel in &self.wheels {
-            let [x, y] = wheel.position_m;
-            for value in [x, y, wheel.axis_deg] {
-                finite("wheels: position and axis", value)?;
-            }
-        }
-        for caster in &self.casters {
-            for (key, value) in [
-                ("casters.radius_m", caster.radius_m),
-                ("casters.width_m", caster.width_m),
-                ("casters.trail_m", caster.trail_m),
+        ];
+        faults.extend(failing(positives, positive));
+        let losses = [
+            ("tyres.damping_n_m_s", t.damping_n_m_s),
+            ("tyres.friction_n_m", t.friction_n_m),
+        ];
+        faults.extend(failing(losses, not_negative));
+        faults.extend(self.check_steering().err());
+        for (index, caster) in self.casters.iter().enumerate() {
+            let key = |of: &str| format!("casters.{index}.{of}");
+            for (of, value_m) in [
+                ("radius_m", caster.radius_m),
+                ("width_m", caster.width_m),
+                ("trail_m", caster.trail_m),
             ] {
-                length_of_wheel(key, value)?;
+                faults.extend(length_of_wheel(&key(of), value_m).err());
             }
-            positive("casters.mass_kg", caster.mass_kg)?;
-            positive("casters.fork_mass_kg", caster.fork_mass_kg)?;
-            let place = caster.position_m.iter();
-            place
-                .copied()
-                .try_for_each(|m| finite("casters.position_m", m))?;
+            for (of, value_kg) in [
+                ("mass_kg", caster.mass_kg),
+                ("fork_mass_kg", caster.fork_mass_kg),
+            ] {
+                faults.extend(positive(&key(of), value_kg).err());
+            }
         }
-        self.check_names()
+        faults.extend(self.check_names().err());
+        faults
     }
 
     fn check_steering(&self) -> Result<(), Fault> {
-        let steered = self.wheels.iter().find(|wheel| wheel.steered);
+        let steered = self.wheels.iter().position(|wheel| wheel.steered);
         let Some(steering) = &self.steering else {
             return match steered {
                 None => Ok(()),
-                Some(wheel) => Err(out_of_range(
-                    "wheels: steered",
-                    format!("true of `{}`", wheel.name),
+                Some(index) => Err(out_of_range(
+                    &format!("wheels.{index}.steered"),
+                    true,
                     "false where there is no `[steering]`",
                 )),
             };
@@ -257,20 +238,19 @@ impl SpecOnTyres {
         ] {
             positive(key, value)?;
         }
-        finite("steering.trail_m", steering.trail_m)
+        Ok(())
     }
 
     fn check_names(&self) -> Result<(), Fault> {
-        let wheels = self
-            .wheels
-            .iter()
-            .map(|wheel| ("wheels: name", &wheel.name));
-        let casters = self.casters.iter().map(|of| ("casters: name", &of.name));
+        let wheels = self.wheels.iter().map(|wheel| &wheel.name).enumerate();
+        let casters = self.casters.iter().map(|caster| &caster.name).enumerate();
+        let wheels = wheels.map(|of| ("wheels", of));
         let mut known = BTreeSet::new();
-        for (key, name) in wheels.chain(casters) {
+        for (list, (index, name)) in wheels.chain(casters.map(|of| ("casters", of))) {
             if name.is_empty() || name == "base" || !known.insert(name) {
                 let range = "a name that no other wheel or caster has";
-                return Err(out_of_range(key, format!("`{name}`"), range));
+                let key = format!("{list}.{index}.name");
+                return Err(out_of_range(&key, format!("`{name}`"), range));
             }
         }
         Ok(())

@@ -82,6 +82,7 @@ pub(super) fn survey(tree: &Tree, candidates: &[Candidate], meshes: &Meshes) -> 
     }
     survey.keep_on_the_floor(tree, candidates);
     survey.leave_out_parts(tree, candidates);
+    survey.take_still_pair(tree, candidates);
     survey.leave_out_casters(tree);
     survey
 }
@@ -236,6 +237,11 @@ pub(super) fn is_called_wheel(tree: &Tree, j: usize) -> bool {
         .any(|name| names::is_of_wheel(name))
 }
 
+/// Whether it is a ball, or called a caster.
+fn is_caster(tree: &Tree, like: &WheelLike) -> bool {
+    names::is_called_caster(tree, like.joint) || casters::is_ball(tree, like.joint)
+}
+
 fn on_own_axis(tree: &Tree, j: usize, meshes: &Meshes) -> WheelLike {
     let joint = &tree.joints[j];
     let parts = parts_of_wheel(tree, j);
@@ -382,9 +388,7 @@ impl Survey {
     /// Removes casters that do not swivel, if two other wheels turn: balls, and what is called a
     /// caster. They roll in every direction, whatever their joint says.
     fn leave_out_casters(&mut self, tree: &Tree) {
-        let is_caster = |like: &WheelLike| {
-            names::is_called_caster(tree, like.joint) || casters::is_ball(tree, like.joint)
-        };
+        let is_caster = |like: &WheelLike| is_caster(tree, like);
         let wheels = self.turning.iter().filter(|like| !is_caster(like));
         if wheels.count() < 2 {
             return;
@@ -396,6 +400,16 @@ impl Survey {
             is_too_high: false,
         }));
         self.others.retain(|like| !is_caster(like));
+    }
+
+    /// Takes two wheels that do not turn in a file for viewers as wheels, if nothing else turns.
+    fn take_still_pair(&mut self, tree: &Tree, candidates: &[Candidate]) {
+        let is_one = |like: &WheelLike| is_called_wheel(tree, like.joint) && !is_caster(tree, like);
+        let turns = candidates.len() + self.turning.len() + self.steered.len() > 0;
+        if !turns && self.others.iter().filter(|like| is_one(like)).count() == 2 {
+            let pair = self.others.extract_if(.., |like| is_one(like));
+            self.turning.extend(pair);
+        }
     }
 
     /// Removes fixed parts of wheels or of their mounts: rollers and brackets that are round too.
@@ -424,7 +438,12 @@ impl Survey {
             let in_hub = hubs.contains(&like.joint)
                 || tree.joints_above(like.joint).any(|j| hubs.contains(&j));
             let is_small = own_m > 0.0 && own_m < SMALLER * largest_m;
-            in_hub || is_small || turning.iter().chain(&others).any(within)
+            let above = |other: &WheelLike| {
+                tree.joints_above(like.joint).any(|j| j == other.joint)
+                    && is_called_wheel(tree, other.joint)
+            };
+            let is_on_wheel = turning.iter().chain(&others).any(above);
+            in_hub || is_on_wheel || is_small || turning.iter().chain(&others).any(within)
         };
         self.others.retain(|like| !is_part(like));
     }

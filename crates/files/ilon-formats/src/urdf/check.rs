@@ -78,9 +78,12 @@ pub(super) fn check_wheel_count(
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();
         let likely = survey.likely();
         let steered: Vec<&WheelLike> = survey.steered.iter().collect();
-        let bare = [turning, likely]
-            .into_iter()
-            .find(|likes| likes.len() >= LEAST_WHEELS);
+        // Any part of a body may be round and fixed.
+        let may_be = |like: &&WheelLike| {
+            is_called_wheel(tree, like.joint) || tree.joints[like.joint].motion != Motion::Fixed
+        };
+        let mut bare = [turning, likely].into_iter();
+        let bare = bare.find(|likes| likes.len() >= LEAST_WHEELS && likes.iter().any(may_be));
         if let Some(bare) = bare {
             let (rollers, why) = infer::fitting(loading, &bare, false, &survey.looked);
             let fault = Fault::NoRollers {

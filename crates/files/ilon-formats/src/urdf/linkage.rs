@@ -14,6 +14,7 @@ use super::casters;
 use super::check;
 use super::from_options::BareWheel;
 use super::loading::Loading;
+use super::names;
 use super::recognise::Candidate;
 use super::transmission;
 use super::tree::{Motion, Tree};
@@ -457,11 +458,12 @@ fn default_role(
     })
 }
 
-/// Whether a joint belongs to a caster of a robot on tyres that swivels, and turns freely.
+/// Whether a joint belongs to a caster that swivels, and turns freely. On rollers a caster is one
+/// that is called so: a joint of an arm may trail another.
 fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
-        && given.iter().any(BareWheel::has_tyre)
+        && (given.iter().any(BareWheel::has_tyre) || names::is_called_caster(tree, joint))
         && casters::swivels_freely(tree, joint)
         && tree.links[of.child].mass.is_some()
 }

@@ -196,13 +196,13 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
         let count = match inferred.are_drawn {
             true => format!("the {count} rollers that its mesh shows"),
             false => format!(
-                "{count} rollers, which is a guess: say how many there are, and at which angle, if it matters"
+                "{count} rollers. This number is a guess: give number and angle of the real ones if slip matters"
             ),
         };
         loading.remarks.push(Remark::new(
             "the wheels",
             format!(
-                "modelled without rollers; by {} they are Swedish wheels, and each is given {count}{}",
+                "the file has no rollers; by {} they are Swedish wheels, and each is given {count}{}",
                 inferred.why,
                 other_values(&loading.source.prepared.choices)
             ),

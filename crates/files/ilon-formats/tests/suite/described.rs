@@ -179,7 +179,7 @@ fn a_place_has_as_many_numbers_as_it_has_axes() {
         let said = Spec::from_toml_str(&text, "r.toml")
             .unwrap_err()
             .to_string();
-        let wanted = format!("invalid length {count}, expected 3 numbers");
+        let wanted = format!("`chassis.center_m` has {count} entries, but must have 3");
         assert!(said.contains(&wanted), "{said}");
     }
     let text = SPEC.replace(
@@ -190,7 +190,7 @@ fn a_place_has_as_many_numbers_as_it_has_axes() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("invalid length 3, expected 2 numbers"),
+        said.contains("`rollers.profile_m.1` has 3 entries, but must have 2"),
         "{said}"
     );
 }

@@ -483,7 +483,7 @@ fn a_bad_description_is_reported_with_its_line(good: &str, bad: &str, line: usiz
 #[test_case(
     "gamma_deg = 0.0",
     "gamma_deg = 90.0",
-    "small: `wheels: gamma_deg` is 90, but must be from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive"
+    "small: `wheels.ring.gamma_deg` is 90, but must be from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive"
 )]
 #[test_case(
     "count = 3",
@@ -507,6 +507,72 @@ fn a_description_out_of_range_is_refused(good: &str, bad: &str, message: &str) {
         generate(&spec).expect_err("out of range").to_string(),
         message
     );
+}
+
+/// Reads a description from a file; returns all of its faults, each with its line.
+fn faults_of_description(text: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("small.toml");
+    std::fs::write(&file, text).expect("written");
+    let error = Robot::load(&file).expect_err("it is refused");
+    let all = std::iter::once(&error).chain(error.others());
+    let told = all.map(|error| {
+        let told = error.to_string();
+        let at = told.find("small.toml").expect("the file's name");
+        told[at..].to_owned()
+    });
+    told.collect()
+}
+
+/// Misspelt, missing and wrong keys of all tables are told together, then all values out of their
+/// ranges: two rounds at most.
+#[test]
+fn all_faults_of_a_description_are_told_with_their_lines() {
+    let text = SPEC
+        .replacen("mass_kg = 5.0", "mas_kg = 5.0", 1)
+        .replacen("hub_mass_kg = 0.2", "hub_mass_kg = \"light\"", 1)
+        .replacen("count = 3", "cuont = 3", 1);
+    let told = faults_of_description(&text);
+    let line = |of: &str| line_of(&text, of);
+    for (line, words) in [
+        (line("mas_kg"), "unknown key `chassis.mas_kg`"),
+        (
+            line("hub_mass_kg"),
+            "`wheel.hub_mass_kg` is a text, but must be a number",
+        ),
+        (line("cuont"), "unknown key `wheels.ring.cuont`"),
+    ] {
+        let expected = format!("small.toml:{line}: {words}");
+        assert!(told.contains(&expected), "{expected}: {told:?}");
+    }
+    assert_eq!(told.len(), 3, "{told:?}");
+    let text = SPEC
+        .replacen("mass_kg = 5.0", "mass_kg = -5.0", 1)
+        .replacen("radius_m = 0.05", "radius_m = 50", 1)
+        .replacen("gamma_deg = 0.0", "gamma_deg = 90.0", 1);
+    let told = faults_of_description(&text);
+    let line = |of: &str| line_of(&text, of);
+    for (line, key) in [
+        (line("mass_kg = -5.0"), "chassis.mass_kg"),
+        (line("radius_m = 50"), "wheel.radius_m"),
+        (line("gamma_deg"), "wheels.ring.gamma_deg"),
+    ] {
+        let expected = format!("small.toml:{line}: `{key}` is ");
+        assert!(
+            told.iter().any(|told| told.starts_with(&expected)),
+            "{expected}: {told:?}"
+        );
+    }
+    assert_eq!(told.len(), 3, "{told:?}");
+}
+
+/// However many faults a text has, a few are told: each holds the text.
+#[test]
+fn a_description_full_of_faults_tells_the_first_of_them() {
+    let many: String = (0..50)
+        .map(|i| format!("[overrides.w{i}]\nradius_m = \"x\"\n"))
+        .collect();
+    assert_eq!(faults_of_description(&format!("{SPEC}\n{many}")).len(), 20);
 }
 
 #[test]

@@ -594,7 +594,7 @@ fn refused(text: &str) -> RobotError {
 )]
 #[test_case(
     "<sdf version=\"1.9\"><model name=\"m\"><link name=\"a\"><pose relative_to=\"b\"/></link><link name=\"b\"><pose relative_to=\"a\"/></link></model></sdf>",
-    "relative to one another";
+    "more than 100 frames, each relative to the next, or a circle of them";
     "circle"
 )]
 #[test_case(

@@ -5,6 +5,7 @@ use ilon_robot::{JointRole, Robot};
 
 const SKID: &str = include_str!("../../../../../assets/robots/skid4.urdf");
 const DIFFERENTIAL: &str = include_str!("../../../../../assets/robots/differential.urdf");
+const MECANUM: &str = include_str!("../../../../../assets/robots/mecanum4.urdf");
 const SWERVE: &str = include_str!("../../../../../assets/robots/swerve4.urdf");
 const TRICYCLE: &str = include_str!("../../../../../assets/robots/tricycle.urdf");
 
@@ -55,6 +56,20 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
             .iter()
             .all(|joint| joint.role == JointRole::Free)
     );
+}
+
+/// Casters of a robot on rollers are free too, where the file calls them so: held, they would carry
+/// the robot as its chassis does.
+#[test]
+fn casters_beside_rollers_swivel_freely() {
+    let (start, end) = ("<link name=\"front_caster_fork\">", "</joint>");
+    let from = DIFFERENTIAL.find(start).expect("its first fork");
+    let to = DIFFERENTIAL.rfind(end).expect("its last joint") + end.len();
+    let casters = format!("{}</robot>", &DIFFERENTIAL[from..to]);
+    let robot = load(&MECANUM.replace("</robot>", &casters));
+    assert_eq!((robot.wheels.len(), robot.joints.len()), (4, 4));
+    let mut roles = robot.joints.iter().map(|joint| joint.role);
+    assert!(roles.all(|role| role == JointRole::Free));
 }
 
 /// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A

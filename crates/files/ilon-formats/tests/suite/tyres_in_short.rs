@@ -170,13 +170,13 @@ fn what_is_out_of_range_is_refused_by_its_key() {
             "fork_mass_kg = 0",
             "steering.fork_mass_kg",
         ),
-        ("trail_m = 0.025", "trail_m = 0", "casters.trail_m"),
-        ("name = \"b\"", "name = \"a\"", "wheels: name"),
+        ("trail_m = 0.025", "trail_m = 0", "casters.0.trail_m"),
+        ("name = \"b\"", "name = \"a\"", "wheels.1.name"),
         ("mass_kg = 20", "mass_kg = nan", "chassis.mass_kg"),
         (
             "axis_deg = 45",
             "axis = 45\nplace = 3",
-            "unknown too: `place`",
+            "unknown keys `wheels.1.axis`, `wheels.1.place`",
         ),
     ] {
         let text = SWERVE.replacen(good, bad, 1);

@@ -15,7 +15,7 @@ use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt
 use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
 use ilon_trace::quantities::is_cost;
 
-use self::phrases::{MOST_POINTS, at, key_words, level, percent, settings, title, value_of};
+use self::phrases::{MOST_POINTS, at, key_words, level, named, percent, settings, title, value_of};
 
 /// A minimum within this share of an axis from its end is reported as at the end.
 const AT_THE_END: f64 = 0.01;
@@ -47,7 +47,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         if let Some(median) = one.quantiles.get(2) {
             let most = one.quantiles.last().unwrap_or(median);
             plain.push(format!(
-                "{}: {} in the middle, below {} in {} of the runs, {} at most.",
+                "{}: median {}, below {} in {} of the runs, {} at most.",
                 capital(&title(&one.quantity, &one.scenario, study)),
                 value_of(&one.quantity, median.value),
                 value_of(&one.quantity, most.value),
@@ -179,18 +179,20 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
             let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
             let title = title(&one.quantity, &one.scenario, study);
             if lies == best {
-                return format!("{title} {here}");
+                return format!("least {title}, {here}");
             }
             is_best = false;
-            format!("{title} {here} (least {there}, at {})", at(lies))
+            format!("{title} {here}, {there} at {name} {}", at(lies))
         });
-        let parts: Vec<String> = parts.collect();
-        let lead = if is_best { "Best" } else { "Trade-off over" };
-        Some(format!(
-            "{lead} {name}: at {} {}.",
-            at(best),
-            parts.join("; ")
-        ))
+        let parts = parts.collect::<Vec<String>>().join("; ");
+        let best = format!("{name} {}", at(best));
+        Some(match is_best {
+            true => format!("Best is {best}: {parts}."),
+            false => format!(
+                "No {name} is best for everything. {} is the compromise: {parts}.",
+                capital(&best)
+            ),
+        })
     };
     keys.into_iter().filter_map(of_axis).collect()
 }
@@ -349,7 +351,7 @@ fn effects(one: &EffectsOf, study: &Study) -> Option<String> {
 
 /// Reports the results of a search along a key, one sentence per point.
 fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
-    let quantity = words(&find.quantity);
+    let quantity = named(&find.quantity);
     let crosses = value_of(&find.quantity, find.crosses);
     let sentence = |one: &FoundAt| {
         let what = &one.found;
@@ -434,7 +436,7 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
         };
         return format!(
             "No minimum of {} was found: none of {} points could be run{within}.",
-            words(quantity),
+            named(quantity),
             minimum.trials
         );
     };
@@ -442,7 +444,7 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
     let near = bests.filter(|best| (*best - value).abs() <= 0.01 * value.abs());
     let mut text = format!(
         "{} is least, {}, at {} (run {run}); {} of {} searches came within 1 % of it, in {} points.",
-        capital(&words(quantity)),
+        capital(&named(quantity)),
         value_of(quantity, value),
         at(values),
         near.count(),
@@ -518,14 +520,14 @@ mod tests {
         assert_eq!(
             trade_offs(&[error.clone(), energy], &study),
             [
-                "Trade-off over gain: at 2 position error, rms 2 mm (least 1 mm, at 3); slip: lost to sliding 2 J (least 1 J, at 1)."
+                "No gain is best for everything. Gain 2 is the compromise: rms position error 2 mm, 1 mm at gain 3; energy lost to sliding 2 J, 1 J at gain 1."
             ]
         );
         // What varies by less than a tenth pulls nowhere.
         let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
         assert_eq!(
             trade_offs(&[error, steady], &study),
-            ["Best gain: at 3 position error, rms 1 mm."]
+            ["Best is gain 3: least rms position error, 1 mm."]
         );
     }
 

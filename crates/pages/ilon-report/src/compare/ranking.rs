@@ -6,7 +6,7 @@ use ilon_trace::{Quantity, Summary};
 
 use super::{ComparedRun, Comparison};
 use crate::page::escape;
-use crate::text::percent;
+use crate::text::{percent, spoken};
 
 /// Figures that differ by less than this, as a logarithm of their ratio, count as equal: 1 %.
 const SAME: f64 = 0.01;
@@ -147,7 +147,7 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
         what.extend(top.iter().take(IN_A_SENTENCE).filter_map(|named| {
             let quantity = named.quantity;
             let [from, to] = [&first.summary, &run.summary].map(|summary| quantity.shown(summary));
-            Some(instead(&escape(&quantity.words()), from?, to?, quantity))
+            Some(instead(&escape(&spoken(quantity)), from?, to?, quantity))
         }));
         let (name, first) = (escape(&run.name), escape(&first.name));
         match what.is_empty() {

@@ -20,7 +20,7 @@ fn the_page_says_what_it_came_to_first_and_lists_all_signals() {
         }
         run.push(record, &wheels);
     }
-    let Ok(found) = differences(&run, &baseline, &BTreeMap::new());
+    let Ok(found) = differences(&run, &baseline, &BTreeMap::new(), false);
     let Ok(html) = html(&run, &baseline, &found);
     // 1 mm in x from 1 s on, of a run without a turn.
     assert!(html.contains("up to <b>1.00 mm</b> from where it was in the baseline"));
@@ -36,7 +36,7 @@ fn the_page_says_what_it_came_to_first_and_lists_all_signals() {
 #[test]
 fn a_run_of_other_signals_is_drawn_too() {
     let (open, closed) = (made_up_run(1.0, true), made_up_run(1.0, false));
-    let Ok(found) = differences(&open, &closed, &BTreeMap::new());
+    let Ok(found) = differences(&open, &closed, &BTreeMap::new(), false);
     let Ok(html) = html(&open, &closed, &found);
     assert!(html.contains("desired_x_m"));
 }
@@ -81,7 +81,7 @@ fn a_difference_is_drawn_with_the_rows_around_it_and_its_tolerance() {
     }
     for (tolerance, edges) in [(0.0, 0), (0.001, 2)] {
         let tolerances = BTreeMap::from([("truth_x_m".to_owned(), tolerance)]);
-        let Ok(found) = differences(&run, &baseline, &tolerances);
+        let Ok(found) = differences(&run, &baseline, &tolerances, false);
         let one = found.iter().find(|one| one.signal == "truth_x_m").unwrap();
         let Ok(figure) = around_the_first(0, one, &run, &baseline);
         let plot: serde_json::Value = serde_json::from_str(&figure.plot).unwrap();

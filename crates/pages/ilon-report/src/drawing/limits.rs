@@ -12,6 +12,7 @@ use svg::node::element::{Group, Path, Text};
 
 use super::map::{GREY, at, on_page, printable, tenth};
 use super::marks::{arrow, dot, line, on_halo, page};
+use crate::text::round_down;
 
 const SIDE_PX: f64 = 640.0;
 const MIDDLE_PX: Vector2<f64> = Vector2::new(320.0, 340.0);
@@ -85,10 +86,7 @@ fn rings(largest: f64, px_per_m_s2: f64) -> Group {
     if largest <= 0.0 {
         return group;
     }
-    let power = 10_f64.powf((largest / 2.0).log10().floor());
-    let steps = [5.0, 2.0, 1.0].map(|digit| digit * power);
-    let step = steps.into_iter().find(|step| *step <= largest / 2.0);
-    let step = step.unwrap_or(power);
+    let step = round_down(largest / 2.0);
     for ring in 1..=(largest / step).floor() as usize {
         let acceleration = step * ring as f64;
         let radius_px = tenth(acceleration * px_per_m_s2);
@@ -102,7 +100,7 @@ fn rings(largest: f64, px_per_m_s2: f64) -> Group {
                 words_at(
                     &format!(
                         "{acceleration:.*} m/s\u{b2}",
-                        (-power.log10().floor()).max(0.0) as usize
+                        (-step.log10().floor()).max(0.0) as usize
                     ),
                     MIDDLE_PX + Vector2::new(0.0, radius_px - 3.0),
                 )

@@ -7,6 +7,7 @@ use svg::node::element::{Circle, Group, Path, Rectangle, Text, Title};
 use svg::{Document, Node};
 
 use super::map::*;
+use crate::text::round_down;
 
 /// A white page of a size with a title and a heading.
 pub(super) fn page(size_px: Vector2<f64>, title: &str, head: Text) -> Document {
@@ -116,13 +117,7 @@ pub(super) fn diamond(middle: Vector2<f64>) -> Path {
 
 /// A scale bar of 1, 2 or 5 times a power of ten.
 pub(super) fn scale_bar(map: &Map) -> Group {
-    let at_most_m = 160.0 / map.px_per_m;
-    let power_m = 10f64.powf(at_most_m.log10().floor());
-    let length_m = [5.0, 2.0, 1.0]
-        .map(|digit| digit * power_m)
-        .into_iter()
-        .find(|length_m| *length_m <= at_most_m)
-        .unwrap_or(power_m);
+    let length_m = round_down(160.0 / map.px_per_m);
     let words = if length_m < 1.0 {
         format!("{} mm", (1e6 * length_m).round() / 1e3)
     } else {

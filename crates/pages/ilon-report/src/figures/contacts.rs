@@ -11,7 +11,7 @@ use crate::figure::{
     wheel_pen,
 };
 use crate::input::RunInput;
-use ilon_trace::significant;
+use crate::text::round_up;
 
 /// Sliding speed of each wheel's contact over time.
 pub(crate) fn slip_speed(shown: &RunInput) -> Figure {
@@ -133,17 +133,6 @@ pub(crate) fn polar(shown: &RunInput) -> Figure {
         plot(curves, layout("", "").equal().bare()),
     )
     .height_px(400)
-}
-
-/// Rounds up to 1, 2 or 5 times a power of ten; 1 for zero.
-fn round_up(x: f64) -> f64 {
-    if !(x.is_finite() && x > 0.0) {
-        return 1.0;
-    }
-    let power = 10f64.powf(x.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0];
-    let step = steps.into_iter().find(|step| step * power >= x);
-    significant(step.unwrap_or(10.0) * power, 2)
 }
 
 /// Tangential force over the friction limit: inside the circle the contact sticks.

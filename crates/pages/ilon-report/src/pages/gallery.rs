@@ -90,13 +90,15 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
             },
         };
     let there = kinds.into_iter().filter(|(kind, ..)| of(*kind).count() > 0);
-    let mut sections = vec![Section {
+    let all = Section {
         id: "all",
         title: "All robots",
         lead: "A click on a heading sorts, a click on a name leads to the robot.".to_owned(),
         body: overview(exhibits),
-    }];
-    sections.extend(there.map(&mut section));
+    };
+    let has_robots = exhibits.iter().any(|exhibit| exhibit.robot.is_some());
+    let overview = has_robots.then_some(all).into_iter();
+    let sections: Vec<Section> = overview.chain(there.map(&mut section)).collect();
     let footer = "<p>Each robot is drawn to its own scale; the arrow on it points ahead. Top speeds are what the wheels' rates allow. \
                   γ and M are those of G. Indiveri, “Swedish Wheeled Omnidirectional Mobile Robots: Kinematics Analysis and \
                   Control”, IEEE Transactions on Robotics 25(1), 2009.</p>";
@@ -144,7 +146,7 @@ fn anchor(exhibit: &Exhibit) -> String {
     "robot-".to_owned() + &exhibit.file.chars().map(plain).collect::<String>()
 }
 
-/// A robot in three dimensions while there is `room`, in bytes, and from above without scripts.
+/// A robot from above and, while there is `room`, in bytes, the scene that covers the drawing.
 fn picture(loaded: &Loaded, seen: &Inspection, room: &mut usize) -> String {
     let robot = &loaded.robot;
     let flat = drawing::svg(robot, seen.decoupling_point_m.map(Into::into));
@@ -157,7 +159,7 @@ fn picture(loaded: &Loaded, seen: &Inspection, room: &mut usize) -> String {
             *room -= data.len();
             let name = escape(&seen.name);
             format!(
-                "<div class=\"thumb\" data-name=\"{name}\"><script type=\"application/json\">{data}</script></div>\n<noscript>{flat}</noscript>"
+                "<div class=\"thumb\" data-name=\"{name}\"><div class=\"flat\">{flat}</div><script type=\"application/json\">{data}</script></div>"
             )
         }
         _ => flat,
@@ -296,5 +298,31 @@ mod tests {
     fn one_thing_is_in_the_singular() {
         let said = [0, 1, 2].map(|count| counted(count, "robot"));
         assert_eq!(said, ["0 robots", "1 robot", "2 robots"]);
+    }
+
+    /// Files whose names differ in one character have two anchors, which stand in an address without
+    /// escapes.
+    #[test]
+    fn each_file_has_its_own_anchor() {
+        let files = [
+            "a_b.urdf",
+            "a-b.urdf",
+            "a b.urdf",
+            "a/b.urdf",
+            "a-5f-b.urdf",
+            "\u{e4}.urdf",
+        ];
+        let of = |file: &str| {
+            anchor(&Exhibit {
+                file: file.to_owned(),
+                robot: None,
+                faults: Vec::new(),
+                help: None,
+            })
+        };
+        let anchors: std::collections::BTreeSet<String> = files.map(of).into();
+        assert_eq!(anchors.len(), files.len(), "{anchors:?}");
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
+        assert!(anchors.iter().all(|anchor| anchor.chars().all(is_plain)));
     }
 }

@@ -36,7 +36,8 @@ pub(super) fn off_the_ground(summary: &Summary) -> Option<String> {
         said += &format!(", <b>{}</b> for {}", escape(name), percent(*share));
     }
     if off.len() > 2 {
-        said += &format!(", {} more for less", off.len() - 2);
+        let plural = if off.len() > 3 { "s" } else { "" };
+        said += &format!(", {} other wheel{plural} for less", off.len() - 2);
     }
     Some(said + ".")
 }
@@ -196,14 +197,16 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
             length(slid_m)
         ));
     }
-    let share = (lost_j / slip_j).min(1.0);
+    let share = match lost_j / slip_j {
+        0.9995.. => "all".to_owned(),
+        share => percent(share),
+    };
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, what)| {
         format!(" {} of it went into {what}.", energy(rubbed_j))
     });
     Some(format!(
-        "Sliding cost <b>{}</b>{of_work}, {} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{rubbed}{hand_over}",
+        "Sliding cost <b>{}</b>{of_work}, {share} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{rubbed}{hand_over}",
         energy_to(slip_j, floor("slip_energy_j", summary, header)),
-        percent(share),
         from_s,
         time(until_s),
         length(slid_m),

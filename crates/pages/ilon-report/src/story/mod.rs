@@ -332,20 +332,24 @@ fn tracking(summary: &Summary, start: &Start, floors: Option<(f64, f64)>) -> Opt
     } else {
         "It ended".to_owned()
     };
+    let from = |t_s: f64| match t_s {
+        0.0 => "throughout".to_owned(),
+        t_s => format!("from {} on", time(t_s)),
+    };
     let converged = match (summary.position_converged_s, summary.heading_converged_s) {
         (Some(0.0), Some(0.0)) => String::new(),
         (Some(p), Some(h)) => format!(
-            " The position stayed within 5 cm from {} on, the heading within 3° from {}.",
-            time(p),
-            time(h)
+            " The position stayed within 5 cm {}, the heading within 3° {}.",
+            from(p),
+            from(h)
         ),
         (Some(p), None) => format!(
-            " The position stayed within 5 cm from {} on; the heading did not converge.",
-            time(p)
+            " The position stayed within 5 cm {}; the heading did not converge.",
+            from(p)
         ),
         (None, Some(h)) => format!(
-            " The heading stayed within 3° from {} on; the position did not converge.",
-            time(h)
+            " The heading stayed within 3° {}; the position did not converge.",
+            from(h)
         ),
         (None, None) => " Neither position nor heading converged.".to_owned(),
     };

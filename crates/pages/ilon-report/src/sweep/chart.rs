@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::input::{Sensitivity, figure};
 use super::shape::{Content, Field, Figure, Scale, ascending};
 use crate::page::escape;
+use crate::text::round_up;
 use ilon_trace::significant;
 
 /// Width and height of a figure, in pixels.
@@ -84,13 +85,7 @@ impl Placement {
         } else {
             (self.low, self.high)
         };
-        let rough = (high - low) / 5.0;
-        let power = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .map(|x| x * power)
-            .into_iter()
-            .find(|step| *step >= rough);
-        let step = step.unwrap_or(rough);
+        let step = round_up((high - low) / 5.0);
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
         (first..=last.min(first + 12))

@@ -22,7 +22,8 @@
 
   function still(thumb) {
     const shown = show(thumb);
-    if (!shown.scene.supported) return;
+    // The flat drawing stays where there is no scene.
+    if (!shown.scene.supported) return close(shown);
     const image = document.createElement('img');
     image.alt = '';
     shown.scene.draw();
@@ -41,6 +42,7 @@
     });
     thumb.querySelectorAll('button').forEach((old) => old.remove());
     thumb.prepend(button);
+    thumb.querySelector('.flat').hidden = true;
   }
 
   const waiting = [];

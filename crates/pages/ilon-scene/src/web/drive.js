@@ -213,8 +213,7 @@ function floorAt(scene, place) {
 // pointer shows the force, which grows with its length up to the robot's weight; `tell` gets the
 // force along x and y of the world, in N.
 function ilonPush(stage, scene, robot, tell, isOn) {
-  const { mass_kg: mass, reach_m: reach } = robot;
-  const weight = 9.81 * mass;
+  const { weight_n: weight, reach_m: reach } = robot;
   const words = document.createElement('output');
   words.className = 'ilon-push';
   stage.append(words);

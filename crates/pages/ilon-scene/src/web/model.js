@@ -25,7 +25,7 @@ class Model {
     // joint's axis or along it.
     this.parts = this.robot.bodies || [];
     this.parts.forEach((part) => { part.at = fromPose(part.body_from_joint); });
-    const load = this.robot.mass_kg * 9.81 / this.robot.wheels.length;
+    const load = this.robot.weight_n / this.robot.wheels.length;
     const radius = Math.max(...this.robot.wheels.map((wheel) => wheel.radius_m));
     this.unit = radius;
     // The load of a wheel at rest is an arrow of 1.7 radii. Sliding: half a radius for a tenth of a

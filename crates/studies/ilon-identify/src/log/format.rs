@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
+use ilon_files::defaults::number;
 use ilon_robot::Robot;
 use ilon_sim::Error;
 use schemars::JsonSchema;
@@ -20,7 +21,7 @@ pub struct Format {
     pub delimiter: String,
     /// The line that holds the names of the columns, counted from 1; 0 where there is none. Rows
     /// begin after it.
-    #[serde(default = "one")]
+    #[serde(default = "number::<1, usize>")]
     pub header_line: usize,
     /// When a row was.
     pub time: Option<Column>,
@@ -86,10 +87,6 @@ fn comma() -> String {
     ",".to_owned()
 }
 
-fn one() -> usize {
-    1
-}
-
 fn joint_states() -> String {
     "/joint_states".to_owned()
 }
@@ -105,7 +102,7 @@ pub struct Column {
     pub unit: String,
     /// By what numbers are multiplied beside their unit: -1 of a wheel that counts the other way,
     /// or metres of a pixel.
-    #[serde(default = "unity")]
+    #[serde(default = "number::<1, f64>")]
     pub scale: f64,
     /// Ticks of one turn of the wheel, behind its gear; of `"ticks"` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -122,10 +119,6 @@ pub struct Column {
 
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
-}
-
-fn unity() -> f64 {
-    1.0
 }
 
 /// Where a column is found.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ilon_files::defaults::{number, thousandths};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -15,7 +16,7 @@ pub struct Simulate {
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub free: Table,
     /// How long each steady drive of the logs is simulated, in seconds.
-    #[serde(default = "three")]
+    #[serde(default = "number::<3, f64>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub drive_s: f64,
     /// Whether one common factor on all measured ways is free too: where rows were lost, or the
@@ -25,7 +26,7 @@ pub struct Simulate {
     /// Ways are believed to no better than this, over the way asked for: what changes from run to
     /// run, and what no value of the free keys explains. Where a model misses by more than the logs
     /// scatter, an honest figure keeps the few drives that scatter least from deciding all.
-    #[serde(default = "least_error")]
+    #[serde(default = "thousandths::<3>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub least_error: f64,
     /// At which angles of their rollers the wheels of a drive began, which most logs do not say:
@@ -47,7 +48,7 @@ pub struct Simulate {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<BesideFile>,
     /// Most steps of the search.
-    #[serde(default = "twelve")]
+    #[serde(default = "number::<12, u32>")]
     #[schemars(range(min = 1, max = 1000))]
     pub steps: u32,
 }
@@ -78,7 +79,7 @@ pub enum Logged {
 pub struct RippleFile {
     /// Over how long a stretch an amplitude is taken, in seconds, less than `drive_s`: some five
     /// rollers of the slowest wheel.
-    #[serde(default = "two_and_a_half")]
+    #[serde(default = "thousandths::<2500>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stretch_s: f64,
     /// Wheels whose rollers touch in phase, as far as that is known, in groups of their names:
@@ -97,7 +98,7 @@ pub struct HeadingFile {
     #[serde(default)]
     pub fitted: bool,
     /// It is believed to no better than this, in rad/m.
-    #[serde(default = "least_drift")]
+    #[serde(default = "thousandths::<30>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub least_error_rad_per_m: f64,
 }
@@ -126,7 +127,7 @@ pub struct CurrentsFile {
     #[serde(default)]
     pub fitted: bool,
     /// Torques are believed to no better than this, in N m at the wheel.
-    #[serde(default = "least_torque")]
+    #[serde(default = "thousandths::<20>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub least_error_n_m: f64,
 }
@@ -141,28 +142,4 @@ pub struct BesideFile {
     /// `robot.spec`.
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: Table,
-}
-
-fn least_drift() -> f64 {
-    0.03
-}
-
-fn least_torque() -> f64 {
-    0.02
-}
-
-fn least_error() -> f64 {
-    3e-3
-}
-
-fn three() -> f64 {
-    3.0
-}
-
-fn two_and_a_half() -> f64 {
-    2.5
-}
-
-fn twelve() -> u32 {
-    12
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use toml::de::{DeTable, DeValue};
+use ilon_files::keys::place_of;
+use toml::de::DeTable;
 
 use crate::Error;
 
@@ -28,31 +29,7 @@ impl Objection {
 
     /// The place of the key in a document, or of the innermost existing table around it.
     pub fn place(&self, document: &DeTable<'_>) -> Option<(Vec<String>, Range<usize>)> {
-        let mut place = None;
-        let mut path = Vec::new();
-        let mut inside = Some(document);
-        let mut items: &[toml::Spanned<DeValue<'_>>] = &[];
-        for part in self.key.split('.').filter(|part| !part.is_empty()) {
-            let in_table = |table: &'_ DeTable<'_>| {
-                let entry = table.iter().find(|(key, _)| key.get_ref() == part);
-                entry.map(|(key, _)| key.span())
-            };
-            let value = match inside {
-                Some(table) => table.get(part),
-                None => part.parse::<usize>().ok().and_then(|at| items.get(at)),
-            };
-            let Some(value) = value else { break };
-            path.push(part.to_owned());
-            // For a table the key is more informative than its first bracket.
-            let span = match value.get_ref() {
-                DeValue::Table(_) => inside.and_then(in_table).unwrap_or(value.span()),
-                _ => value.span(),
-            };
-            place = Some((path.clone(), span));
-            inside = value.get_ref().as_table();
-            items = value.get_ref().as_array().map_or(&[], |array| array);
-        }
-        place
+        place_of(document, &self.key)
     }
 }
 

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::OnceLock;
 
+use ilon_files::keys::{self, FaultKind, KeyFault};
 use ilon_files::toml::{decode, encode};
 use ilon_files::{FileAccess, normal};
 use miette::{NamedSource, SourceSpan};
@@ -12,8 +13,6 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::DeTable;
 
-use super::keys;
-use super::keys::{FaultKind, KeyFault};
 use super::setting::{Origins, SETTING, Setting, dotted_keys, merge};
 use super::source::Source;
 use crate::scenario::{Scenario, Tracked};
@@ -94,7 +93,7 @@ impl Scenario {
         let name = path.display().to_string();
         let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
         let (document, _) = merged(text, &name, &lines).ok()?;
-        let faults = keys::check(&document, schema()).into_iter();
+        let faults = keys::check(&document, schema(), true).into_iter();
         let is_of_shape = |fault: &KeyFault| matches!(fault.kind, FaultKind::Key | FaultKind::Type);
         let mut misshapen = faults.filter(is_of_shape);
         misshapen.next().map(|fault| (fault.message, fault.help))
@@ -125,6 +124,21 @@ impl Scenario {
         scenario.folder = folder.into();
         scenario.files = files.clone();
         Ok(scenario)
+    }
+
+    /// The text of a scenario with some of its keys changed; the same text without changes.
+    ///
+    /// # Errors
+    /// If the text or a setting is no TOML.
+    pub fn text_with(text: &str, name: &str, settings: &[Setting]) -> Result<String, Error> {
+        if settings.is_empty() {
+            return Ok(text.to_owned());
+        }
+        let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
+        let (document, _) = merged(text, name, &lines)?;
+        let table: toml::Table =
+            decode(document).map_err(|error| Error::encode("the scenario", &error.message))?;
+        encode(&table).map_err(|source| Error::encode("the scenario", &source))
     }
 
     /// The scenario as TOML, with every default written out, below its description as a comment.
@@ -207,7 +221,7 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
     let source = || NamedSource::new(path.display().to_string(), text.to_owned());
     let document = DeTable::parse(text).map_err(|error| Error::toml(&error, source()))?;
     let schema = schemars::schema_for!(T).to_value();
-    refuse(keys::check(&document, &schema), |_, span| {
+    refuse(keys::check(&document, &schema, true), |_, span| {
         (source(), span.into())
     })?;
     decode(document).map_err(|error| {
@@ -215,9 +229,6 @@ pub fn read_toml<T: DeserializeOwned + JsonSchema>(text: &str, path: &Path) -> R
         Error::toml_value(&error.message, source(), span.into())
     })
 }
-
-/// Faults of a text beyond these are not reported: each holds the text.
-const MOST_FAULTS: usize = 20;
 
 /// Reports all faults of keys at once; `place` returns the text that holds a key, and a span in it.
 fn refuse(
@@ -228,7 +239,7 @@ fn refuse(
         let place = place(&fault.path, fault.span);
         ScenarioFault::new(fault.message, fault.help, place)
     };
-    let mut faults = faults.into_iter().take(MOST_FAULTS).map(placed);
+    let mut faults = faults.into_iter().map(placed);
     let Some(mut first) = faults.next() else {
         return Ok(());
     };
@@ -318,7 +329,7 @@ fn parse(text: &str, name: &str, settings: &[Setting]) -> Result<Scenario, Error
     let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
     let (document, origins) = merged(text, name, &lines)?;
     let place = |path: &[String], span| origins.of(path, span);
-    refuse(keys::check(&document, schema()), place)?;
+    refuse(keys::check(&document, schema(), true), place)?;
     let mut scenario: Scenario = decode(document.clone()).map_err(|error| {
         let (source, span) = origins.of(&error.path, error.span.unwrap_or_default());
         Error::toml_value(&error.message, source, span)

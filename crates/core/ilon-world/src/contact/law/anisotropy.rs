@@ -31,6 +31,10 @@ impl Anisotropies {
         self.0.clear();
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Makes the friction of a law anisotropic; its first tangent has the row `at`. Along a unit
     /// vector among its tangents the friction is the law's, across it `ratio` times as much, > 0.
     /// Its velocities, which are the last, become u'.

@@ -4,6 +4,7 @@
 //! than the largest of the last eight (Grippo, Lampariello and Lucidi 1986): a monotone search
 //! would stop where the pieces of F meet.
 
+use super::compliant::CompliantStep;
 use super::system::{ImpulseProblem, Kept, TOLERANCE};
 use crate::contact::linear::solve_in_place;
 
@@ -29,6 +30,7 @@ const FALL: f64 = 1e-3;
 pub(super) struct Newton {
     /// F.
     missing: Vec<f64>,
+    compliant: CompliantStep,
     /// The effect of a whole step on the impulses, and on the velocities.
     step: Vec<f64>,
     step_m_s: Vec<f64>,
@@ -73,12 +75,17 @@ impl Newton {
         let rows = problem.rows();
         self.missing.resize(rows, 0.0);
         matrix.resize(rows * rows, 0.0);
+        let is_compliant = CompliantStep::applies(problem);
         let mut sizes = [0.0_f64; 8];
         let mut steps = 0;
         while steps < most_steps {
-            let size = problem.residual(&mut self.missing, Some(matrix));
+            let size = problem.residual(&mut self.missing, (!is_compliant).then_some(&mut *matrix));
             sizes[steps as usize % 8] = size;
-            if !self.find_step(problem, matrix, size) {
+            let is_found = match is_compliant {
+                true => (self.compliant).find(problem, &self.missing, &mut self.step),
+                false => self.find_step(problem, matrix, size),
+            };
+            if !is_found {
                 break;
             }
             steps += 1;

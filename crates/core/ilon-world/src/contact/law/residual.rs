@@ -7,6 +7,8 @@
 //! the velocity's error; if it gives the impulse, r times the impulse's error. F is continuous and
 //! piecewise smooth.
 
+use nalgebra::Matrix3;
+
 use super::kinds::{Allowed, Law};
 use super::system::ImpulseProblem;
 
@@ -34,6 +36,23 @@ impl ImpulseProblem {
             }
         }
         missing.iter().map(|missing| missing * missing).sum()
+    }
+
+    /// The derivative of F of a contact, in three rows: by its own impulses with the velocities that
+    /// the bodies have, including its tangential compliance, and by these velocities.
+    pub(super) fn blocks(&self, at: usize, law: Law) -> (Matrix3<f64>, Matrix3<f64>) {
+        let measure = self.measure(at, law);
+        let slope = self.allowed(at, law, &measure).slope;
+        let [mut own, mut coupled] = [Matrix3::zeros(); 2];
+        for (k, j) in (0..9).map(|entry| (entry / 3, entry % 3)) {
+            let share = measure.scales[k] * slope[k][j];
+            coupled[(k, j)] = share / measure.responses[j];
+            own[(k, j)] = coupled[(k, j)] * self.softness[at + j] - share;
+        }
+        for k in 0..3 {
+            own[(k, k)] += measure.scales[k];
+        }
+        (own, coupled)
     }
 
     /// The derivative of a one-row law by its line p - u / r: 0 if it gives the impulse, 1 if it

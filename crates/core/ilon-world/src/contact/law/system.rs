@@ -19,7 +19,10 @@ pub(crate) struct ImpulseProblem {
     /// u_free, the velocities without any impulse.
     free: Vec<f64>,
     /// Addition to W's diagonal, in m/s per N s: contacts with tangential compliance.
-    softness: Vec<f64>,
+    pub(super) softness: Vec<f64>,
+    /// The half solution of each row, by degree of freedom of the bodies, one after the other;
+    /// empty if W has more to it than their products.
+    pub(super) halves: Vec<f64>,
     /// W, row by row.
     pub(super) delassus: Vec<f64>,
     /// For contacts with anisotropic friction.
@@ -52,6 +55,7 @@ impl ImpulseProblem {
         self.impulses.clear();
         self.velocities.clear();
         self.softness.clear();
+        self.halves.clear();
         self.anisotropies.clear();
         self.coupled.clear();
         self.curves.clear();
@@ -119,6 +123,16 @@ impl ImpulseProblem {
             self.delassus[(at + 1) * rows + at] += coupled;
         }
         self.anisotropies.apply(&mut self.delassus, rows);
+    }
+
+    /// Sets the half solutions of all rows, one degree of freedom of the bodies after the other: W
+    /// is their products, but for the laws' compliance. Not for rollers, which add their own, and
+    /// for contacts whose tangents are coupled or anisotropic.
+    pub fn set_halves(&mut self, halves: &[f64]) {
+        self.halves.clear();
+        if self.coupled.is_empty() && self.anisotropies.is_empty() {
+            self.halves.extend_from_slice(halves);
+        }
     }
 
     /// Starts the solution of a law, given by its index, from the nearest impulse that the law

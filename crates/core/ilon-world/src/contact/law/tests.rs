@@ -1,5 +1,6 @@
 //! Impulses that follow by hand, and laws that hold for random problems.
 
+mod compliant;
 mod discs;
 mod each;
 mod play;

@@ -27,22 +27,6 @@ const OPEN: f64 = 0.143;
 /// slowly to bounce, by 2.5e-5 of a wheel's radius. 5 mm/s for wheels of 50 mm. Chosen.
 const PUSH_OUT: f64 = 7.1e-3;
 
-/// The material of the roller of a part.
-fn material_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a str> {
-    match part {
-        Part::Roller(wheel, _) => scene.robot.wheels[wheel].material.as_deref(),
-        _ => None,
-    }
-}
-
-/// The share of the ground's friction that a part of a body finds.
-fn grip_of(scene: &Scene<'_>, part: Part) -> f64 {
-    match part {
-        Part::Roller(wheel, _) => scene.wheels[wheel].grip,
-        _ => 1.0,
-    }
-}
-
 /// Whether a roller comes down because its round wheel rolls on to it from one that bears, without
 /// an impact. On an even floor its approach is no faster than the load would move the wheel alone
 /// within the step; on bumps and edges it must not be deep after half of it.
@@ -51,7 +35,7 @@ fn rolls_on(scene: &Scene<'_>, (part, contact): (Part, &PotentialContact), half_
     /// for wheels of 50 mm. Chosen.
     const EVEN: f64 = 2e-3;
     const BUMPY: f64 = 6e-4;
-    let Part::Roller(wheel, _) = part else {
+    let Some(wheel) = part.wheel() else {
         return false;
     };
     let (body, robot) = (&scene.wheels[wheel], &scene.robot.wheels[wheel]);
@@ -171,7 +155,8 @@ impl ReactionSolver {
         let scene = &scenes.of(place.a.body);
         let (approach_m_s, compliance) = self.closing(scenes, (place, contact), press.as_ref());
         // Bodies have the friction of the floor beneath, and are rigid.
-        let material = material_of(scene, place.a.part);
+        let wheel = place.a.part.wheel();
+        let material = wheel.and_then(|wheel| scene.robot.wheels[wheel].material.as_deref());
         let footing = scene.ground.footing_at(&place.place_m, material);
         let ground = match place.b {
             Partner::Ground if scene.body.is_robot() => footing.surface,
@@ -180,7 +165,7 @@ impl ReactionSolver {
         let along = ground.nap.and_then(|nap| nap_among(&nap, &contact.frame));
         let grip = scenes.friction_between(place, footing.friction);
         let friction = ground.friction_at_speed(grip, contact.before.yz().norm())
-            * grip_of(scene, place.a.part);
+            * wheel.map_or(1.0, |wheel| scene.wheels[wheel].grip);
         let law = Law::Contact {
             friction,
             approach_m_s,

@@ -33,10 +33,7 @@ pub(super) fn stays_open(
 
 /// The tread of a part, if it has one.
 fn tread_of<'a>(scene: &'a Scene<'_>, part: Part) -> Option<&'a TreadLaw> {
-    match part {
-        Part::Roller(wheel, _) => scene.wheels[wheel].surface.tread.as_ref(),
-        _ => None,
-    }
+    scene.wheels[part.wheel()?].surface.tread.as_ref()
 }
 
 impl ReactionSolver {
@@ -147,8 +144,7 @@ impl ReactionSolver {
 
 /// The mean load of a robot's wheels, in N.
 fn mean_load_n(scene: &Scene<'_>, part: Part) -> f64 {
-    match part {
-        Part::Roller(wheel, _) => scene.wheels[wheel].surface.load_kg * scene.settings.gravity_m_s2,
-        _ => 0.0,
-    }
+    part.wheel().map_or(0.0, |wheel| {
+        scene.wheels[wheel].surface.load_kg * scene.settings.gravity_m_s2
+    })
 }

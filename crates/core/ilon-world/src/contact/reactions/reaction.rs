@@ -61,6 +61,14 @@ impl Part {
         joint.map_or(Self::Chassis, Self::Link)
     }
 
+    /// The wheel of a roller or tyre that touches.
+    pub fn wheel(self) -> Option<usize> {
+        match self {
+            Part::Roller(wheel, _) => Some(wheel),
+            _ => None,
+        }
+    }
+
     /// Whether a reaction here continues one there in the last step. A wheel changes rollers as it
     /// turns.
     pub fn follows(self, before: Self) -> bool {

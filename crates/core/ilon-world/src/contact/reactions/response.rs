@@ -16,6 +16,9 @@ pub(crate) struct Responses {
     starts: Vec<usize>,
     /// The half solution of each row.
     rows: Vec<Row>,
+    /// The half solutions of the rows once more, one degree of freedom of all bodies after the other;
+    /// empty if a row is between two bodies.
+    pub columns: Vec<f64>,
     /// The half solution of each joint, of all bodies one after the other.
     joints: Vec<Side>,
 }
@@ -49,6 +52,16 @@ impl Responses {
         self.rows.extend_from_slice(rows);
         let sides = self.rows.iter_mut().flat_map(Row::sides_mut);
         sides.for_each(|side| halve(side, scenes));
+        self.columns.clear();
+        if self.rows.iter().all(|row| row.b.is_none()) {
+            let count = self.rows.len();
+            self.columns.resize(self.dofs() * count, 0.0);
+            for (at, row) in self.rows.iter().enumerate() {
+                let start = self.starts[row.a.body];
+                row.a
+                    .each_dof(|dof, z| self.columns[(start + dof) * count + at] = z);
+            }
+        }
     }
 
     /// Solves it for all joints as well.
@@ -106,9 +119,24 @@ impl Responses {
     /// W of a row and those up to it: the effect of each unit impulse on this row's velocity.
     pub fn fill_w(&self, axles: &[Axle], at: usize, w: &mut [f64]) {
         let row = &self.rows[at];
-        let responses = |axle: usize| axles[axle].responses();
-        for (other, w) in self.rows.iter().zip(w) {
-            *w = of_links((row, other)) + of_axles((row, other), responses);
+        if self.columns.is_empty() {
+            for (other, w) in self.rows.iter().zip(&mut *w) {
+                *w = of_links((row, other));
+            }
+        } else {
+            let (start, count) = (self.starts[row.a.body], self.rows.len());
+            row.a.each_dof(|dof, share| {
+                let column = &self.columns[(start + dof) * count..];
+                for (w, z) in w.iter_mut().zip(column) {
+                    *w += share * z;
+                }
+            });
+        }
+        if row.sides().any(|side| side.axle.is_some()) {
+            let responses = |axle: usize| axles[axle].responses();
+            for (other, w) in self.rows.iter().zip(w) {
+                *w += of_axles((row, other), responses);
+            }
         }
     }
 }

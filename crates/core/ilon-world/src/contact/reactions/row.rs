@@ -82,15 +82,17 @@ impl Side {
         sum
     }
 
+    /// Passes on the entries of joints and root, each with its degree of freedom.
+    #[inline]
+    pub fn each_dof(&self, mut pass: impl FnMut(usize, f64)) {
+        (self.joints.iter()).for_each(|(joint, c)| pass(ROOT_DOFS + joint, c));
+        (self.root.iter().enumerate()).for_each(|(dof, c)| pass(dof, *c));
+    }
+
     /// Adds a multiple of the entries of root and joints to rates by degree of freedom.
     #[inline]
     pub fn add_to(&self, times: f64, rates: &mut [f64]) {
-        for (rate, c) in rates.iter_mut().zip(&self.root) {
-            *rate += times * c;
-        }
-        for (joint, c) in self.joints.iter() {
-            rates[ROOT_DOFS + joint] += times * c;
-        }
+        self.each_dof(|dof, c| rates[dof] += times * c);
     }
 
     /// The same body with the opposite sign.

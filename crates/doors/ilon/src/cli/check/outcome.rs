@@ -349,7 +349,8 @@ pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
         // As many digits as give the change two.
         let digits = quantity.decimals + usize::from(change < 10.0 * digit);
         let [new, old] = [now, before].map(|value| format!("{value:.digits$}"));
-        let share = match before == 0.0 {
+        // Of next to nothing a change is no share.
+        let share = match before.abs() < 10.0 * digit {
             true => String::new(),
             false => format!(" ({percent:+.1} %)"),
         };

@@ -4,9 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_trace::Summary;
-use ilon_trace::quantities::{Quantity, by_key, headlines, limits};
-use ilon_trace::significant;
+use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, limits};
+use ilon_trace::{Header, Summary, significant};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
@@ -35,13 +34,18 @@ impl Update {
     }
 
     /// Adds bounds to a scenario without any: on the headline figures, and on the wheels' rates,
-    /// with a margin as a share of the measured value. Ratios and rates get both bounds, costs the
-    /// upper one. Does not write yet.
+    /// with a margin as a share of the measured value, and at least as wide as the figure's
+    /// accuracy. Ratios and rates get both bounds, costs the upper one. Does not write yet.
     ///
     /// # Errors
     /// If the file cannot be read.
-    pub fn first(path: &Path, summary: &Summary, margin: f64) -> Result<Self, Failure> {
-        Self::by(path, |text| begun(text, summary, margin))
+    pub fn first(
+        path: &Path,
+        summary: &Summary,
+        header: &Header,
+        margin: f64,
+    ) -> Result<Self, Failure> {
+        Self::by(path, |text| begun(text, summary, header, margin))
     }
 
     fn by(
@@ -89,20 +93,27 @@ fn document(text: &str) -> Result<DocumentMut, Failure> {
 const RATE: &str = "wheel_rate_command_max_rad_s";
 
 /// The file with first bounds, the bounds as text, and an empty text, as none is left.
-fn begun(text: &str, summary: &Summary, margin: f64) -> Result<[String; 3], Failure> {
+fn begun(
+    text: &str,
+    summary: &Summary,
+    header: &Header,
+    margin: f64,
+) -> Result<[String; 3], Failure> {
     let mut document = document(text)?;
     let mut changes = String::new();
     for quantity in headlines(summary).into_iter().chain(by_key(RATE)) {
         let Some(measured) = quantity.value(summary) else {
             continue;
         };
-        let Some(bound) = first_bound(quantity, measured, margin) else {
+        let known = known_to(quantity, measured, summary, header).max(least_room(quantity));
+        let room = known.max(margin * measured.abs());
+        let Some(bound) = first_bound(quantity, measured, room) else {
             continue;
         };
-        let widened = match least_room(quantity) > margin * measured.abs() {
+        let widened = match room == known {
             true => format!(
-                "; widened to the least useful room, {} {}",
-                least_room(quantity) * quantity.unit.per_si,
+                "; widened to its accuracy, {} {}",
+                significant(known * quantity.unit.per_si, 2),
                 quantity.unit.symbol
             ),
             false => String::new(),
@@ -142,10 +153,8 @@ fn least_room(quantity: &Quantity) -> f64 {
     10f64.powi(1 - digits) / quantity.unit.per_si
 }
 
-/// A bound with the margin, or the smallest useful one; `None` for a share whose bound no run could
-/// exceed.
-fn first_bound(quantity: &Quantity, measured: f64, margin: f64) -> Option<InlineTable> {
-    let room = (margin * measured.abs()).max(least_room(quantity));
+/// A bound with some room; `None` for a share whose bound no run could exceed.
+fn first_bound(quantity: &Quantity, measured: f64, room: f64) -> Option<InlineTable> {
     let [least, most] = [
         rounded(measured - room, f64::floor),
         rounded(measured + room, f64::ceil),

@@ -9,6 +9,7 @@ use ilon_trace::file::write_text;
 use ilon_trace::metrics::TwistRatio;
 
 use super::one::{Arguments, Told, load, one, print_json};
+use crate::Scenario;
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
@@ -37,14 +38,21 @@ pub(super) fn run(
         _ => arguments.out.clone(),
     };
     let standing = "twist = {}\nrun.duration_s = 1.0\n";
-    let standing = robot_alone(robot, standing, &arguments.settings.settings, files)?;
+    let standing = robot_alone(
+        robot,
+        standing,
+        &arguments.settings.settings,
+        &arguments.sandbox,
+    )?;
     let loaded = load_robot(&standing)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;
     let mut scenarios = Vec::new();
     for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
-        let text = format!("{WRITTEN}\n{}{}", robot_line(robot)?, motion.toml());
+        let text = format!("{}{}", robot_line(robot)?, motion.toml());
+        let text = Scenario::text_with(&text, motion.name, &arguments.settings.settings)?;
+        let text = format!("{WRITTEN}\n{text}");
         if std::fs::read_to_string(&path).is_ok_and(|there| !there.starts_with(WRITTEN)) {
             return Err(Failure::usage(
                 format!(

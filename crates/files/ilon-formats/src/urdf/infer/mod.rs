@@ -109,7 +109,7 @@ pub(super) fn infer(loading: &Loading, survey: &Survey) -> Option<Inferred> {
     let called = called(source, tree, &wheels)?;
     named(
         Handedness::XDeg(MECANUM_DEG),
-        format!("what the file calls them: `{called}`"),
+        format!("the name `{called}`"),
     )
 }
 
@@ -143,7 +143,15 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
     } else if is_driven_as_plain(source) && wheels.len() >= 2 {
         "the file drives them as plain wheels"
     } else if wheels.len() == 2 && are_parallel(wheels) {
-        "two wheels on parallel axles can only roll and turn"
+        match wheels
+            .iter()
+            .any(|of| tree.joints[of.joint].motion != Motion::Turning)
+        {
+            true => {
+                "two wheels on parallel axles can only roll and turn; their joints do not turn in the file, and are taken to"
+            }
+            false => "two wheels on parallel axles can only roll and turn",
+        }
     } else {
         return None;
     };

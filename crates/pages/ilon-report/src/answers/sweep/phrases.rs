@@ -7,6 +7,7 @@ use ilon_trace::quantities::{self, Quantity};
 use toml::Value;
 
 use crate::sweep::figure as number;
+use crate::text::spoken;
 
 /// Largest number of a search's points reported in sentences; the table has all.
 pub(super) const MOST_POINTS: usize = 12;
@@ -92,9 +93,14 @@ pub(super) fn at(values: &BTreeMap<String, Value>) -> String {
 /// Returns the text for a quantity, with the scenario if the study has several.
 pub(super) fn title(quantity: &str, scenario: &str, study: &Study) -> String {
     match study.scenario_names().count() {
-        0 | 1 => words(quantity),
-        _ => format!("{}, {scenario}", words(quantity)),
+        0 | 1 => named(quantity),
+        _ => format!("{} of {scenario}", named(quantity)),
     }
+}
+
+/// A quantity's name in a sentence.
+pub(super) fn named(quantity: &str) -> String {
+    quantities::by_key(quantity).map_or_else(|| quantity.to_owned(), spoken)
 }
 
 /// Returns a share in percent, with two digits.

@@ -5,7 +5,7 @@ class Drawing extends Frame {
     this.prepare();
     const width = this.stage.clientWidth;
     if (!width) return;
-    const height = 'printing' in root.dataset ? Math.round(0.72 * this.height) : this.height;
+    const height = 'printing' in root.dataset ? Math.round(0.55 * this.height) : this.height;
     const ratio = Math.max(1, window.devicePixelRatio || 1);
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);

@@ -1,21 +1,21 @@
-//! Checks a scenario's keys and values against its JSON Schema, so that a fault is reported with
-//! its place and a repair.
+//! Checks the keys and values of a document against its JSON Schema, so that each fault is reported
+//! with its place and a repair.
 //!
 //! The schema is the only source of names, types and bounds of the keys; serde reads the same types
 //! afterwards.
 
 use std::ops::Range;
 
+use ::toml::Spanned;
+use ::toml::de::{DeArray, DeInteger, DeTable, DeValue};
 use serde_json::Value as Json;
-use toml::Spanned;
-use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
 /// The range of the numbers of a scenario: sums of larger or smaller numbers with those of a
 /// robot's size lose their digits. Expectations are not limited. Chosen.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-12..=1e9;
 
 /// Whether a number is finite and in this range, or zero.
-pub(crate) fn is_computable(number: f64) -> bool {
+pub fn is_computable(number: f64) -> bool {
     number == 0.0 || SIZES.contains(&number.abs())
 }
 
@@ -25,9 +25,12 @@ fn is_computable_with_sign(number: f64) -> bool {
     number.abs() <= *SIZES.end()
 }
 
-/// An invalid key or value of a scenario.
+/// Faults of a text beyond these are not reported: each holds the text.
+pub const MOST_FAULTS: usize = 20;
+
+/// An invalid key or value.
 #[derive(Debug)]
-pub(crate) struct KeyFault {
+pub struct KeyFault {
     /// The dotted key, split at its dots.
     pub path: Vec<String>,
     /// The bytes of the text that are at fault.
@@ -42,7 +45,7 @@ pub(crate) struct KeyFault {
 
 /// The kind of fault of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FaultKind {
+pub enum FaultKind {
     /// The key itself is unknown or missing.
     Key,
     /// The type of its value.
@@ -52,17 +55,21 @@ pub(crate) enum FaultKind {
 }
 
 /// All faults of a document, in the order of the text but for missing keys, which follow what is in
-/// their table.
-pub(crate) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Vec<KeyFault> {
-    let mut checker = Checker::of(schema);
+/// their table; at most [`MOST_FAULTS`]. `sizes` tells whether numbers must be in [`SIZES`].
+pub fn check(document: &Spanned<DeTable<'_>>, schema: &Json, sizes: bool) -> Vec<KeyFault> {
+    let mut checker = Checker {
+        sizes,
+        ..Checker::of(schema)
+    };
     let alternatives = checker.alternatives(schema);
     let last = checker.table(document.get_ref(), document.span(), &alternatives);
     checker.faults.extend(last.err());
+    checker.faults.truncate(MOST_FAULTS);
     checker.faults
 }
 
 /// Whether a key, given from the outermost table in, holds a list and nothing else with keys.
-pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
+pub fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
     let checker = Checker::of(schema);
     let mut alternatives = checker.alternatives(schema);
     for part in path {
@@ -80,6 +87,35 @@ pub(crate) fn is_list<'s>(schema: &'s Json, path: &[String]) -> bool {
             .collect();
     }
     accepts(&alternatives, "array") && !accepts(&alternatives, "object")
+}
+
+/// The part of a key that a document has, and the place of its value, or of the heading of a table.
+pub fn place_of(document: &DeTable<'_>, key: &str) -> Option<(Vec<String>, Range<usize>)> {
+    let mut place = None;
+    let mut path = Vec::new();
+    let mut inside = Some(document);
+    let mut items: &[Spanned<DeValue<'_>>] = &[];
+    for part in key.split('.').filter(|part| !part.is_empty()) {
+        let in_table = |table: &'_ DeTable<'_>| {
+            let entry = table.iter().find(|(key, _)| key.get_ref() == part);
+            entry.map(|(key, _)| key.span())
+        };
+        let value = match inside {
+            Some(table) => table.get(part),
+            None => part.parse::<usize>().ok().and_then(|at| items.get(at)),
+        };
+        let Some(value) = value else { break };
+        path.push(part.to_owned());
+        // For a table the key is more informative than its first bracket.
+        let span = match value.get_ref() {
+            DeValue::Table(_) => inside.and_then(in_table).unwrap_or(value.span()),
+            _ => value.span(),
+        };
+        place = Some((path.clone(), span));
+        inside = value.get_ref().as_table();
+        items = value.get_ref().as_array().map_or(&[], |array| array);
+    }
+    place
 }
 
 /// The most similar known name, if it is similar enough to be meant.
@@ -103,9 +139,10 @@ pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> O
         .map(|(_, name)| name)
 }
 
-/// The factor between a key in degrees and one in radians.
-fn of_angles(given: &str, meant: &str) -> &'static str {
+/// The factor between the units of two keys.
+fn of_units(given: &str, meant: &str) -> &'static str {
     match (given.contains("deg"), meant.contains("deg")) {
+        _ if given.contains("_mm") && !meant.contains("_mm") => " A millimetre is 0.001 m",
         (true, false) if meant.contains("rad") => " A degree is 0.01745 rad",
         (false, true) if given.contains("rad") => " A radian is 57.3 degrees",
         _ => "",
@@ -144,6 +181,8 @@ struct Checker<'s> {
     path: Vec<String>,
     /// What was found so far.
     faults: Vec<KeyFault>,
+    /// Whether numbers must be in [`SIZES`].
+    sizes: bool,
 }
 
 impl<'s> Checker<'s> {
@@ -152,6 +191,7 @@ impl<'s> Checker<'s> {
             root,
             path: Vec::new(),
             faults: Vec::new(),
+            sizes: true,
         }
     }
 
@@ -472,7 +512,7 @@ impl<'s> Checker<'s> {
                             self.first_of(begun, known)
                         )
                     }
-                    None => format!("did you mean `{near}`?{}", of_angles(name, near)),
+                    None => format!("did you mean `{near}`?{}", of_units(name, near)),
                 }
             }
             None if names.is_empty() => "nothing can stand here".to_owned(),
@@ -578,7 +618,7 @@ impl<'s> Checker<'s> {
             true => is_computable_with_sign(number),
             false => is_computable(number) || says_so,
         };
-        if !judged && !alternatives.iter().any(whole) && !computable {
+        if self.sizes && !judged && !alternatives.iter().any(whole) && !computable {
             let (least, most) = (SIZES.start(), SIZES.end());
             return Err(self.fault(
                 FaultKind::Value,
