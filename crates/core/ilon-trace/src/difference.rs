@@ -203,8 +203,8 @@ mod tests {
     #[test]
     fn a_tolerance_of_every_wheel_is_of_numbered_wheels_alone() {
         let allow = BTreeMap::from([("wheel*_m".to_owned(), 0.5)]);
-        assert_eq!(tolerance_of("wheel12_m", &allow), 0.5);
-        assert_eq!(tolerance_of("wheelbase_m", &allow), 0.0);
+        assert_eq!(tolerance_of("wheel12_m", &allow), Some(0.5));
+        assert_eq!(tolerance_of("wheelbase_m", &allow), None);
     }
 
     #[test]
