@@ -219,8 +219,9 @@ struct Begun {
 
 impl Begun {
     /// The integral after the step, in N m, from that before it, the rate that the wheel gained and
-    /// by how much its mean exceeds that of a steady gain, with the motor's limit at its end. It stands for as long as the torque is beyond the limit:
-    /// a step that only began or ended there counts in part.
+    /// by how much its mean exceeds that of a steady gain, with the motor's limit at its end. It
+    /// stands for as long as the torque is beyond the limit: a step that only began or ended there
+    /// counts in part.
     fn integral_n_m(
         &self,
         before_n_m: f64,
@@ -312,6 +313,9 @@ impl WheelLoop {
         ] {
             not_negative(what, value)?;
         }
+        // Without a limit it is infinite.
+        let limit_n_m = settings.integral_limit_n_m;
+        not_negative("the integral's limit in N m", limit_n_m.min(f64::MAX))?;
         Ok(Self {
             settings,
             wheels: vec![WheelState::default(); wheel_count],
@@ -343,6 +347,12 @@ impl TorqueLaw for WheelLoop {
         for (wheel, angle_rad) in self.wheels.iter_mut().zip(known.angles_rad) {
             let before_rad = wheel.angle_rad.replace(*angle_rad);
             wheel.turned_rad = before_rad.map(|before_rad| angle_rad - before_rad);
+        }
+    }
+
+    fn pause(&mut self) {
+        for wheel in &mut self.wheels {
+            (wheel.begun, wheel.turned_rad) = (None, None);
         }
     }
 
@@ -385,7 +395,7 @@ impl WheelState {
         // known), and the filtered acceleration.
         if let Some(begun) = self.begun.take() {
             let steady_rad_s = rate_rad_s - 0.5 * gained_rad_s;
-            let turned_rad = self.turned_rad;
+            let turned_rad = self.turned_rad.take();
             let jumped_rad_s = turned_rad.map_or(0.0, |rad| rad / begun.dt_s - steady_rad_s);
             let rates = (gained_rad_s, jumped_rad_s);
             self.integral_n_m = begun.integral_n_m(self.integral_n_m, rates, (settings, limit));

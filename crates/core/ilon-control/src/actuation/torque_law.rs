@@ -30,6 +30,9 @@ pub trait TorqueLaw: Debug + Send + Sync {
     /// only ignores them.
     fn sense(&mut self, _known: &BodySense<'_>) {}
 
+    /// Torques are commanded in place of rates: what the law began in its last update ends here.
+    fn pause(&mut self) {}
+
     /// Updates masses, loads and kinematics to the robot's current pose of its joints between
     /// bodies ([`Robot::posed`]). A law that uses none of them ignores it; a law that cannot be
     /// built in such a pose stays unchanged.

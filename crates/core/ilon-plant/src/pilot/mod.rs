@@ -310,7 +310,7 @@ impl Pilot {
         if let (Some(modules), Some(hubs)) = (&mut self.modules, &self.hubs) {
             let twist = self.decision.granted_twist_in_body;
             let known = (&self.kinematics, hubs.body_from_hubs());
-            modules.aim(twist, known, joint_positions);
+            modules.aim(twist, known, (joint_positions, self.period_s));
             for (wheel, rate_rad_s) in modules.turning_along(&self.kinematics) {
                 // In place of what was measured of it, which is late.
                 let measured_rad_s = -hubs.carried_rad()[wheel] / self.period_s;
@@ -363,7 +363,7 @@ impl Pilot {
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);
-            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, &positions)?;
+            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, (&positions, 0.0))?;
             Some((twist, joint))
         };
         let (twist, joint) = profile.held().find_map(beyond)?;

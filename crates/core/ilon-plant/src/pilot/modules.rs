@@ -23,7 +23,8 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 /// has arrived does not turn its modules by the noise of its errors.
 const STILL_M_S: f64 = 1e-3;
 
-/// In which a pair without a lever turns to its angle, in seconds (chosen).
+/// In which a pair without a lever turns to its angle, in seconds, but at least two control periods:
+/// its rate is held for one (chosen).
 const PAIR_TURNS_S: f64 = 0.1;
 
 /// The modules of a robot that the pilot steers.
@@ -59,7 +60,11 @@ impl Modules {
     /// where it is sent.
     pub fn of(robot: &Robot, scenario: &Scenario) -> Option<Self> {
         let module = |joint: usize| {
-            let is_its = |of: &Wheel| of.has_tyre() && robot.steering_of(of) == Some(joint);
+            let pair_lever_m = robot.pair_lever_m(joint);
+            let is_its = |of: &Wheel| {
+                let counts = pair_lever_m.is_none() || of.motor.effort_n_m > 0.0;
+                of.has_tyre() && counts && robot.steering_of(of) == Some(joint)
+            };
             let wheels = 0..robot.wheels.len();
             let wheels: Vec<usize> = wheels.filter(|at| is_its(&robot.wheels[*at])).collect();
             let of = &robot.joints[joint];
@@ -73,7 +78,7 @@ impl Modules {
             Some(Module {
                 joint,
                 wheels,
-                pair: robot.pair_lever_m(joint).map(|lever_m| Pair {
+                pair: pair_lever_m.map(|lever_m| Pair {
                     lever_m,
                     axis_m: of.body_from_joint.translation.vector.xy(),
                     limit_rad_s: servo.rate_limit,
@@ -89,12 +94,13 @@ impl Modules {
     }
 
     /// Sends them where a twist of the body's origin wants them, with the hubs where they are, and
-    /// the joints at these positions. Returns the first joint whose limits do not allow that.
+    /// the joints at these positions, for a control period. Returns the first joint whose limits do
+    /// not allow that.
     pub fn aim(
         &mut self,
         twist_in_body: Twist,
         (kinematics, hubs): (&Kinematics, &[Isometry3<f64>]),
-        positions: &[f64],
+        (positions, period_s): (&[f64], f64),
     ) -> Option<usize> {
         let mut beyond = None;
         for module in &mut self.0 {
@@ -104,7 +110,12 @@ impl Modules {
             let v_h = velocities.sum::<Vector2<f64>>() / module.wheels.len() as f64;
             let n = hubs[module.wheels[0]].rotation * Vector3::z();
             if let Some(pair) = module.pair.as_mut().filter(|pair| pair.lever_m != 0.0) {
-                pair.turn(-n.xy().dot(&v_h) / pair.lever_m);
+                let rate_rad_s = -n.xy().dot(&v_h) / pair.lever_m;
+                let stop_rad = module.limits[usize::from(module.sense * rate_rad_s > 0.0)];
+                let left_rad = (stop_rad - positions[module.joint]) * module.sense;
+                let is_stopped = left_rad * rate_rad_s <= 0.0 && v_h.norm() >= STILL_M_S;
+                pair.turn(if is_stopped { 0.0 } else { rate_rad_s });
+                beyond = beyond.or(is_stopped.then_some(module.joint));
                 continue;
             }
             if v_h.norm() >= STILL_M_S {
@@ -123,7 +134,8 @@ impl Modules {
             }
             let missing_rad = module.target_rad - positions[module.joint];
             if let Some(pair) = &mut module.pair {
-                pair.turn(module.sense * missing_rad / PAIR_TURNS_S);
+                let turns_s = PAIR_TURNS_S.max(2.0 * period_s);
+                pair.turn(module.sense * missing_rad / turns_s);
             }
         }
         beyond
@@ -199,7 +211,7 @@ mod tests {
         let posed = robot.posed(&positions);
         let hubs = robot.body_from_hubs(&positions);
         let kinematics = Kinematics::new(&posed).expect("it drives");
-        modules.aim(twist, (&kinematics, &hubs), &positions);
+        modules.aim(twist, (&kinematics, &hubs), (&positions, 0.01));
         modules.0.iter().map(|module| module.target_rad).collect()
     }
 

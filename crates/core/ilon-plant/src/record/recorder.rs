@@ -189,7 +189,7 @@ impl Recorder {
     /// The twist by the joints of active casters in the last control period.
     fn by_casters(&self) -> Twist {
         let hubs = self.hubs.as_ref().or(self.reckoning.hubs());
-        let moved = hubs.map(Hubs::moved_by_casters);
+        let moved = hubs.map(Hubs::moved_by_pairs);
         (moved.unwrap_or_default()).scaled(1.0 / self.trace.header.control_dt_s)
     }
 

@@ -33,7 +33,10 @@ impl Hubs {
     /// For a robot without joint positions yet.
     pub fn new(robot: &Robot) -> Self {
         let wheels = robot.wheels.len();
-        let lever_m = |wheel: &Wheel| robot.pair_lever_m(robot.steering_of(wheel)?);
+        let lever_m = |wheel: &Wheel| {
+            let is_driven = wheel.has_tyre() && wheel.motor.effort_n_m > 0.0;
+            robot.pair_lever_m(robot.steering_of(wheel).filter(|_| is_driven)?)
+        };
         Self {
             robot: robot.clone(),
             positions: Vec::new(),
@@ -127,15 +130,15 @@ impl Hubs {
         wheels.map(|(carried, lever_m)| lever_m.map_or(0.0, |_| *carried))
     }
 
-    /// How the body of a robot with active casters moved since the last update because its joints
-    /// moved their wheels, which did not turn, in m and rad.
-    pub fn moved_by_casters(&self) -> Twist {
-        match &self.kinematics {
-            Some(kinematics) if (0..self.carried_rad.len()).any(|at| self.is_of_caster(at)) => {
-                kinematics.twist(&self.carried_rad) + self.along_axles
-            }
-            _ => Twist::default(),
-        }
+    /// How the body moved since the last update because joints moved the wheels of pairs, which did
+    /// not turn, in m and rad.
+    pub fn moved_by_pairs(&self) -> Twist {
+        let has_pairs = self.pair_levers_m.iter().any(Option::is_some);
+        let Some(kinematics) = self.kinematics.as_ref().filter(|_| has_pairs) else {
+            return Twist::default();
+        };
+        let carried_rad: Vec<f64> = self.carried_of_pairs_rad().collect();
+        kinematics.twist(&carried_rad) + self.along_axles
     }
 
     /// Pose of each hub in the body frame with the joints there, at wheel angle zero.

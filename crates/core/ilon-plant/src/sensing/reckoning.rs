@@ -87,7 +87,7 @@ impl Reckoning {
 
     /// The twist of wheel rates in rad/s by eq. (7), and of active casters.
     pub fn twist(&self, rates_rad_s: &[f64]) -> Twist {
-        let casters = self.hubs().map_or(Twist::default(), Hubs::moved_by_casters);
+        let casters = self.hubs().map_or(Twist::default(), Hubs::moved_by_pairs);
         self.kinematics.twist(rates_rad_s) + casters.scaled(1.0 / self.control_dt_s)
     }
 

@@ -546,7 +546,7 @@ fn no_line_of_what_a_run_says_is_longer_than_240() {
     assert!(
         words
             .join(" ")
-            .contains("who touches, and with it slip and heading"),
+            .contains("Which ones touch decides slip and heading"),
         "{said}"
     );
 }

@@ -118,7 +118,13 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     let says = |seen: &str| ended_with(0, &folder.ilon(&["explain", robot, "--seen", seen]));
     let all = says("left: short 20.3 mm/m");
     assert!(all.contains("nothing to explain"), "{all}");
-    assert!(all.contains("20.0 mm/m to the right"), "{all}");
+    // The loss is 20.18 mm/m over whole turns of a wheel; the run of some metres ends within one.
+    let drifts = all
+        .split("drifts by ")
+        .nth(1)
+        .and_then(|rest| rest.split(" mm/m").next());
+    let drifts_mm: f64 = drifts.expect("a drift").parse().expect("a number");
+    assert!((drifts_mm - 20.18).abs() < 0.5, "{all}");
     // A creeping floor keeps its creep under the dust.
     let creeping = ["explain", robot, "--set", "world.floor.creep=0.1"];
     let all = ended_with(0, &folder.ilon(&creeping));

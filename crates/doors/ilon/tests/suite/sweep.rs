@@ -277,7 +277,7 @@ fn what_a_study_does_not_answer_is_said_on_the_terminal_and_on_the_page() {
         ended_with(0, &output);
         let runs = if method == "morris" { 6 } else { 9 };
         let sentence = format!(
-            "Real twist, mean: vy is absent in {runs} of {runs} runs: it is taken over the window of the means"
+            "Real twist, mean vy is absent in {runs} of {runs} runs: it is taken over the window of the means"
         );
         let printed = stdout(&output);
         assert!(printed.contains(&sentence), "{printed}");

@@ -78,9 +78,11 @@ pub(super) fn check_wheel_count(
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();
         let likely = survey.likely();
         let steered: Vec<&WheelLike> = survey.steered.iter().collect();
-        // Any part of a body may be round and fixed.
+        // Any part of an arm may be round and fixed.
+        let is_fixed = |joint: usize| tree.joints[joint].motion == Motion::Fixed;
         let may_be = |like: &&WheelLike| {
-            is_called_wheel(tree, like.joint) || tree.joints[like.joint].motion != Motion::Fixed
+            let is_on_arm = || !tree.joints_above(like.joint).all(is_fixed);
+            is_called_wheel(tree, like.joint) || !is_fixed(like.joint) || !is_on_arm()
         };
         let mut bare = [turning, likely].into_iter();
         let bare = bare.find(|likes| likes.len() >= LEAST_WHEELS && likes.iter().any(may_be));
