@@ -23,8 +23,8 @@ use nalgebra::{Isometry3, Vector2, Vector3};
 /// has arrived does not turn its modules by the noise of its errors.
 const STILL_M_S: f64 = 1e-3;
 
-/// In which a pair without a lever turns to its angle, in seconds, but at least two control periods:
-/// its rate is held for one (chosen).
+/// In which a pair without a lever turns to its angle, in seconds, but at least two control
+/// periods: its rate is held for one (chosen).
 const PAIR_TURNS_S: f64 = 0.1;
 
 /// The modules of a robot that the pilot steers.

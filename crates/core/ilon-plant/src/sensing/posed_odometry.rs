@@ -39,8 +39,8 @@ impl PosedOdometry {
     }
 
     /// Advances by the wheels' rotation in a control period, in rad, with the joints at these
-    /// positions, in rad or m, which are empty where none are known yet. Returns whether joints have
-    /// moved since the last.
+    /// positions, in rad or m, which are empty where none are known yet. Returns whether joints
+    /// have moved since the last.
     pub fn reckon(&mut self, turned_rad: &[f64], positions: &[f64]) -> bool {
         self.rolled_rad.copy_from_slice(turned_rad);
         if positions.is_empty() {

@@ -31,8 +31,8 @@ impl Robot {
         robot
     }
 
-    /// Returns the pose of each hub in the body frame, at wheel angle zero, with the joints at these
-    /// positions, in rad or m: those of [`Self::posed`].
+    /// Returns the pose of each hub in the body frame, at wheel angle zero, with the joints at
+    /// these positions, in rad or m: those of [`Self::posed`].
     pub fn body_from_hubs(&self, positions: &[f64]) -> Vec<Isometry3<f64>> {
         let moved = self.moved(positions);
         let hub = |wheel: &Wheel| carried_by(&moved, wheel.carrier) * wheel.body_from_hub;

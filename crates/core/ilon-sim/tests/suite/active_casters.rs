@@ -119,8 +119,8 @@ fn it_moves_any_way_and_its_odometry_knows() {
     }
 }
 
-/// Servos of 2 N m do not turn modules whose wheels hold their angle: the wheels turn with them, and
-/// then roll the way that was asked, all within 1 s.
+/// Servos of 2 N m do not turn modules whose wheels hold their angle: the wheels turn with them,
+/// and then roll the way that was asked, all within 1 s.
 #[test]
 fn pairs_turn_their_modules_to_the_side() {
     let found = driven(&four_pairs(), [0.0, 0.3, 0.0], 3.0);

@@ -23,10 +23,10 @@ fn apart(robot: &str, text: &str) -> (f64, f64) {
     (1e3 * apart_m, auto.2 / short.2)
 }
 
-/// In a curve the wheels pull the robot inwards, and their rates jump at each hand-over. A loop that
-/// misses the jumps lets a robot sag sideways less at longer steps, with an integral or without: by
-/// 0.6 to 1 mm in 2.5 m. What remains is of hand-overs that are known to half a step, which scatters:
-/// 0.01 % of the way, as a mean of four drives.
+/// In a curve the wheels pull the robot inwards, and their rates jump at each hand-over. A loop
+/// that misses the jumps lets a robot sag sideways less at longer steps, with an integral or
+/// without: by 0.6 to 1 mm in 2.5 m. What remains is of hand-overs that are known to half a step,
+/// which scatters: 0.01 % of the way, as a mean of four drives.
 #[test_case(1.0, 0.4, ""; "ahead")]
 #[test_case(1.0, 0.4, "wheel_loop.integral_n_m = 0.0\n"; "without integral")]
 #[test_case(0.8, 0.8, ""; "in a narrow curve")]
@@ -43,8 +43,8 @@ fn a_curve_ends_where_short_steps_end_it(vx_m_s: f64, omega_rad_s: f64, further:
     assert!(mean_mm < 0.3, "{apart_mm:?} mm");
 }
 
-/// A roller that takes over while its wheel slides spins up within 0.6 ms, and pushes along its axle
-/// less until then.
+/// A roller that takes over while its wheel slides spins up within 0.6 ms, and pushes along its
+/// axle less until then.
 #[test]
 fn a_robot_that_slides_ends_where_short_steps_end_it() {
     let drive = |vx_m_s: f64| {

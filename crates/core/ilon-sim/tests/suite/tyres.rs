@@ -163,8 +163,8 @@ fn a_mirrored_drive_ends_in_the_mirror() {
 /// A module is turned on the spot by more than (2/3) mu N a, and held by less: three places at 0
 /// and +-a carry a third of N each. By default a = 3 w / 8, which takes mu N w / 4, the moment of a
 /// line of the width w; without shoulders a = w / 2, which takes that of a disc across the tyre,
-/// (2/3) mu N r with r = w / 2. Its treads bend before they slide. It is turned by a torque: a servo
-/// would give as well. 1 % turns it by more than 0.2 rad in 0.7 s.
+/// (2/3) mu N r with r = w / 2. Its treads bend before they slide. It is turned by a torque: a
+/// servo would give as well. 1 % turns it by more than 0.2 rad in 0.7 s.
 #[test_case(None, 0.99, false)]
 #[test_case(None, 1.01, true)]
 #[test_case(Some(1e-4), 0.99, false)]

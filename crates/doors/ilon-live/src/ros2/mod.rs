@@ -1,7 +1,7 @@
 //! A ROS 2 node over DDS, without a ROS installation.
 //!
-//! The node `/ilon`, in a namespace if one is given, publishes the topics of a bag ([`ilon_messages::topics`]) with the same quality
-//! of service, and accepts commands:
+//! The node `/ilon`, in a namespace if one is given, publishes the topics of a bag
+//! ([`ilon_messages::topics`]) with the same quality of service, and accepts commands:
 //!
 //! | topic | type | effect |
 //! |---|---|---|

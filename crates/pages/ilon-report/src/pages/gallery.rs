@@ -300,8 +300,8 @@ mod tests {
         assert_eq!(said, ["0 robots", "1 robot", "2 robots"]);
     }
 
-    /// Files whose names differ in one character have two anchors, which stand in an address without
-    /// escapes.
+    /// Files whose names differ in one character have two anchors, which stand in an address
+    /// without escapes.
     #[test]
     fn each_file_has_its_own_anchor() {
         let files = [

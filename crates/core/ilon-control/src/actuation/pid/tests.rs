@@ -188,9 +188,9 @@ fn the_integral_counts_the_angle_by_which_a_wheel_turned() {
 }
 
 /// The motor of 1 N m cannot follow a jump of the target, and the integral stands until the torque
-/// leaves the limit, somewhere within a step. So the rate 0.2 s after the jump is of second order in
-/// the step, whatever the target: on average a quarter as far from the limit of short steps for half
-/// the step. (An integral that stands for whole steps is of first order: a half.)
+/// leaves the limit, somewhere within a step. So the rate 0.2 s after the jump is of second order
+/// in the step, whatever the target: on average a quarter as far from the limit of short steps for
+/// half the step. (An integral that stands for whole steps is of first order: a half.)
 #[test]
 fn a_continuous_loops_integral_stands_just_while_the_motor_is_at_its_limit() {
     let j = 7e-3;

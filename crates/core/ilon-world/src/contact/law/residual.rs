@@ -38,8 +38,8 @@ impl ImpulseProblem {
         missing.iter().map(|missing| missing * missing).sum()
     }
 
-    /// The derivative of F of a contact, in three rows: by its own impulses with the velocities that
-    /// the bodies have, including its tangential compliance, and by these velocities.
+    /// The derivative of F of a contact, in three rows: by its own impulses with the velocities
+    /// that the bodies have, including its tangential compliance, and by these velocities.
     pub(super) fn blocks(&self, at: usize, law: Law) -> (Matrix3<f64>, Matrix3<f64>) {
         let measure = self.measure(at, law);
         let slope = self.allowed(at, law, &measure).slope;

@@ -16,8 +16,8 @@ pub(crate) struct Responses {
     starts: Vec<usize>,
     /// The half solution of each row.
     rows: Vec<Row>,
-    /// The half solutions of the rows once more, one degree of freedom of all bodies after the other;
-    /// empty if a row is between two bodies.
+    /// The half solutions of the rows once more, one degree of freedom of all bodies after the
+    /// other; empty if a row is between two bodies.
     pub columns: Vec<f64>,
     /// The half solution of each joint, of all bodies one after the other.
     joints: Vec<Side>,

@@ -5,8 +5,8 @@ use super::super::{ImpulseProblem, Law};
 use super::Draw;
 use crate::contact::linear::solve_in_place;
 
-/// Both solve the same equations, dF dp = -F: at random impulses, at which contacts stick, slide and
-/// open. Without half solutions and with a bearing there is no such step.
+/// Both solve the same equations, dF dp = -F: at random impulses, at which contacts stick, slide
+/// and open. Without half solutions and with a bearing there is no such step.
 #[test]
 fn the_step_through_degrees_of_freedom_is_newtons() {
     const CONTACTS: usize = 5;
