@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from . import _ilon
 from ._ilon import ArrowTable, Desired, Observation, Torques
@@ -74,8 +74,15 @@ class Trace(dict[str, "npt.NDArray[Any]"]):
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         if super().get(name) is None:
-            self[name] = self._recorded.column(name)
+            super().__setitem__(name, self._recorded.column(name))
         return super().__getitem__(name)
+
+    def _refused(self, *_: object, **__: object) -> NoReturn:
+        raise TypeError("what a run recorded cannot be changed: `dict(trace)` is a copy")
+
+    __setitem__ = __delitem__ = __ior__ = _refused  # type: ignore[assignment]
+    pop = popitem = setdefault = update = clear = _refused  # type: ignore[assignment]
+    __eq__, __ne__ = object.__eq__, object.__ne__
 
     def __iter__(self) -> Iterator[str]:
         # Without this, `dict(trace)` would copy arrays that were not made yet.

@@ -462,6 +462,8 @@ impl<'s> Checker<'s> {
             let help = self.meant(key.get_ref(), table, known);
             return self.fault(FaultKind::Key, key.span(), message, help);
         };
+        let more = unknown.len().saturating_sub(MOST_FAULTS);
+        unknown.truncate(MOST_FAULTS);
         let mut keys = Vec::new();
         // What is meant, with the keys of which that is said.
         let mut helps: Vec<(String, Vec<&str>)> = Vec::new();
@@ -479,7 +481,10 @@ impl<'s> Checker<'s> {
         self.path.pop();
         self.path.push(key.get_ref().to_string());
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
-        let message = format!("unknown keys {}", quoted(&keys));
+        let mut message = format!("unknown keys {}", quoted(&keys));
+        if more > 0 {
+            message += &format!(" and {more} more");
+        }
         let helps = helps.iter();
         let helps: Vec<String> = helps
             .map(|(meant, names)| format!("{}: {meant}", quoted(names)))

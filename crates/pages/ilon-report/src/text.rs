@@ -151,6 +151,9 @@ pub(crate) fn round_down(x: f64) -> f64 {
 /// A quantity's name as a sentence has it: "rms position error", "energy lost to sliding".
 pub(crate) fn spoken(quantity: &Quantity) -> String {
     let words = quantity.words();
+    if quantity.key == "energy.slip_j" {
+        return "energy lost to sliding, without spin-up".to_owned();
+    }
     if let Some((group, label)) = words.split_once(": ") {
         let group = match quantity.unit.symbol {
             "J" => "energy",

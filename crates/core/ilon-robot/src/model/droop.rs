@@ -28,7 +28,7 @@ pub fn mean_of_gain(z: f64) -> f64 {
 pub fn time_and_gain_until(z: f64, share: f64) -> [f64; 2] {
     if z < SMALL {
         let at = share - 0.5 * z * share * (1.0 - share);
-        let gain = 0.5 - z * share * (0.25 - share / 3.0);
+        let gain = 0.5 - z * (0.25 - share / 3.0);
         return [at, share * share * gain];
     }
     if !z.is_finite() {

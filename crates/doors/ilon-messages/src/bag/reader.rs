@@ -191,7 +191,7 @@ pub fn read(
         false => Ok(()),
         true => Err(BagReadError::NotABag {
             path: path.to_owned(),
-            what: "holds no message: it was cut short before the first, or nothing was recorded",
+            what: "holds no message in CDR: it was cut short before the first, nothing was recorded, or only other encodings",
         }),
     }
 }

@@ -112,6 +112,7 @@ fn namespace(text: &str) -> Result<String, String> {
     let is_name = |part: &str| {
         !part.starts_with(|letter: char| letter.is_ascii_digit())
             && !part.is_empty()
+            && !part.contains("__")
             && (part.chars()).all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
     };
     match parts.clone().all(is_name) {

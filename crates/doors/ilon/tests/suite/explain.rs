@@ -139,7 +139,7 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
     );
     let all = says("turn: turn -36 deg/turn");
     assert!(
-        all.contains("a lever that the controller takes for 9 % too short"),
+        all.contains("a lever that the controller takes for 9.1 % too short"),
         "{all}"
     );
 }

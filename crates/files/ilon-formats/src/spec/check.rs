@@ -367,8 +367,10 @@ fn check_tread(rollers: &RollerSpec) -> Result<(), Fault> {
 /// Checks a wheel, including its overrides.
 fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault> {
     let (placed, w, r) = (&wheel.placed, &wheel.wheel, &wheel.rollers);
+    let overrides = spec.overrides.get(&placed.name);
+    let overrides = overrides.and_then(|of| toml::Table::try_from(of).ok());
     let of = |common: &str, overridden: &str| {
-        if wheel.is_overridden {
+        if (overrides.iter()).any(|overrides| overrides.contains_key(overridden)) {
             format!("overrides.{}.{overridden}", placed.name)
         } else {
             common.to_owned()

@@ -92,19 +92,29 @@ pub(super) fn read<T: DeserializeOwned + JsonSchema>(
     let mut table: Table = decode(document).map_err(of_toml)?;
     changed::lay_over(&mut table, changes);
     read(&table.to_string(), file, &Table::new()).map_err(|error| {
-        let reason = format!("with its keys changed: {}", error.fault());
-        let help = error.help();
-        RobotError::new(file, Fault::Toml { reason, help })
+        error.each(|error| {
+            let reason = format!("with its keys changed: {}", error.fault());
+            let help = error.help();
+            RobotError::new(file, Fault::Toml { reason, help })
+        })
     })
 }
 
 /// Adds the file and, unless they come from changes, the places of values out of their ranges.
 pub(super) fn placed(error: RobotError, text: &str, file: &str, changes: &Table) -> RobotError {
-    let document = parse(text).ok().filter(|_| changes.is_empty());
+    let document = parse(text).ok();
+    let is_changed = |key: &str| {
+        let mut parts = key.split('.');
+        let first = parts.next().and_then(|part| changes.get(part));
+        parts
+            .try_fold(first, |at, part| at.map(|at| at.get(part)))
+            .flatten()
+            .is_some()
+    };
     let text: Arc<str> = text.into();
     error.each(|error| {
         let span = match (error.fault(), &document) {
-            (Fault::OutOfRange { key, .. }, Some(document)) => {
+            (Fault::OutOfRange { key, .. }, Some(document)) if !is_changed(key) => {
                 keys::place_of(document.get_ref(), key).map(|(_, span)| span)
             }
             _ => None,

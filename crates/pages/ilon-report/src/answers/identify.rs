@@ -287,18 +287,18 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
     if let Some(lever) = controller.lever_m.as_ref().filter(|lever| !is_vague(lever)) {
         set.push(set_to(&format!("the lever of turns{lever_key}"), lever));
     }
+    let mut lines: Vec<String> = Vec::new();
     let gamma = controller.gamma_deg.as_ref();
     if let Some(gamma) = gamma.filter(|of| !may_be(of, of.nominal) && !is_vague(of)) {
-        set.push(format!(
-            "set gamma of the rollers to {} deg{} in place of {} deg",
+        lines.push(format!(
+            "The rollers stand at gamma = {} deg{}, not {} deg: correct it in the robot's file.",
             number(gamma.value),
             between(gamma, 1.0),
             number(gamma.nominal)
         ));
     }
-    let mut lines: Vec<String> = Vec::new();
     if !set.is_empty() {
-        lines.push(format!("In {name} {}.", set.join(", and ")));
+        lines.insert(0, format!("In {name} {}.", set.join(", and ")));
     }
     let factor = controller.sideways_factor.as_ref();
     if let Some(factor) = factor.filter(|factor| !may_be(factor, 1.0) && !is_vague(factor)) {

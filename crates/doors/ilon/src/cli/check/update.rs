@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, limits};
-use ilon_trace::{Header, Summary, significant};
+use ilon_trace::{Header, Summary, number, significant};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
 use crate::cli::failure::Failure;
@@ -105,12 +105,14 @@ fn begun(
         let Some(measured) = quantity.value(summary) else {
             continue;
         };
-        let known = known_to(quantity, measured, summary, header).max(least_room(quantity));
+        let least = least_room(quantity);
+        let known = known_to(quantity, measured, summary, header).max(least);
         let room = known.max(margin * measured.abs());
         let Some(bound) = first_bound(quantity, measured, room) else {
             continue;
         };
         let widened = match room == known {
+            true if known == least => "; widened to its last digits".to_owned(),
             true => format!(
                 "; widened to its accuracy, {} {}",
                 significant(known * quantity.unit.per_si, 2),
@@ -121,7 +123,7 @@ fn begun(
         changes.push_str(&format!(
             "         {}: {bound} (measured {}{widened})\n",
             quantity.key,
-            significant(measured, 6)
+            number(significant(measured, 6))
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
         let mut parts: Vec<&str> = std::iter::once("expect")
