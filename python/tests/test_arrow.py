@@ -42,6 +42,19 @@ def test_pandas_takes_the_trace_itself(lateral_run):
     assert frame.equals(lateral_run.to_pandas())
 
 
+def test_what_was_recorded_is_not_changed_but_copied(lateral_run):
+    trace = lateral_run.trace
+    for change in (lambda: trace.pop("t_s"), lambda: trace.setdefault("t_s", 1), lambda: trace.update(t_s=1), trace.clear):
+        with pytest.raises(TypeError, match="cannot be changed"):
+            change()
+    with pytest.raises(TypeError, match="cannot be changed"):
+        trace["t_s"] = 1
+    assert trace == trace
+    copy = dict(trace)
+    copy["mine"] = copy.pop("t_s")
+    assert (copy["mine"] == trace["t_s"]).all()
+
+
 def test_duckdb_takes_it(lateral_run):
     duckdb = pytest.importorskip("duckdb")
     recorded = lateral_run.to_arrow()  # noqa: F841, the query names it

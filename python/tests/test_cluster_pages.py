@@ -1,4 +1,4 @@
-"""The commands of docs/clusters.md, run here with processes in place of a cluster's jobs and pods.
+"""The commands of docs/clusters.md and its files, run here with processes in place of a cluster's jobs and pods.
 """
 
 import os
@@ -13,7 +13,9 @@ import pytest
 
 import ilon
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "clusters.md"
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "clusters.md"
+FILES = ROOT / "examples" / "cluster"
 RESULTS = ["runs.parquet", "findings.json", "report.html"]
 
 pytestmark = [
@@ -61,7 +63,8 @@ def assert_whole(results, whole, names=RESULTS):
 
 
 def test_a_slurm_array_whose_task_is_killed_and_submitted_again_is_merged_to_the_same_bytes(study, tmp_path):
-    (script, submission) = blocks("Slurm", "sh")
+    (submission,) = blocks("Slurm", "sh")
+    script = (FILES / "sweep.sbatch").read_text()
     count = 4
 
     def task(index):
@@ -106,8 +109,7 @@ def test_a_slurm_array_whose_task_is_killed_and_submitted_again_is_merged_to_the
 
 def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
     yaml = pytest.importorskip("yaml")
-    (text,) = blocks("Kubernetes", "yaml")
-    job = yaml.safe_load(text)
+    job = yaml.safe_load((FILES / "job.yaml").read_text())
     assert (job["apiVersion"], job["kind"]) == ("batch/v1", "Job")
     spec = job["spec"]
     assert spec["completionMode"] == "Indexed"
@@ -146,8 +148,7 @@ def test_the_pods_of_the_kubernetes_job_make_all_of_a_study(study, tmp_path):
 
 def test_the_ray_job_of_the_kubernetes_page_is_yaml(study):
     yaml = pytest.importorskip("yaml")
-    (text,) = blocks("Ray on Kubernetes", "yaml")
-    job = yaml.safe_load(text)
+    job = yaml.safe_load((FILES / "rayjob.yaml").read_text())
     assert (job["apiVersion"], job["kind"]) == ("ray.io/v1", "RayJob")
     cluster = job["spec"]["rayClusterSpec"]
     groups = [cluster["headGroupSpec"], *cluster["workerGroupSpecs"]]

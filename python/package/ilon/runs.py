@@ -80,8 +80,8 @@ class Trace(dict[str, "npt.NDArray[Any]"]):
     def _refused(self, *_: object, **__: object) -> NoReturn:
         raise TypeError("what a run recorded cannot be changed: `dict(trace)` is a copy")
 
-    __setitem__ = __delitem__ = __ior__ = _refused  # type: ignore[assignment]
-    pop = popitem = setdefault = update = clear = _refused  # type: ignore[assignment]
+    __setitem__ = __delitem__ = __ior__ = _refused
+    pop = popitem = setdefault = update = clear = _refused
     __eq__, __ne__ = object.__eq__, object.__ne__
 
     def __iter__(self) -> Iterator[str]:
