@@ -45,6 +45,14 @@ pub fn build_file(compiler: &str, source: &Path, flags: &[&str], folder: &Path) 
     }
 }
 
+/// A built program, which finds the library of this build: Cargo's search path may lead to an older
+/// one.
+pub fn example(program: PathBuf) -> Command {
+    let mut command = Command::new(program);
+    command.env_remove("LD_LIBRARY_PATH");
+    command
+}
+
 fn numbers(output: &Output) -> Vec<Vec<u64>> {
     assert!(
         output.status.success(),
@@ -106,7 +114,7 @@ fn the_example_in_c_comes_to_what_the_plant_does_to_the_bit() {
     let Some(program) = build("cc", "drive.c", &["-std=c99", "-pedantic"], folder.path()) else {
         return;
     };
-    let output = Command::new(program)
+    let output = example(program)
         .arg(scenario("mecanum4_lateral.toml"))
         .output()
         .unwrap();
@@ -128,7 +136,7 @@ fn the_example_in_cpp_drives_two_robots_on_two_threads() {
     let Some(program) = build("c++", "drive.cpp", &["-std=c++17"], folder.path()) else {
         return;
     };
-    let output = Command::new(program)
+    let output = example(program)
         .arg(scenario("mecanum4_lateral.toml"))
         .output()
         .unwrap();
@@ -166,7 +174,7 @@ fn the_example_in_c_is_clean_under_the_address_sanitizer() {
     }
     let flags = ["-std=c99", "-fsanitize=address"];
     let program = build("cc", "drive.c", &flags, folder.path()).expect("there is cc");
-    let output = Command::new(program)
+    let output = example(program)
         .arg(scenario("mecanum4_lateral.toml"))
         .output()
         .unwrap();

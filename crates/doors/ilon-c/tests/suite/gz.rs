@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::examples::build_file;
+use crate::examples::{build_file, example};
 use crate::support::{root, scenario};
 
 /// The program's output for a scene of a given mass, of which a share is declared to ilon; `None`
@@ -13,7 +13,7 @@ fn driven(scene_kg: f64, said: f64) -> Option<Vec<Vec<f64>>> {
     let include = format!("-I{}", ours.join("gz").display());
     let source = ours.join("tests/gz_core.cpp");
     let program = build_file("c++", &source, &["-std=c++17", &include], folder.path())?;
-    let output = Command::new(program)
+    let output = example(program)
         .arg(scenario("mecanum4_lateral.toml"))
         .args([scene_kg.to_string(), said.to_string()])
         .output()
