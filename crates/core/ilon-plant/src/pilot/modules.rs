@@ -112,9 +112,15 @@ impl Modules {
             if let Some(pair) = module.pair.as_mut().filter(|pair| pair.lever_m != 0.0) {
                 let rate_rad_s = -n.xy().dot(&v_h) / pair.lever_m;
                 let stop_rad = module.limits[usize::from(module.sense * rate_rad_s > 0.0)];
-                let left_rad = (stop_rad - positions[module.joint]) * module.sense;
-                let is_stopped = left_rad * rate_rad_s <= 0.0 && v_h.norm() >= STILL_M_S;
-                pair.turn(if is_stopped { 0.0 } else { rate_rad_s });
+                let left_rad = (stop_rad - positions[module.joint]).abs();
+                // As far as its stop within the period.
+                let most_rad_s = if left_rad > 0.0 {
+                    left_rad / period_s
+                } else {
+                    0.0
+                };
+                pair.turn(rate_rad_s.clamp(-most_rad_s, most_rad_s));
+                let is_stopped = rate_rad_s.abs() > most_rad_s && v_h.norm() >= STILL_M_S;
                 beyond = beyond.or(is_stopped.then_some(module.joint));
                 continue;
             }

@@ -128,4 +128,38 @@ fn pairs_turn_their_modules_to_the_side() {
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     let away_m = found.summary.end_y_m.expect("it drove");
     assert!((0.6..0.9).contains(&away_m), "{away_m} m");
+    // A wheel that turns with its module does not turn the base. By its rate alone it would, at 6
+    // rad/s by s^2 / (b^2 + s^2) of that, 0.18 rad/s, with s = 0.05 m and b = 0.28 m. What is left
+    // is a period's lag while the joint speeds up.
+    let falsely = found.trace.records().iter().map(|row| {
+        let [ideal, real] = [row.twist_ideal, row.truth.twist_in_body];
+        (ideal.omega_rad_s - real.omega_rad_s).abs()
+    });
+    let most_rad_s = falsely.fold(0.0, f64::max);
+    assert!(most_rad_s < 0.12, "{most_rad_s} rad/s");
+}
+
+/// The joint can turn back by half a radian. There it stops, and the robot turns about the middle
+/// of its axle, as one whose wheels are not steered: they roll at 0.8 rad/s x 0.15 m / 0.05 m.
+#[test]
+fn with_its_joint_at_the_stop_it_drives_as_one_without() {
+    let limited = caster().replace(
+        r#"<joint name="yaw" type="continuous">"#,
+        r#"<joint name="yaw" type="revolute">"#,
+    );
+    let limits = r#"<limit lower="-0.5" upper="0.5" effort="40" velocity="6"/>"#;
+    let limited = limited.replace(r#"<limit effort="40" velocity="6"/>"#, limits);
+    let found = driven(&limited, [0.0, 0.0, 0.8], 3.0);
+    let row = found.trace.records().len() - 1;
+    let end = &found.trace.records()[row];
+    assert!((end.joints[0].position + 0.5).abs() < 0.01);
+    let omega = end.truth.twist_in_body.omega_rad_s;
+    assert!((omega / 0.8 - 1.0).abs() < 0.02, "{omega}");
+    for wheel in found.trace.wheels_at(row) {
+        assert!(
+            (wheel.rate_rad_s.abs() / 2.4 - 1.0).abs() < 0.02,
+            "{}",
+            wheel.rate_rad_s
+        );
+    }
 }

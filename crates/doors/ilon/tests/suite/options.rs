@@ -99,7 +99,7 @@ fn rollers_that_names_promise_are_given_unless_none_are_to_be() {
     assert!(said.contains("wheels without rollers"), "{said}");
 }
 
-/// Whoever gives `run` a robot alone has no scenario to write keys into: the refusal names a
+/// A user who gives `run` a robot alone has no scenario to write keys into: the refusal names a
 /// command, and that command the one that drives.
 #[test]
 fn a_lone_robot_without_rollers_is_driven_by_the_printed_commands() {
