@@ -53,6 +53,8 @@ pub enum Fault {
     /// An unknown wheel of the description.
     #[error("there is no wheel `{wheel}`; there are {}", listed(wheels))]
     NoSuchWheel {
+        /// The key that names it.
+        key: String,
         /// The name.
         wheel: String,
         /// The existing wheels.
@@ -63,6 +65,8 @@ pub enum Fault {
         "rollers of {roller_radius_mm:.2} mm radius taper to nothing before they reach their neighbours"
     )]
     RollersTooSlender {
+        /// The key of their radius; empty for wheels that are given rollers.
+        key: String,
         /// The largest radius of the roller, in millimetres.
         roller_radius_mm: f64,
         /// The smallest radius for which the end sphere keeps a positive radius, in millimetres.

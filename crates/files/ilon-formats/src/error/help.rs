@@ -38,6 +38,17 @@ impl Fault {
         }
     }
 
+    /// The key of a description that is at fault, if one is.
+    pub(crate) fn key(&self) -> Option<&str> {
+        match self {
+            Self::OutOfRange { key, .. }
+            | Self::NoSuchWheel { key, .. }
+            | Self::RollersTooSlender { key, .. } => Some(key),
+            Self::RollersNotMade { .. } => Some("rollers"),
+            _ => None,
+        }
+    }
+
     /// Returns how to repair it in the file; for the options of reading see [`Self::remedies`].
     pub(super) fn help(&self) -> String {
         let fixed = match self {

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use ilon_files::keys::MOST_FAULTS;
 
 use super::{
-    Arrangement, ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw,
-    SuspensionSpec,
+    Arrangement, ChassisShape, ChassisSpec, Described, PlacedWheel, RollerSpec, Spec,
+    SuspensionLaw, SuspensionSpec,
 };
 use crate::error::{Fault, RobotError};
 
@@ -17,23 +17,26 @@ const FINITE: &str = "a finite number";
 /// Rejects values that are out of their ranges, by their keys.
 pub(crate) fn check(spec: &Spec, wheels: &[Described]) -> Result<(), RobotError> {
     let error = |fault| RobotError::new(&spec.name, fault);
-    let suspension = check_suspension(spec, wheels).err();
-    let common = faults_in_common(spec, wheels).into_iter().chain(suspension);
-    let of_wheels = wheels.iter().enumerate().filter_map(|(index, wheel)| {
-        let fault = check_wheel(spec, index, wheel).err()?;
-        Some(match wheel.is_overridden {
+    let common = faults_in_common(spec, wheels);
+    let of_wheels = wheels.iter().enumerate().flat_map(|(index, wheel)| {
+        let faults = faults_of_wheel(spec, index, wheel, &common).into_iter();
+        faults.map(|fault| match wheel.is_overridden {
             true => error(fault).about(format!("wheel `{}`", wheel.placed.name)),
             false => error(fault),
         })
     });
-    refused(common.map(error).chain(of_wheels))
+    let of_wheels: Vec<RobotError> = of_wheels.collect();
+    refused(common.into_iter().map(error).chain(of_wheels))
 }
 
-/// Rejects a robot with faults, each told once.
+/// Rejects a robot with faults, each key of them told once.
 pub(super) fn refused(errors: impl IntoIterator<Item = RobotError>) -> Result<(), RobotError> {
     let mut told: Vec<RobotError> = Vec::new();
     for error in errors {
-        let is_told = told.iter().any(|other| other.fault() == error.fault());
+        let is_told = told.iter().any(|other| match error.fault().key() {
+            Some(key) => other.fault().key() == Some(key),
+            None => other.fault() == error.fault(),
+        });
         if !is_told && told.len() < MOST_FAULTS {
             told.push(error);
         }
@@ -140,12 +143,14 @@ fn faults_in_common(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
         ("rollers.row_spacing_m", r.row_spacing_m),
         ("rollers.rolling_resistance", r.rolling_resistance),
         ("rollers.axial_play_m", r.axial_play_m),
-        ("rollers.axle_friction", r.surface().axle_friction),
-        ("rollers.axle_radius_m", r.surface().axle_radius_m),
+        ("rollers.axle_friction", r.axle_friction.unwrap_or(0.0)),
+        ("rollers.axle_radius_m", r.axle_radius_m.unwrap_or(0.0)),
     ];
     faults.extend(failing(losses, not_negative));
-    faults.extend(check_names(spec, wheels).err());
-    faults.extend(check_rollers(r).err());
+    faults.extend(faults_of_names(spec, wheels));
+    faults.extend(faults_of_rollers(r));
+    faults.extend(faults_of_suspensions(spec, wheels));
+    faults.extend(faults_of_places(&spec.wheels));
     if w.gear_efficiency > 1.0 {
         let (key, range) = ("wheel.gear_efficiency", "above 0 and at most 1");
         faults.push(out_of_range(key, w.gear_efficiency, range));
@@ -157,93 +162,189 @@ fn faults_in_common(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
     faults
 }
 
-/// Checks the names of wheels and rollers that have values of their own.
-fn check_names(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
-    let mut offset = spec.rollers.radius_offsets_m.keys();
-    if let Some(name) = offset.find(|name| !wheels.iter().any(|w| w.has_roller(name))) {
-        let range = "by the names of rollers' joints, such as `front_left_roller_1`";
-        return Err(out_of_range("rollers.radius_offsets_m", name, range));
-    }
-    let mut overridden = spec.overrides.keys();
-    match overridden.find(|name| !wheels.iter().any(|wheel| wheel.placed.name == **name)) {
-        None => Ok(()),
-        Some(name) => Err(no_such_wheel(name, wheels)),
-    }
+/// The faults of the wheels' places.
+fn faults_of_places(wheels: &Arrangement) -> Vec<Fault> {
+    let (of, values) = match wheels {
+        Arrangement::Mecanum {
+            axles_m,
+            half_width_m,
+            ..
+        } => {
+            let axles = axles_m.iter().map(|x_m| ("axles_m", *x_m));
+            let sides = std::iter::once(("half_width_m", *half_width_m));
+            ("mecanum".to_owned(), axles.chain(sides).collect())
+        }
+        Arrangement::Ring {
+            distance_m,
+            first_deg,
+            ..
+        } => {
+            let values = vec![("distance_m", *distance_m), ("first_deg", *first_deg)];
+            ("ring".to_owned(), values)
+        }
+        Arrangement::List(wheels) => {
+            let of_wheel = |(index, wheel): (usize, &PlacedWheel)| {
+                let [x_m, y_m] = wheel.position_m;
+                let values = [
+                    ("position_m", x_m),
+                    ("position_m", y_m),
+                    ("axis_deg", wheel.axis_deg),
+                ];
+                let keyed =
+                    values.map(|(key, value)| (format!("wheels.list.{index}.{key}"), value));
+                keyed
+                    .into_iter()
+                    .filter_map(|(key, value)| finite(&key, value).err())
+                    .collect()
+            };
+            return wheels
+                .iter()
+                .enumerate()
+                .flat_map::<Vec<Fault>, _>(of_wheel)
+                .collect();
+        }
+    };
+    let values: Vec<(&str, f64)> = values;
+    let keyed = values.into_iter();
+    keyed
+        .filter_map(|(key, value)| finite(&format!("wheels.{of}.{key}"), value).err())
+        .collect()
 }
 
-fn no_such_wheel(name: &str, wheels: &[Described]) -> Fault {
+/// The faults of names of wheels and rollers that have values of their own.
+fn faults_of_names(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
+    let of_rollers = spec.rollers.radius_offsets_m.keys();
+    let of_rollers = of_rollers.filter(|name| !wheels.iter().any(|w| w.has_roller(name)));
+    let of_rollers = of_rollers.map(|name| {
+        let range = "the name of a roller's joint, such as `front_left_roller_1`";
+        out_of_range(
+            &format!("rollers.radius_offsets_m.{name}"),
+            format!("`{name}`"),
+            range,
+        )
+    });
+    let of_wheels = spec.overrides.keys();
+    let of_wheels = of_wheels.filter(|name| !wheels.iter().any(|w| w.placed.name == **name));
+    let of_wheels = of_wheels.map(|name| no_such_wheel(&format!("overrides.{name}"), name, wheels));
+    of_rollers.chain(of_wheels).collect()
+}
+
+fn no_such_wheel(key: &str, name: &str, wheels: &[Described]) -> Fault {
     let wheels = wheels.iter().map(|wheel| wheel.placed.name.clone());
     Fault::NoSuchWheel {
+        key: key.to_owned(),
         wheel: name.to_owned(),
         wheels: wheels.collect(),
     }
 }
 
-/// Checks what the rollers have beside their size and mass.
-fn check_rollers(r: &RollerSpec) -> Result<(), Fault> {
+/// The faults of what the rollers have beside their size and mass.
+fn faults_of_rollers(r: &RollerSpec) -> Vec<Fault> {
+    let mut faults = faults_of_tread(r);
     if r.profile_m.is_some() && r.length_factor != 1.0 {
         let range = "left out beside `rollers.profile_m`, which has its own length";
-        return Err(out_of_range(
+        faults.push(out_of_range(
             "rollers.length_factor",
             r.length_factor,
             range,
         ));
     }
-    check_axle(r)?;
-    check_tread(r)?;
-    match r.rows {
-        1 | 2 => Ok(()),
-        rows => Err(out_of_range("rollers.rows", rows, "1 or 2")),
+    let surface = r.surface();
+    let axle_m = surface.axle_radius_m;
+    let fits = axle_m > 0.0 && axle_m < r.radius_m;
+    // Of a negative radius, or a negative axle, the range is told by then.
+    if surface.axle_friction > 0.0 && r.radius_m > 0.0 && axle_m >= 0.0 && !fits {
+        let range = "above 0 and below `rollers.radius_m`, where there is `rollers.axle_friction`";
+        faults.push(out_of_range("rollers.axle_radius_m", axle_m, range));
     }
+    if !(1..=2).contains(&r.rows) {
+        faults.push(out_of_range("rollers.rows", r.rows, "1 or 2"));
+    }
+    faults
 }
 
-/// Checks the suspensions.
-fn check_suspension(spec: &Spec, wheels: &[Described]) -> Result<(), Fault> {
+/// The faults of the tread, if there is one.
+fn faults_of_tread(rollers: &RollerSpec) -> Vec<Fault> {
+    let Some(tread) = &rollers.tread else {
+        return Vec::new();
+    };
+    let positives = [
+        ("rollers.tread.stiffness_n_m", Some(tread.stiffness_n_m)),
+        (
+            "rollers.tread.shear_stiffness_n_m",
+            tread.shear_stiffness_n_m,
+        ),
+        (
+            "rollers.tread.relaxation_length_m",
+            tread.relaxation_length_m,
+        ),
+    ];
+    let losses = [
+        ("rollers.tread.damping_n_s_m", tread.damping_n_s_m),
+        (
+            "rollers.tread.shear_damping_n_s_m",
+            tread.shear_damping_n_s_m,
+        ),
+    ];
+    let given = |(key, value): (&'static str, Option<f64>)| value.map(|value| (key, value));
+    failing(positives.into_iter().filter_map(given), positive)
+        .chain(failing(losses.into_iter().filter_map(given), not_negative))
+        .collect()
+}
+
+/// The faults of the suspensions.
+fn faults_of_suspensions(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
+    let mut faults = Vec::new();
     let mut hung: Vec<&str> = Vec::new();
     for (name, of) in &spec.suspension {
         let key = |of: &str| format!("suspension.{name}.{of}");
-        for wheel in &of.wheels {
+        for (index, wheel) in of.wheels.iter().enumerate() {
+            let at = key(&format!("wheels.{index}"));
             if !wheels.iter().any(|known| known.placed.name == *wheel) {
-                return Err(no_such_wheel(wheel, wheels));
-            }
-            if hung.contains(&wheel.as_str()) {
-                let range = "wheels that hang on nothing else, each named once";
-                return Err(out_of_range(&key("wheels"), wheel, range));
+                faults.push(no_such_wheel(&at, wheel, wheels));
+            } else if hung.contains(&wheel.as_str()) {
+                let range = "a wheel that hangs on nothing else, named once";
+                faults.push(out_of_range(&at, wheel, range));
             }
             hung.push(wheel);
         }
         if of.wheels.is_empty() {
-            return Err(out_of_range(&key("wheels"), "empty", "one wheel or more"));
+            faults.push(out_of_range(&key("wheels"), "empty", "one wheel or more"));
         }
-        positive(&key("mass_kg"), of.mass_kg)?;
-        check_law(name, of, wheels)?;
+        faults.extend(positive(&key("mass_kg"), of.mass_kg).err());
+        faults.extend(faults_of_law(name, of));
+        let is_rocker = matches!(of.law, SuspensionLaw::Rocker { .. });
+        faults.extend(
+            is_rocker
+                .then(|| check_bar(name, of, wheels).err())
+                .flatten(),
+        );
+        // Rockers have the name of their suspension, the others that of their wheel.
+        if is_rocker && is_taken(name, wheels) {
+            let range = "a name that no wheel's joint or link has";
+            faults.push(out_of_range(
+                &format!("suspension.{name}"),
+                format!("`{name}`"),
+                range,
+            ));
+        }
     }
-    // Rockers have the name of their suspension, the others that of their wheel.
-    let rockers = spec.suspension.iter();
-    let mut rockers = rockers.filter(|(_, of)| matches!(of.law, SuspensionLaw::Rocker { .. }));
-    let is_taken = |name: &str| {
-        let mut taken = wheels.iter().flat_map(|wheel| {
-            let name = &wheel.placed.name;
-            [
-                name.clone(),
-                format!("{name}_spring"),
-                format!("{name}_arm"),
-            ]
-        });
-        taken.any(|taken| taken == name) || name.is_empty() || name == "base"
-    };
-    match rockers.find(|(name, _)| is_taken(name)) {
-        Some((name, _)) => Err(out_of_range(
-            "suspension",
-            format!("`{name}`"),
-            "a name that no wheel's joint or link has",
-        )),
-        None => Ok(()),
-    }
+    faults
 }
 
-/// Checks the numbers of one suspension.
-fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<(), Fault> {
+/// Whether the joints and links of wheels and of what they hang on have a name.
+fn is_taken(name: &str, wheels: &[Described]) -> bool {
+    let mut names = wheels.iter().map(|wheel| wheel.placed.name.as_str());
+    let joints = [
+        Some(name),
+        name.strip_suffix("_spring"),
+        name.strip_suffix("_arm"),
+    ];
+    name.is_empty() || name == "base" || names.any(|wheel| joints.contains(&Some(wheel)))
+}
+
+/// The faults of the numbers of one suspension.
+fn faults_of_law(name: &str, of: &SuspensionSpec) -> Vec<Fault> {
     let key = |kind: &str, of: &str| format!("suspension.{name}.law.{kind}.{of}");
     type Numbers = Vec<(&'static str, f64)>;
     let (kind, positives, others): (&str, Numbers, Numbers) = match of.law {
@@ -295,25 +396,17 @@ fn check_law(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
             ],
         ),
     };
+    let mut faults = Vec::new();
     for (of, value) in positives {
-        positive(&key(kind, of), value)?;
+        let key = key(kind, of);
+        faults.extend(positive(&key, value).err());
+        if of.ends_with("_deg") && value >= 90.0 && value.is_finite() {
+            faults.push(out_of_range(&key, value, "above 0 and below 90 degrees"));
+        }
     }
-    for (of, value) in others {
-        not_negative(&key(kind, of), value)?;
-    }
-    let (at, value_deg) = match of.law {
-        SuspensionLaw::Rocker { limit_deg, .. } => ("limit_deg", limit_deg),
-        SuspensionLaw::TrailingArm { travel_deg, .. } => ("travel_deg", travel_deg),
-        SuspensionLaw::Sprung { .. } => ("", 0.0),
-    };
-    if value_deg >= 90.0 {
-        let range = "above 0 and below 90 degrees";
-        return Err(out_of_range(&key(kind, at), value_deg, range));
-    }
-    match of.law {
-        SuspensionLaw::Rocker { .. } => check_bar(name, of, wheels),
-        _ => Ok(()),
-    }
+    let others = others.into_iter();
+    faults.extend(others.filter_map(|(of, value)| not_negative(&key(kind, of), value).err()));
+    faults
 }
 
 /// Checks the two wheels of a rocker.
@@ -321,6 +414,10 @@ fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
     let named = of.wheels.iter();
     let known = named.filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name));
     let places: Vec<[f64; 2]> = known.map(|wheel| wheel.placed.position_m).collect();
+    if places.len() < of.wheels.len() || of.wheels.is_empty() {
+        // The unknown name is told by then, and so is an empty list.
+        return Ok(());
+    }
     let range = match places[..] {
         [a, b] if (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6 => {
             "the names of two wheels at different places"
@@ -332,40 +429,8 @@ fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
     Err(out_of_range(&key, of.wheels.join(", "), range))
 }
 
-/// Checks the rollers' axles, if they have friction.
-fn check_axle(rollers: &RollerSpec) -> Result<(), Fault> {
-    let surface = rollers.surface();
-    let radius_m = surface.axle_radius_m;
-    if surface.axle_friction > 0.0 && !(radius_m > 0.0 && radius_m < rollers.radius_m) {
-        let range = "above 0 and below `rollers.radius_m`, where there is `rollers.axle_friction`";
-        return Err(out_of_range("rollers.axle_radius_m", radius_m, range));
-    }
-    Ok(())
-}
-
-/// Checks the tread, if there is one.
-fn check_tread(rollers: &RollerSpec) -> Result<(), Fault> {
-    let Some(tread) = &rollers.tread else {
-        return Ok(());
-    };
-    positive("rollers.tread.stiffness_n_m", tread.stiffness_n_m)?;
-    for (key, value) in [
-        ("shear_stiffness_n_m", tread.shear_stiffness_n_m),
-        ("relaxation_length_m", tread.relaxation_length_m),
-    ] {
-        value.map_or(Ok(()), |v| positive(&format!("rollers.tread.{key}"), v))?;
-    }
-    for (key, value) in [
-        ("damping_n_s_m", tread.damping_n_s_m),
-        ("shear_damping_n_s_m", tread.shear_damping_n_s_m),
-    ] {
-        value.map_or(Ok(()), |v| not_negative(&format!("rollers.tread.{key}"), v))?;
-    }
-    Ok(())
-}
-
-/// Checks a wheel, including its overrides.
-fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault> {
+/// The faults of a wheel, including its overrides; `common` are those of all wheels.
+fn faults_of_wheel(spec: &Spec, index: usize, wheel: &Described, common: &[Fault]) -> Vec<Fault> {
     let (placed, w, r) = (&wheel.placed, &wheel.wheel, &wheel.rollers);
     let overrides = spec.overrides.get(&placed.name);
     let overrides = overrides.and_then(|of| toml::Table::try_from(of).ok());
@@ -381,29 +446,59 @@ fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault
         Arrangement::Ring { .. } => "wheels.ring".to_owned(),
         Arrangement::List(_) => format!("wheels.list.{index}"),
     };
-    positive(&of("wheel.radius_m", "radius_m"), w.radius_m)?;
-    positive(&of("wheel.hub_mass_kg", "hub_mass_kg"), w.hub_mass_kg)?;
-    positive(&of("rollers.radius_m", "roller_radius_m"), r.radius_m)?;
-    positive(&of("rollers.mass_kg", "roller_mass_kg"), r.mass_kg)?;
-    finite(&of("", "phase_deg"), wheel.phase_rad)?;
-    let place = [placed.position_m[0], placed.position_m[1], placed.axis_deg];
-    place
-        .iter()
-        .try_for_each(|value| finite(&of_wheels, *value))?;
+    let roller_radius = of("rollers.radius_m", "roller_radius_m");
+    let ranges = [
+        length_of_wheel(&of("wheel.radius_m", "radius_m"), w.radius_m),
+        positive(&of("wheel.hub_mass_kg", "hub_mass_kg"), w.hub_mass_kg),
+        length_of_wheel(&roller_radius, r.radius_m),
+        positive(&of("rollers.mass_kg", "roller_mass_kg"), r.mass_kg),
+        finite(&of("", "phase_deg"), wheel.phase_rad),
+    ];
+    let mut faults: Vec<Fault> = ranges.into_iter().filter_map(Result::err).collect();
     if !(3..=1000).contains(&r.per_row) {
         let key = of("rollers.per_row", "per_row");
-        return Err(out_of_range(&key, r.per_row, "from 3 to 1000"));
+        faults.push(out_of_range(&key, r.per_row, "from 3 to 1000"));
     }
     // At 90 deg the rollers turn about the hub axis and the wheel cannot drive.
     if placed.gamma_deg.is_nan() || placed.gamma_deg.abs() > 85.0 {
         let range =
             "from -85 to 85 degrees: nearer to 90 the rollers turn with the hub and carry no drive";
         let key = of(&format!("{of_wheels}.gamma_deg"), "gamma_deg");
-        return Err(out_of_range(&key, placed.gamma_deg, range));
+        faults.push(out_of_range(&key, placed.gamma_deg, range));
     }
+    // From a wrong size nothing follows about the shape.
+    let sized = common.iter().chain(&faults).filter_map(Fault::key);
+    if sized.into_iter().any(sets_the_shape) {
+        return faults;
+    }
+    faults.extend(check_shape(wheel, roller_radius).err());
+    faults
+}
+
+/// Whether the shape of the rollers follows from a key.
+fn sets_the_shape(key: &str) -> bool {
+    const KEYS: [&str; 6] = [
+        "radius_m",
+        "roller_radius_m",
+        "per_row",
+        "rows",
+        "gamma_deg",
+        "length_factor",
+    ];
+    key.rsplit('.')
+        .next()
+        .is_some_and(|last| KEYS.contains(&last))
+}
+
+/// Checks that the rollers of a wheel can be made; `roller_radius` is the key of their radius.
+fn check_shape(wheel: &Described, roller_radius: String) -> Result<(), Fault> {
+    let (w, r) = (&wheel.wheel, &wheel.rollers);
     if r.radius_m >= w.radius_m {
-        let key = of("rollers.radius_m", "roller_radius_m");
-        return Err(out_of_range(&key, r.radius_m, "below `wheel.radius_m`"));
+        return Err(out_of_range(
+            &roller_radius,
+            r.radius_m,
+            "below `wheel.radius_m`",
+        ));
     }
     // The end spheres keep a positive radius where rho > a / cos(pi/n): r_max > rho (1 -
     // cos(pi/n)).
@@ -411,6 +506,7 @@ fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault
     let least_radius_m = w.radius_m * (1.0 - libm::cos(half_pitch_rad));
     if r.radius_m <= least_radius_m {
         return Err(Fault::RollersTooSlender {
+            key: roller_radius,
             roller_radius_mm: 1e3 * r.radius_m,
             least_radius_mm: 1e3 * least_radius_m,
         });
@@ -424,9 +520,9 @@ fn check_wheel(spec: &Spec, index: usize, wheel: &Described) -> Result<(), Fault
         ));
     }
     let names = (0..wheel.roller_count()).map(|i| wheel.roller_name(i));
-    r.made().check_on(&barrel, names).map_err(|e| {
-        let reason = e.to_string();
-        Fault::RollersNotMade { reason }
-    })?;
-    Ok(())
+    r.made()
+        .check_on(&barrel, names)
+        .map_err(|e| Fault::RollersNotMade {
+            reason: e.to_string(),
+        })
 }

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use super::check::{
-    failing, faults_of_chassis, length_of_wheel, not_negative, out_of_range, positive, refused,
+    failing, faults_of_chassis, finite, length_of_wheel, not_negative, out_of_range, positive,
+    refused,
 };
 use super::reading::{placed, read};
 use super::{ChassisSpec, MAX_BYTES, exactly};
@@ -198,7 +199,7 @@ impl SpecOnTyres {
             ("tyres.friction_n_m", t.friction_n_m),
         ];
         faults.extend(failing(losses, not_negative));
-        faults.extend(self.check_steering().err());
+        faults.extend(self.faults_of_steering());
         for (index, caster) in self.casters.iter().enumerate() {
             let key = |of: &str| format!("casters.{index}.{of}");
             for (of, value_m) in [
@@ -215,45 +216,62 @@ impl SpecOnTyres {
                 faults.extend(positive(&key(of), value_kg).err());
             }
         }
-        faults.extend(self.check_names().err());
+        faults.extend(self.faults_of_places());
         faults
     }
 
-    fn check_steering(&self) -> Result<(), Fault> {
-        let steered = self.wheels.iter().position(|wheel| wheel.steered);
+    fn faults_of_steering(&self) -> Vec<Fault> {
         let Some(steering) = &self.steering else {
-            return match steered {
-                None => Ok(()),
-                Some(index) => Err(out_of_range(
-                    &format!("wheels.{index}.steered"),
-                    true,
-                    "false where there is no `[steering]`",
-                )),
-            };
+            let steered = self
+                .wheels
+                .iter()
+                .enumerate()
+                .filter(|(_, wheel)| wheel.steered);
+            let range = "false where there is no `[steering]`";
+            return steered
+                .map(|(index, _)| out_of_range(&format!("wheels.{index}.steered"), true, range))
+                .collect();
         };
-        for (key, value) in [
+        let positives = [
             ("steering.fork_mass_kg", steering.fork_mass_kg),
             ("steering.effort_n_m", steering.effort_n_m),
             ("steering.velocity_rad_s", steering.velocity_rad_s),
             ("steering.limit_deg", steering.limit_deg.unwrap_or(1.0)),
-        ] {
-            positive(key, value)?;
-        }
-        Ok(())
+        ];
+        failing(positives, positive)
+            .chain(finite("steering.trail_m", steering.trail_m).err())
+            .collect()
     }
 
-    fn check_names(&self) -> Result<(), Fault> {
-        let wheels = self.wheels.iter().map(|wheel| &wheel.name).enumerate();
-        let casters = self.casters.iter().map(|caster| &caster.name).enumerate();
-        let wheels = wheels.map(|of| ("wheels", of));
+    /// The faults of the wheels' places and names.
+    fn faults_of_places(&self) -> Vec<Fault> {
+        let wheels = self
+            .wheels
+            .iter()
+            .map(|wheel| (&wheel.name, wheel.position_m, wheel.axis_deg));
+        let casters = self
+            .casters
+            .iter()
+            .map(|caster| (&caster.name, caster.position_m, 0.0));
+        let lists = wheels.enumerate().map(|of| ("wheels", of));
         let mut known = BTreeSet::new();
-        for (list, (index, name)) in wheels.chain(casters.map(|of| ("casters", of))) {
+        let mut faults = Vec::new();
+        for (list, (index, (name, [x_m, y_m], axis_deg))) in
+            lists.chain(casters.enumerate().map(|of| ("casters", of)))
+        {
+            let key = |of: &str| format!("{list}.{index}.{of}");
+            for (of, value) in [
+                ("position_m", x_m),
+                ("position_m", y_m),
+                ("axis_deg", axis_deg),
+            ] {
+                faults.extend(finite(&key(of), value).err());
+            }
             if name.is_empty() || name == "base" || !known.insert(name) {
                 let range = "a name that no other wheel or caster has";
-                let key = format!("{list}.{index}.name");
-                return Err(out_of_range(&key, format!("`{name}`"), range));
+                faults.push(out_of_range(&key("name"), format!("`{name}`"), range));
             }
         }
-        Ok(())
+        faults
     }
 }

@@ -113,8 +113,8 @@ pub(super) fn placed(error: RobotError, text: &str, file: &str, changes: &Table)
     };
     let text: Arc<str> = text.into();
     error.each(|error| {
-        let span = match (error.fault(), &document) {
-            (Fault::OutOfRange { key, .. }, Some(document)) if !is_changed(key) => {
+        let span = match (error.fault().key(), &document) {
+            (Some(key), Some(document)) if !is_changed(key) => {
                 keys::place_of(document.get_ref(), key).map(|(_, span)| span)
             }
             _ => None,

@@ -415,6 +415,7 @@ fn rollers(
         .unwrap_or(f64::max(0.2 * radius_m, 1.3 * least_radius_m));
     if roller_radius_m <= least_radius_m || roller_radius_m >= radius_m {
         return Err(Fault::RollersTooSlender {
+            key: String::new(),
             roller_radius_mm: 1e3 * roller_radius_m,
             least_radius_mm: 1e3 * least_radius_m,
         });

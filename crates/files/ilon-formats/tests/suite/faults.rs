@@ -566,6 +566,55 @@ fn all_faults_of_a_description_are_told_with_their_lines() {
     assert_eq!(told.len(), 3, "{told:?}");
 }
 
+/// Each slip is one fault with its line, whatever table it is in; nothing that follows from it is
+/// told.
+#[test_case("radius_m = 0.05", "radius_m = 50", &["radius_m = 50"]; "millimetres of a wheel")]
+#[test_case("radius_m = 0.012", "radius_m = -0.012", &["radius_m = -0.012"]; "rollers without a size")]
+#[test_case("radius_m = 0.012", "radius_m = 0.002", &["radius_m = 0.002"]; "slender rollers")]
+#[test_case("radius_m = 0.012", "radius_m = -1\nbearings = \"bushings\"", &["radius_m = -1"]; "axles of such rollers")]
+#[test_case("distance_m = 0.2", "distance_m = nan", &["distance_m"]; "a ring without a size")]
+#[test_case(
+    "[wheels.ring]\ncount = 3\ndistance_m = 0.2\ngamma_deg = 0.0",
+    "[wheels.mecanum]\naxles_m = [0.2, -0.2]\nhalf_width_m = 0.2\ngamma_deg = 90",
+    &["gamma_deg"];
+    "both signs of gamma"
+)]
+#[test_case(
+    "mass_kg = 0.01",
+    "mass_kg = 0.01\nprofile_m = [[-0.01, 0.012], [0.01, -0.012]]",
+    &["[rollers]"];
+    "a profile below the axle"
+)]
+#[test_case(
+    "gamma_deg = 0.0",
+    "gamma_deg = 0\n[overrides.wheel_8]\nradius_m = 0.05\n[overrides.wheel_9]\n[overrides.wheel_1]\nhub_mass_kg = 0\nper_row = 2",
+    &["[overrides.wheel_8]", "[overrides.wheel_9]", "hub_mass_kg = 0\n", "per_row = 2"];
+    "four in overrides"
+)]
+#[test_case(
+    "mass_kg = 0.01",
+    "mass_kg = 0.01\naxle_friction = 0.1\naxle_radius_m = 0.02\nrows = 3\ntread.stiffness_n_m = -1\ntread.damping_n_s_m = -1",
+    &["axle_radius_m", "rows", "tread.stiffness", "tread.damping"];
+    "four of the rollers"
+)]
+#[test_case(
+    "gamma_deg = 0.0",
+    "gamma_deg = 0\n[suspension.s]\nwheels = [\"wheel_7\", \"wheel_1\"]\nmass_kg = -1\nlaw.rocker.limit_deg = 95\nlaw.rocker.friction_n_m = -1",
+    &["wheels = [", "mass_kg = -1", "law.rocker.limit", "law.rocker.friction"];
+    "four of a suspension"
+)]
+fn one_slip_is_one_fault(good: &str, bad: &str, at: &[&str]) {
+    assert!(SPEC.contains(good));
+    let text = SPEC.replacen(good, bad, 1);
+    let told = faults_of_description(&text);
+    let line = |told: &String| told.split(':').nth(1).and_then(|line| line.parse().ok());
+    let mut lines: Vec<Option<usize>> = told.iter().map(line).collect();
+    lines.sort_unstable();
+    let mut expected: Vec<_> = at.iter().map(|at| Some(line_of(&text, at))).collect();
+    expected.sort_unstable();
+    assert_eq!(lines, expected, "{told:#?}");
+}
+
 /// However many faults a text has, a few are told: each holds the text.
 #[test]
 fn a_description_full_of_faults_tells_the_first_of_them() {

@@ -28,29 +28,31 @@ pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@incline",
 ];
 
+/// Terms that the table beside the figures rounds to zero draw no figure.
+const LEAST_MM: f64 = 5e-3;
+const LEAST_DEG: f64 = 5e-4;
+
 /// The ledger: net bars, and the growth of the terms.
 pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
     let mm = |i: &Integral, f: Quantity| 1e3 * f(i);
     let position: [(&str, Quantity); 2] = [("along x", |i| i.x_m), ("along y", |i| i.y_m)];
     let heading: [(&str, Quantity); 1] = [("heading", |i| i.heading_rad)];
     let closing = shown.all.off_course.closing(&summary.ledger);
-    vec![
-        Figure::new(
+    let grew = |of: fn(&Way) -> f64, least: f64| {
+        let last = shown.all.grown().last();
+        last.is_some_and(|grown| grown.ways.iter().any(|way| of(way) >= least))
+    };
+    let mut figures = Vec::new();
+    if grew(|way| way.way_mm, LEAST_MM) {
+        figures.push(Figure::new(
             "ledger-position",
             "Commanded minus real: position",
             "Commanded minus real motion over the run along the world's axes, and what leads from there to the error at the end. The bars of one row \
              add up to its dot exactly; bars that point left are gains.",
             bars_of((&summary.ledger, &closing), &position, mm, "mm"),
         )
-        .height_px(260),
-        Figure::new(
-            "ledger-heading",
-            "Commanded minus real: heading",
-            "The same for the heading.",
-            bars_of((&summary.ledger, &closing), &heading, |i, f| f(i).to_degrees(), "deg"),
-        )
-        .height_px(260),
-        growth(
+        .height_px(260));
+        figures.push(growth(
             shown,
             "ledger-growth-position",
             "How the terms grew: position",
@@ -58,16 +60,33 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
              sum that cancels.",
             "mm",
             |way| way.way_mm,
-        ),
-        growth(
+        ));
+    }
+    if grew(|way| way.turn_deg, LEAST_DEG) {
+        figures.push(
+            Figure::new(
+                "ledger-heading",
+                "Commanded minus real: heading",
+                "The same for the heading.",
+                bars_of(
+                    (&summary.ledger, &closing),
+                    &heading,
+                    |i, f| f(i).to_degrees(),
+                    "deg",
+                ),
+            )
+            .height_px(260),
+        );
+        figures.push(growth(
             shown,
             "ledger-growth-heading",
             "How the terms grew: heading",
             "The same for the heading.",
             "deg",
             |way| way.turn_deg,
-        ),
-    ]
+        ));
+    }
+    figures
 }
 
 /// The error budget: what moved the robot off its reference up to the worst instant, and what moved

@@ -26,7 +26,7 @@ pub(crate) fn at_the_end(ablations: &[Ablation]) -> Option<Figure> {
             .iter()
             .filter(|(off_m, ..)| off_m.abs() > FLOORS * one.end_floor[0]);
         rows.extend(
-            told.map(|(off_m, way, color)| (format!("{name}: {way}"), 1e3 * off_m, *color)),
+            told.map(|(off_m, way, color)| (format!("{way}: {name}"), 1e3 * off_m, *color)),
         );
     }
     if rows.is_empty() {

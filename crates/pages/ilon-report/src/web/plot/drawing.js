@@ -5,7 +5,8 @@ class Drawing extends Frame {
     this.prepare();
     const width = this.stage.clientWidth;
     if (!width) return;
-    const height = 'printing' in root.dataset ? Math.round(0.55 * this.height) : this.height;
+    const rows = this.spec.y.names;
+    const height = 'printing' in root.dataset ? Math.round(Math.max(0.5 * this.height, rows ? 50 + 26 * rows.length : 0)) : this.height;
     const ratio = Math.max(1, window.devicePixelRatio || 1);
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
@@ -18,7 +19,6 @@ class Drawing extends Frame {
     let [x, y] = this.spans();
     if (this.window()) x = this.window();
     if (this.zoom && this.zoom.y) y = this.zoom.y;
-    const rows = this.spec.y.names;
     const bare = this.spec.bare;
     const top = bare ? 6 : this.spec.y.title ? 22 : 8;
     const bottom = height - (bare ? 6 : 38);
