@@ -136,7 +136,7 @@ fn assert_good(page: &Path, least_tiles: u64, moves: bool) {
     browser.open(page);
     browser.media("print");
     browser.eval(PRINTED);
-    let bytes = browser.print();
+    let bytes = browser.print().len();
     assert!(bytes > 20_000, "{name}: {bytes} bytes of PDF");
     let printed = browser.eval("window.printed");
     for what in ["cut", "hidden", "undrawn"] {
@@ -169,6 +169,72 @@ fn the_report_of_a_run() {
     let folder = Folder::new();
     ran(&folder, "mecanum4_wet_floor", "a", &[]);
     assert_good(&folder.path("a/report.html"), 4, true);
+}
+
+/// Many faults, with a bound that fails for each kind of quantity.
+const MANY_FAULTS: &str = r#"
+robot.file = "mecanum6.urdf"
+run.duration_s = 8
+twist = { vx_m_s = 0.3, vy_m_s = 0.1, omega_rad_s = 0.2 }
+[[faults]]
+payload = { mass_kg = 3, x_m = 0.1, y_m = 0.05, z_m = 0.2, from_s = 2 }
+[[faults]]
+friction_changed = { friction = 0.05, from_s = 3, until_s = 4 }
+[[faults]]
+encoder_scaled = { wheel = "front_left", factor = 0.97 }
+[[faults]]
+push = { impulse_y_n_s = 5, from_s = 5, lasts_s = 0.5 }
+[[faults]]
+motor_lost = { wheel = "rear_left", from_s = 6 }
+[expect]
+slip_energy_j = { max = 0.001 }
+travelled_m = { max = 1 }
+turned_rad = { max = 1 }
+energy.spin_up_j = { max = 0.001 }
+wheel_torque_max_n_m = { max = 0.001 }
+"#;
+
+/// The error budget is on paper, in at most three pages with their pictures, whatever the run: at
+/// rest, on tyres, long, with a fault, with many faults and failed bounds.
+#[test]
+fn an_ordinary_report_is_three_pages_on_paper() {
+    let folder = Folder::new();
+    folder.write("many.toml", MANY_FAULTS);
+    std::fs::copy(
+        shipped("robots/mecanum6.urdf"),
+        folder.path("mecanum6.urdf"),
+    )
+    .expect("a copy");
+    let many = folder.path("many.toml").display().to_string();
+    let named = |name: &str| shipped(&format!("scenarios/{name}.toml"));
+    for (scenario, duration_s) in [
+        (named("mecanum4_rest"), 2),
+        (named("swerve4_circle"), 6),
+        (named("mecanum4_lateral"), 40),
+        (named("mecanum4_wet_floor"), 8),
+        (many, 8),
+    ] {
+        let duration = format!("run.duration_s={duration_s}");
+        let arguments = ["run", &scenario, "--out", "out", "--set", &duration];
+        support::ended_with(0, &folder.ilon(&arguments));
+        let Some(mut browser) = Browser::start() else {
+            return;
+        };
+        browser.size(1366, 900);
+        browser.open(&folder.path("out/report.html"));
+        browser.media("print");
+        let budget =
+            browser.eval("document.getElementById('budget-section').getClientRects().length");
+        assert_eq!(budget, 1, "{scenario}: no error budget");
+        let pdf = browser.print();
+        let pages = pdf.windows(12).filter(|at| *at == b"/Type /Page\n").count();
+        assert!((1..=3).contains(&pages), "{scenario}: {pages} pages");
+        let pictures = pdf
+            .windows(14)
+            .filter(|at| *at == b"/Subtype /Imag")
+            .count();
+        assert!(pictures >= 1, "{scenario}: no picture of the robot");
+    }
 }
 
 /// A figure of eight on the floor of its file, and on a slippery one.

@@ -241,7 +241,7 @@ fn bars_of(
             .map(|(x, row)| (x, f64::from(row)));
         curves.push(dots(name, dots_at, "@fg", 12).opacity(1.0));
     }
-    let x = axis(&format!("commanded minus real in {unit}"));
+    let x = axis(unit);
     plot(curves, Layout::of(x, axis("").names(names)))
 }
 

@@ -5,6 +5,7 @@
 
 #![allow(dead_code)] // Each test binary uses a part.
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -173,11 +174,12 @@ impl Browser {
         answer["result"]["value"].clone()
     }
 
-    /// Prints the page with print events. Returns the PDF's size in bytes.
-    pub fn print(&mut self) -> usize {
+    /// Prints the page with print events. Returns the PDF.
+    pub fn print(&mut self) -> Vec<u8> {
         let asked = json!({ "preferCSSPageSize": true, "paperWidth": 8.27, "paperHeight": 11.69 });
         let pdf = self.call("Page.printToPDF", asked);
-        pdf["data"].as_str().map_or(0, |data| data.len() * 3 / 4)
+        let data = pdf["data"].as_str().expect("a PDF");
+        BASE64_STANDARD.decode(data).expect("base64")
     }
 
     /// The serious and critical faults that axe-core finds; `None` without axe-core.
