@@ -12,7 +12,7 @@ mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
-pub use accuracy::{Accuracy, Measure, accuracy, compared, known_to, stated};
+pub use accuracy::{Accuracy, Measure, accuracy, compared, known_to, least_change, stated};
 pub use limits::{Limits, limits};
 pub use needs::needs;
 pub use quantity::{Group, Quantity, Unit};

@@ -85,7 +85,7 @@ impl SignalBound {
 
 /// Bounds of one quantity; all given ones must hold. A quantity that does not exist for the run
 /// fails. In their place a text bounds the change against the baseline of `ilon check --against`:
-/// `"+10 %"`, `"-10 %"`, or `"+-10 %"` for both ways.
+/// `"+10 %"`, `"-10 %"`, or `"+-10 %"` for both ways. Changes within the figure's accuracy hold.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -104,8 +104,9 @@ pub struct Bound {
 
 impl Bound {
     /// The bound of an allowed change from a baseline's value: `"+10 %"` allows a tenth more,
-    /// `"-10 %"` a tenth less, `"+-10 %"` both. `None` for another text.
-    pub fn of_change(change: &str, baseline: f64) -> Option<Self> {
+    /// `"-10 %"` a tenth less, `"+-10 %"` both; a change of `least` is always allowed. `None` for
+    /// another text.
+    pub fn of_change(change: &str, baseline: f64, least: f64) -> Option<Self> {
         let percent = change.trim().strip_suffix('%')?.trim_end();
         let (digits, rises, falls) = match percent.strip_prefix("+-") {
             Some(digits) => (digits, true, true),
@@ -119,7 +120,7 @@ impl Bound {
         let digits = digits.trim();
         let is_number = digits.starts_with(|c: char| c.is_ascii_digit());
         let share = 1e-2 * digits.parse::<f64>().ok().filter(|_| is_number)?;
-        let room = share * baseline.abs();
+        let room = f64::max(share * baseline.abs(), least);
         (share.is_finite() && share >= 0.0).then(|| Self {
             min: falls.then_some(baseline - room),
             max: rises.then_some(baseline + room),
@@ -209,7 +210,7 @@ impl Expect {
             object_to_bound(bound, name, &format!("expect.{name}"))?;
         }
         for (name, change) in &self.changes {
-            if Bound::of_change(change, 1.0).is_none() {
+            if Bound::of_change(change, 1.0, 0.0).is_none() {
                 return Err(Objection::to(
                     format!("expect.{name}"),
                     format!(
@@ -539,10 +540,12 @@ mod tests {
     #[test]
     fn a_change_against_a_baseline_is_a_share_of_its_size() {
         let of = |change: &str, baseline: f64| {
-            Bound::of_change(change, baseline).map(|bound| (bound.min, bound.max))
+            Bound::of_change(change, baseline, 0.1).map(|bound| (bound.min, bound.max))
         };
         assert_eq!(of("+10 %", 5.0), Some((None, Some(5.5))));
         assert_eq!(of("-10%", 5.0), Some((Some(4.5), None)));
+        // A change of 0.1 is none.
+        assert_eq!(of("+10 %", 0.0), Some((None, Some(0.1))));
         assert_eq!(of(" +- 10 %", -5.0), Some((Some(-5.5), Some(-4.5))));
         for wrong in ["10 %", "+10", "+ten %", "", "%", "+-5", "+-1 % %", "++5 %"] {
             assert_eq!(of(wrong, 5.0), None, "{wrong}");

@@ -8,7 +8,7 @@ pub use verdict::Verdict;
 use verdict::readable;
 
 pub use ilon_trace::{Difference, differences};
-use ilon_trace::{Rows, Summary, quantities};
+use ilon_trace::{Header, Rows, Summary, number, quantities, significant};
 
 use crate::Run;
 use crate::scenario::{Bound, Expect};
@@ -39,15 +39,33 @@ fn judge_summary(expect: &Expect, summary: &Summary) -> Vec<Verdict> {
         .collect()
 }
 
-/// Compares the figures of a run with those of its baseline, by the changes that are allowed.
-pub fn judge_changes(expect: &Expect, summary: &Summary, baseline: &Summary) -> Vec<Verdict> {
+/// Compares the figures of a run with those of its baseline, whose header is `header`, by the
+/// changes that are allowed. Within the accuracy of a figure, or ten of its last digit, nothing has
+/// changed.
+pub fn judge_changes(
+    expect: &Expect,
+    summary: &Summary,
+    (baseline, header): (&Summary, &Header),
+) -> Vec<Verdict> {
     let of = |(key, change): (&String, &String)| {
-        let before = quantities::by_key(key).and_then(|quantity| quantity.value(baseline));
-        let bound = before.and_then(|before| Bound::of_change(change, before));
-        let words = match before {
-            Some(before) => format!("within {change} of {}", readable(before, "")),
-            None => format!("within {change} of its baseline, which does not have it"),
+        let quantity = quantities::by_key(key);
+        let before = quantity.and_then(|quantity| Some((quantity, quantity.value(baseline)?)));
+        let Some((quantity, before)) = before else {
+            let words = format!("within {change} of its baseline, which does not have it");
+            return verdict(key, None, words, summary);
         };
+        let known = quantities::known_to(quantity, before, baseline, header);
+        let least = known.max(quantities::least_change(quantity));
+        let bound = Bound::of_change(change, before, least);
+        let wider = bound != Bound::of_change(change, before, 0.0);
+        let or = match wider {
+            true => format!(
+                " or {}, what it is known to,",
+                number(significant(least, 2))
+            ),
+            false => String::new(),
+        };
+        let words = format!("within {change}{or} of {}", readable(before, ""));
         verdict(key, bound.as_ref(), words, summary)
     };
     expect.changes.iter().map(of).collect()
@@ -82,7 +100,8 @@ mod tests {
             summary
         };
         let verdict = |now: Option<f64>, before: Option<f64>| {
-            judge_changes(&expect, &with(now), &with(before)).remove(0)
+            let baseline = (&with(before), &Header::default());
+            judge_changes(&expect, &with(now), baseline).remove(0)
         };
         assert!(verdict(Some(2.19), Some(2.0)).held && verdict(Some(1.0), Some(2.0)).held);
         let failed = verdict(Some(2.42), Some(2.0));
@@ -91,6 +110,11 @@ mod tests {
             "slip_energy_j within +10 % of 2 failed: measured 2.42 J (10.00 % beyond)"
         );
         assert!(!verdict(Some(1.0), None).held && !verdict(None, Some(1.0)).held);
+        // Of energies four decimals are shown, and less than ten of the last is no change.
+        assert!(verdict(Some(9e-4), Some(2e-5)).held);
+        let failed = verdict(Some(2e-3), Some(2e-5)).to_string();
+        let words = "slip_energy_j within +10 % or 0.001, what it is known to, of 2e-5 failed: measured 0.002 J";
+        assert!(failed.starts_with(words), "{failed}");
     }
 
     #[test]

@@ -372,7 +372,8 @@ fn run_and_judge(
         let (found, page) = against(&run, &baseline, name, arguments)?;
         if !found.is_empty() || !changes.is_empty() {
             let before = Summary::of_rows(&baseline, &Default::default())?;
-            changed = judge_changes(&run.scenario.expect, &run.summary, &before);
+            let before_it = (&before, baseline.header());
+            changed = judge_changes(&run.scenario.expect, &run.summary, before_it);
             moved = outcome::moved(&run.summary, &before);
         }
         // Where only changes of figures are bounded, no signal is compared.

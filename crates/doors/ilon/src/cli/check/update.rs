@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
-use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, limits};
+use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, least_change, limits};
 use ilon_trace::{Header, Summary, number, significant};
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
 
@@ -105,7 +105,7 @@ fn begun(
         let Some(measured) = quantity.value(summary) else {
             continue;
         };
-        let least = least_room(quantity);
+        let least = least_change(quantity);
         let known = known_to(quantity, measured, summary, header).max(least);
         let room = known.max(margin * measured.abs());
         let Some(bound) = first_bound(quantity, measured, room) else {
@@ -148,13 +148,6 @@ fn begun(
     Ok([document.to_string(), changes, String::new()])
 }
 
-/// The smallest margin of a quantity: ten of its last shown digit, in SI units. A smaller one makes
-/// a bound brittle.
-fn least_room(quantity: &Quantity) -> f64 {
-    let digits = i32::try_from(quantity.decimals).unwrap_or(0);
-    10f64.powi(1 - digits) / quantity.unit.per_si
-}
-
 /// A bound with some room; `None` for a share whose bound no run could exceed.
 fn first_bound(quantity: &Quantity, measured: f64, room: f64) -> Option<InlineTable> {
     let [least, most] = [
@@ -189,7 +182,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
             left.push_str(&format!("         {name}: {what}: change it by hand\n"));
             continue;
         };
-        let room = (margin * measured.abs()).max(least_room(quantity));
+        let room = (margin * measured.abs()).max(least_change(quantity));
         if let Some(bound) = bound_of(&mut document, name) {
             if let Some(limits) = limits(name)
                 && limits.is_certain
