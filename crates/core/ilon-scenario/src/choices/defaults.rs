@@ -431,7 +431,8 @@ mod tests {
                 "world.floor.boxes = [{{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = {height_m} }}]\n"
             )
         };
-        let rough = "world.floor.rough = { height_m = 0.002 }\n".to_owned();
+        let rough =
+            "world.floor.rough = { height_m = 0.002, cell_m = 0.02, side_m = 4.0 }\n".to_owned();
         for (floor, most_s) in [(box_of(0.06), 2e-3), (box_of(0.04), 5e-4), (rough, 5e-4)] {
             let dt_s = chosen_s(&format!("{slow}{floor}"));
             assert!((dt_s - most_s).abs() < 0.01 * most_s, "{floor}: {dt_s}");
