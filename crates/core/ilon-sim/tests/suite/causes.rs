@@ -235,7 +235,7 @@ fn what_is_there_makes_the_difference_to_the_run_without_it() {
             CLOSED,
             "sensors.encoders.counts_per_turn = 20",
             "sensors.encoders",
-            "wheel_loop = { timing = \"sampled\", period_s = 0.01 }",
+            "wheel_loop.timing = \"sampled\"\nwheel_loop.period_s = 0.01",
         ),
         (
             OPEN,
