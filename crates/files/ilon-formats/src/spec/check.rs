@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use ilon_files::keys::MOST_FAULTS;
 
 use super::{
-    Arrangement, ChassisShape, ChassisSpec, Described, PlacedWheel, RollerSpec, Spec,
-    SuspensionLaw, SuspensionSpec,
+    Arrangement, ChassisShape, ChassisSpec, Described, RollerSpec, Spec, SuspensionLaw,
+    SuspensionSpec,
 };
 use crate::error::{Fault, RobotError};
 
@@ -150,7 +150,6 @@ fn faults_in_common(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
     faults.extend(faults_of_names(spec, wheels));
     faults.extend(faults_of_rollers(r));
     faults.extend(faults_of_suspensions(spec, wheels));
-    faults.extend(faults_of_places(&spec.wheels));
     if w.gear_efficiency > 1.0 {
         let (key, range) = ("wheel.gear_efficiency", "above 0 and at most 1");
         faults.push(out_of_range(key, w.gear_efficiency, range));
@@ -160,55 +159,6 @@ fn faults_in_common(spec: &Spec, wheels: &[Described]) -> Vec<Fault> {
         faults.push(out_of_range("wheels", wheels.len(), range));
     }
     faults
-}
-
-/// The faults of the wheels' places.
-fn faults_of_places(wheels: &Arrangement) -> Vec<Fault> {
-    let (of, values) = match wheels {
-        Arrangement::Mecanum {
-            axles_m,
-            half_width_m,
-            ..
-        } => {
-            let axles = axles_m.iter().map(|x_m| ("axles_m", *x_m));
-            let sides = std::iter::once(("half_width_m", *half_width_m));
-            ("mecanum".to_owned(), axles.chain(sides).collect())
-        }
-        Arrangement::Ring {
-            distance_m,
-            first_deg,
-            ..
-        } => {
-            let values = vec![("distance_m", *distance_m), ("first_deg", *first_deg)];
-            ("ring".to_owned(), values)
-        }
-        Arrangement::List(wheels) => {
-            let of_wheel = |(index, wheel): (usize, &PlacedWheel)| {
-                let [x_m, y_m] = wheel.position_m;
-                let values = [
-                    ("position_m", x_m),
-                    ("position_m", y_m),
-                    ("axis_deg", wheel.axis_deg),
-                ];
-                let keyed =
-                    values.map(|(key, value)| (format!("wheels.list.{index}.{key}"), value));
-                keyed
-                    .into_iter()
-                    .filter_map(|(key, value)| finite(&key, value).err())
-                    .collect()
-            };
-            return wheels
-                .iter()
-                .enumerate()
-                .flat_map::<Vec<Fault>, _>(of_wheel)
-                .collect();
-        }
-    };
-    let values: Vec<(&str, f64)> = values;
-    let keyed = values.into_iter();
-    keyed
-        .filter_map(|(key, value)| finite(&format!("wheels.{of}.{key}"), value).err())
-        .collect()
 }
 
 /// The faults of names of wheels and rollers that have values of their own.
@@ -459,6 +409,12 @@ fn faults_of_wheel(spec: &Spec, index: usize, wheel: &Described, common: &[Fault
         let key = of("rollers.per_row", "per_row");
         faults.push(out_of_range(&key, r.per_row, "from 3 to 1000"));
     }
+    let place = [placed.position_m[0], placed.position_m[1], placed.axis_deg];
+    faults.extend(
+        place
+            .iter()
+            .filter_map(|value| finite(&of_wheels, *value).err()),
+    );
     // At 90 deg the rollers turn about the hub axis and the wheel cannot drive.
     if placed.gamma_deg.is_nan() || placed.gamma_deg.abs() > 85.0 {
         let range =
