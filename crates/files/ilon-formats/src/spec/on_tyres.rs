@@ -10,8 +10,7 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use super::check::{
-    failing, faults_of_chassis, finite, length_of_wheel, not_negative, out_of_range, positive,
-    refused,
+    failing, faults_of_chassis, length_of_wheel, not_negative, out_of_range, positive, refused,
 };
 use super::reading::{placed, read};
 use super::{ChassisSpec, MAX_BYTES, exactly};
@@ -216,7 +215,7 @@ impl SpecOnTyres {
                 faults.extend(positive(&key(of), value_kg).err());
             }
         }
-        faults.extend(self.faults_of_places());
+        faults.extend(self.faults_of_names());
         faults
     }
 
@@ -238,40 +237,23 @@ impl SpecOnTyres {
             ("steering.velocity_rad_s", steering.velocity_rad_s),
             ("steering.limit_deg", steering.limit_deg.unwrap_or(1.0)),
         ];
-        failing(positives, positive)
-            .chain(finite("steering.trail_m", steering.trail_m).err())
-            .collect()
+        failing(positives, positive).collect()
     }
 
-    /// The faults of the wheels' places and names.
-    fn faults_of_places(&self) -> Vec<Fault> {
-        let wheels = self
-            .wheels
-            .iter()
-            .map(|wheel| (&wheel.name, wheel.position_m, wheel.axis_deg));
-        let casters = self
-            .casters
-            .iter()
-            .map(|caster| (&caster.name, caster.position_m, 0.0));
-        let lists = wheels.enumerate().map(|of| ("wheels", of));
+    /// The faults of the wheels' names.
+    fn faults_of_names(&self) -> Vec<Fault> {
+        let wheels = self.wheels.iter().map(|wheel| &wheel.name).enumerate();
+        let casters = self.casters.iter().map(|caster| &caster.name).enumerate();
+        let casters = casters.map(|of| ("casters", of));
+        let all = wheels.map(|of| ("wheels", of)).chain(casters);
         let mut known = BTreeSet::new();
-        let mut faults = Vec::new();
-        for (list, (index, (name, [x_m, y_m], axis_deg))) in
-            lists.chain(casters.enumerate().map(|of| ("casters", of)))
-        {
-            let key = |of: &str| format!("{list}.{index}.{of}");
-            for (of, value) in [
-                ("position_m", x_m),
-                ("position_m", y_m),
-                ("axis_deg", axis_deg),
-            ] {
-                faults.extend(finite(&key(of), value).err());
-            }
-            if name.is_empty() || name == "base" || !known.insert(name) {
-                let range = "a name that no other wheel or caster has";
-                faults.push(out_of_range(&key("name"), format!("`{name}`"), range));
-            }
-        }
-        faults
+        let taken =
+            all.filter(|(_, (_, name))| name.is_empty() || *name == "base" || !known.insert(*name));
+        let range = "a name that no other wheel or caster has";
+        taken
+            .map(|(list, (index, name))| {
+                out_of_range(&format!("{list}.{index}.name"), format!("`{name}`"), range)
+            })
+            .collect()
     }
 }
