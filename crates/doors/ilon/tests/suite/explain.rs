@@ -273,3 +273,34 @@ fn the_scenarios_of_a_robot_alone_hold_what_was_set() {
     ended_with(0, &folder.ilon(&again));
     assert_eq!(first, figures("again/summary.json"));
 }
+
+/// A path that is typed starts from the folder of the person who types it, wherever the scenarios
+/// are written: each of them, run again from another folder, finds the file and gives the same run.
+#[test]
+fn paths_set_beside_a_robot_alone_start_from_the_current_folder() {
+    let folder = Folder::new();
+    let square = "v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nf 1 2 3\nf 1 3 4\n";
+    folder.write("maps/flat.obj", square);
+    let map = "world.floor.height_map={ file = \"maps/flat.obj\", cell_m = 1 }";
+    let set = ["--set", map, "--set", "run.duration_s=0.2"];
+    let run = ["run", "robot.urdf", "--no-report", "--no-twins"];
+    ended_with(0, &folder.ilon(&[&run[..], &set].concat()));
+    let mut again = folder.command(&["run", "left.toml", "--no-report", "--no-twins"]);
+    again.args(["--out", "again"]);
+    again.current_dir(folder.path("out/robot"));
+    ended_with(0, &again.output().expect("it starts"));
+    assert_eq!(
+        folder.read("out/robot/left/summary.json"),
+        folder.read("out/robot/again/summary.json")
+    );
+}
+
+/// A setting that only the world can refuse leaves no scenario behind.
+#[test]
+fn a_robot_alone_with_a_refused_setting_writes_nothing() {
+    let folder = Folder::new();
+    let map = "world.floor.height_map={ file = \"none.png\", cell_m = 1, height_m = 1 }";
+    let refused = ended_with(2, &folder.ilon(&["run", "robot.urdf", "--set", map]));
+    assert!(refused.contains("none.png"), "{refused}");
+    assert!(!folder.path("out").exists());
+}
