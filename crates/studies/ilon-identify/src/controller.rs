@@ -131,58 +131,55 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             .find(|(of, _)| *of == wanted)
             .map(|of| of.1.clone())
     };
-    // Gains by direction describe wheels at other places than stated as seen by the stated
-    // commands: radius and lever are what was fitted besides the places.
-    if parameters
-        .iter()
-        .any(|(parameter, _)| parameter.is_of_place())
-    {
-        return Controller {
-            radius_m: value_of(Parameter::Radius),
-            lever_m: value_of(Parameter::Lever),
-            ..Controller::default()
-        };
-    }
-    if wheels.is_empty() {
-        let of = |value: &Option<Value>, f: &dyn Fn(f64) -> f64, unit: &str, nominal: f64| {
-            value.as_ref().map(|value| value.through(f, unit, nominal))
+    let fitted = Controller {
+        radius_m: value_of(Parameter::Radius),
+        lever_m: value_of(Parameter::Lever),
+        gamma_deg: value_of(Parameter::Gamma),
+        ..Controller::default()
+    };
+    if !wheels.is_empty() {
+        let mean_m = {
+            let own = |wheel: usize| wheels.iter().find(|(known, _)| *known == wheel);
+            let radius_m =
+                |wheel: usize| own(wheel).map_or(robot.wheels[wheel].radius_m, |own| own.1.value);
+            (0..robot.wheels.len()).map(radius_m).sum::<f64>() / robot.wheels.len() as f64
         };
         return Controller {
-            kind: None,
-            radius_m: of(&gains.ahead, &|gain| radius_m * gain, "m", radius_m),
-            lever_m: of(
-                &gains.turn_over_ahead,
-                &|ratio| lever_m / ratio,
-                "m",
-                lever_m,
-            ),
-            sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
-            ..Controller::default()
+            radius_m: Some(Value {
+                value: mean_m,
+                ci95: [None, None],
+                unit: "m".to_owned(),
+                nominal: radius_m,
+            }),
+            wheels: (wheels.into_iter())
+                .map(|(wheel, radius_m)| WheelSetting {
+                    wheel: robot.wheels[wheel].name.clone(),
+                    radius_m: radius_m.clone(),
+                    rate_factor: mean_m / radius_m.value,
+                })
+                .collect(),
+            ..fitted
         };
     }
-    let mean_m = {
-        let own = |wheel: usize| wheels.iter().find(|(known, _)| *known == wheel);
-        let radius_m =
-            |wheel: usize| own(wheel).map_or(robot.wheels[wheel].radius_m, |own| own.1.value);
-        (0..robot.wheels.len()).map(radius_m).sum::<f64>() / robot.wheels.len() as f64
+    // Gains by direction describe wheels at other places or with other rollers than stated as seen
+    // by the stated commands: radius and lever are what was fitted besides.
+    let is_beside = |of: &Parameter| of.is_of_place() || *of == Parameter::Gamma;
+    if parameters.iter().any(|(parameter, _)| is_beside(parameter)) {
+        return fitted;
+    }
+    let of = |value: &Option<Value>, f: &dyn Fn(f64) -> f64, unit: &str, nominal: f64| {
+        value.as_ref().map(|value| value.through(f, unit, nominal))
     };
     Controller {
-        kind: None,
-        radius_m: Some(Value {
-            value: mean_m,
-            ci95: [None, None],
-            unit: "m".to_owned(),
-            nominal: radius_m,
-        }),
-        lever_m: value_of(Parameter::Lever),
-        wheels: (wheels.into_iter())
-            .map(|(wheel, radius_m)| WheelSetting {
-                wheel: robot.wheels[wheel].name.clone(),
-                radius_m: radius_m.clone(),
-                rate_factor: mean_m / radius_m.value,
-            })
-            .collect(),
-        ..Controller::default()
+        radius_m: of(&gains.ahead, &|gain| radius_m * gain, "m", radius_m),
+        lever_m: of(
+            &gains.turn_over_ahead,
+            &|ratio| lever_m / ratio,
+            "m",
+            lever_m,
+        ),
+        sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
+        ..fitted
     }
 }
 

@@ -402,21 +402,32 @@ impl WheelState {
         }
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let step_n_m_s = gains.integral_n_m * dt_s;
-        let (held, droop, counted) = match settings.timing {
-            LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
-            LoopTiming::Continuous => (
-                (1.0 - weight) * acceleration_rad_s2,
-                gains.proportional_n_m_s
-                    + (5.0 * theta - 2.0) / (3.0 * theta) * step_n_m_s
-                    + gains.derivative_n_m_s2 * weight / (theta * dt_s),
-                theta,
-            ),
+        // By how much the integral grows within the step: not beyond its limit.
+        let growth = |counted: f64, falls: f64| {
+            let grown_n_m = self.integral_n_m + counted * step_n_m_s * e;
+            match settings.held(grown_n_m) {
+                held_n_m if held_n_m != grown_n_m => (held_n_m - self.integral_n_m, 0.0),
+                _ => (counted * step_n_m_s * e, falls * step_n_m_s),
+            }
+        };
+        let (held, droop, grows_n_m) = match settings.timing {
+            LoopTiming::Sampled => (acceleration_rad_s2, 0.0, growth(1.0, 0.0).0),
+            LoopTiming::Continuous => {
+                let (grows_n_m, falls_n_m_s) = growth(theta, (5.0 * theta - 2.0) / (3.0 * theta));
+                (
+                    (1.0 - weight) * acceleration_rad_s2,
+                    gains.proportional_n_m_s
+                        + falls_n_m_s
+                        + gains.derivative_n_m_s2 * weight / (theta * dt_s),
+                    grows_n_m,
+                )
+            }
         };
         let direct = gains.proportional_n_m_s * e - gains.derivative_n_m_s2 * held
             + settings.feedforward_damping_n_m_s * target_rad_s
             + settings.feedforward_friction_n_m * friction_sign;
 
-        let wanted = direct + self.integral_n_m + counted * step_n_m_s * e;
+        let wanted = direct + self.integral_n_m + grows_n_m;
         match settings.timing {
             LoopTiming::Continuous => {
                 self.begun = Some(Begun {
