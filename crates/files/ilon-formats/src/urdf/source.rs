@@ -23,6 +23,10 @@ pub(super) struct Source<'a> {
     by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
+/// Largest number of elements within links and joints: a hundred times that of any robot known, and
+/// read in seconds. 64 MB could hold three million.
+const MOST_ELEMENTS: usize = 400_000;
+
 /// The reason why a file that is not XML is rejected.
 const NO_ROBOT_FILE: &str = "it does not begin with `<`, so this is not a robot file";
 
@@ -58,6 +62,13 @@ impl<'a> Source<'a> {
         if root.tag_name().name() != "robot" {
             let root_tag = root.tag_name().name().to_owned();
             return Err(source.error(root, Fault::NotUrdf { root_tag }));
+        }
+        let parts = source.all("link").chain(source.all("joint"));
+        let mut elements = parts.flat_map(|part| part.descendants());
+        if elements.by_ref().filter(Node::is_element).nth(MOST_ELEMENTS).is_some() {
+            let what = format!("links and joints of more than {MOST_ELEMENTS} elements");
+            let most = MOST_ELEMENTS.to_string();
+            return Err(source.robot_error(Fault::TooLarge { what, most }));
         }
         Ok(source)
     }
