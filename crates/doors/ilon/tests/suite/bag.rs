@@ -133,7 +133,10 @@ fn a_killed_run_leaves_a_bag_that_can_be_read() {
 #[test]
 fn a_bag_that_was_cut_short_is_played_with_a_note() {
     let folder = Folder::new();
-    ended_with(0, &folder.ilon(&["run", "good.toml", "--mcap", "--out", "out"]));
+    ended_with(
+        0,
+        &folder.ilon(&["run", "good.toml", "--mcap", "--out", "out"]),
+    );
     let whole = std::fs::read(folder.path("out/bag/bag_0.mcap")).expect("a bag");
     for (name, length, is_said) in [
         ("whole", whole.len(), false),

@@ -63,9 +63,7 @@ impl<'a> Source<'a> {
             let root_tag = root.tag_name().name().to_owned();
             return Err(source.error(root, Fault::NotUrdf { root_tag }));
         }
-        let parts = source.all("link").chain(source.all("joint"));
-        let mut elements = parts.flat_map(|part| part.descendants());
-        if elements.by_ref().filter(Node::is_element).nth(MOST_ELEMENTS).is_some() {
+        if source.has_many_elements() {
             let what = format!("links and joints of more than {MOST_ELEMENTS} elements");
             let most = MOST_ELEMENTS.to_string();
             return Err(source.robot_error(Fault::TooLarge { what, most }));
@@ -86,6 +84,16 @@ impl<'a> Source<'a> {
     /// Returns the links or the joints of the robot.
     pub(super) fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
         self.robot().children().filter(move |n| n.has_tag_name(tag))
+    }
+
+    /// Whether its links and joints have more elements than are read in good time.
+    fn has_many_elements(&self) -> bool {
+        let parts = self.all("link").chain(self.all("joint"));
+        let elements = parts.flat_map(|part| part.descendants());
+        elements
+            .filter(Node::is_element)
+            .nth(MOST_ELEMENTS)
+            .is_some()
     }
 
     /// An error about an element, at its opening tag.

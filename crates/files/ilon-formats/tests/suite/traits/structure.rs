@@ -257,7 +257,10 @@ fn a_long_chain_of_fixed_links_ends_soon() {
 #[test_case("<joint name=\"j{}\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>", 3; "joints alone")]
 fn links_and_joints_of_half_a_million_elements_are_refused(part: &str, elements: usize) {
     let parts = (0..500_000 / elements).map(|k| part.replace("{}", &k.to_string()));
-    let text = small().replace("</robot>", &format!("{}</robot>", parts.collect::<String>()));
+    let text = small().replace(
+        "</robot>",
+        &format!("{}</robot>", parts.collect::<String>()),
+    );
     let begun = std::time::Instant::now();
     let error = Robot::from_urdf_str(&text, "many.urdf").unwrap_err();
     assert!(matches!(error.fault(), Fault::TooLarge { .. }), "{error}");
