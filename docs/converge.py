@@ -41,7 +41,7 @@ FIGURES = {
     "energy.bearing_j": ("lost in bearings", "rollers that land spin up"),
     "slip_energy_j": ("lost to sliding", "sliding at a hand-over lasts about a step"),
     "energy.spin_up_j": ("roller spin-up", "spin-up lasts about a step"),
-    "energy.impact_j": ("lost in impacts", "landings are first order in the step: take 0.5 ms or less"),
+    "energy.impact_j": ("lost in impacts", "landings are first order in the step"),
     "slip_speed_max_m_s": ("sliding speed, largest", "a shorter step shows more of a peak"),
     "wheel_torque_max_n_m": ("torque, largest", "mean over one step"),
     "friction_used_max": ("most grip used", "mean over one step"),

@@ -48,6 +48,7 @@ pub(crate) fn resolve_as_given(
     scenario.validate()?;
     let mut scenario = scenario.clone();
     scenario.world.floor.fill();
+    wheel_loop::choose_timing(&mut scenario);
     let inputs = Inputs::read(&scenario, robot)?;
     let wheel_rate_limit_rad_s = choose_wheel_rate_limit(&mut scenario, robot);
     choose_angle_gain(&mut scenario);

@@ -16,13 +16,15 @@ use crate::scenario::{Contacts, Passive, Rollers, Scenario, WheelLaw};
 /// steps per second as at 1000, but the onset of sliding and the spin-up of a roller that takes
 /// over are smeared over a step (`docs/measured.md`).
 const LONGEST_ON_A_PLANE: f64 = 0.0584;
-/// The longest step on edges and bumps, with modelled rollers, and without a limit on wheel rates:
-/// 2 ms for wheels of 50 mm. Chosen.
-const LONGEST_ON_EDGES: f64 = 0.0281;
+/// The longest step among walls and ramps, with modelled rollers, and without a limit on wheel
+/// rates: 2 ms for wheels of 50 mm. Chosen.
+const LONGEST_AMONG_WALLS: f64 = 0.0281;
 /// The longest step of rigid rollers if the wheel is not a circle, or if they slide along their
 /// axles: half a millisecond for wheels of 50 mm. Each roller lands, and the time of a landing is
 /// only known to a step: at four times the step the heading is off by 0.3 %, the heat of sliding by
-/// a quarter.
+/// a quarter. The same on kerbs and uneven ground: at four times the step impacts are a tenth to
+/// three quarters too strong, and what slides up to a third too much; at this step a seventh at
+/// most.
 const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
 /// The same if such wheels are redundant on a rigid chassis: an eighth of a millisecond for wheels
 /// of 50 mm. The wheels of one diagonal land while the other carries, and their relative angles
@@ -94,7 +96,20 @@ fn is_round(wheel: &Wheel) -> bool {
     wheel.is_round() && wheel.surface.axial_play_m == 0.0
 }
 
-/// The step that rollers need which land one after the other. Treads soften that.
+/// Whether wheels land on the ground again and again: it is uneven, or has an edge that they can
+/// mount, lower than a wheel's radius.
+fn is_bumpy(scenario: &Scenario, robot: &Robot) -> bool {
+    let floor = &scenario.world.floor;
+    let boxes = floor.boxes.iter().map(|one| one.height_m);
+    let mut heights_m = boxes.chain(floor.stairs.iter().map(|one| one.rise_m));
+    let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
+    let most_m = radii_m.fold(0.0, f64::max);
+    let is_even = floor.rough.is_none() && floor.height_map.is_none();
+    !is_even || heights_m.any(|height_m| height_m < most_m)
+}
+
+/// The step that rollers need which land one after the other, and wheels on bumpy ground. Treads
+/// soften the former.
 fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
     let lands = |wheel: &Wheel| !is_round(wheel) && wheel.surface.tread.is_none();
     let rocks = |wheel: &Wheel| lands(wheel) && !wheel.is_round();
@@ -102,7 +117,7 @@ fn landing_need(scenario: &Scenario, robot: &Robot, scale: &Scale) -> Need {
     let any = |of: &dyn Fn(&Wheel) -> bool| made && robot.wheels.iter().any(of);
     let longest = if robot.has_wheels_to_spare() && any(&rocks) {
         LONGEST_IN_ROCKING
-    } else if any(&lands) {
+    } else if any(&lands) || is_bumpy(scenario, robot) {
         LONGEST_IN_LANDINGS
     } else {
         f64::INFINITY
@@ -180,7 +195,7 @@ fn contact_need(
     (scale, asked_rad_s): (&Scale, Option<f64>),
 ) -> Need {
     let [on_a_plane_s, default_s, for_limits_s] =
-        [LONGEST_ON_A_PLANE, LONGEST_ON_EDGES, SHORTEST_FOR_LIMIT].map(|of| of * scale.time_s());
+        [LONGEST_ON_A_PLANE, LONGEST_AMONG_WALLS, SHORTEST_FOR_LIMIT].map(|of| of * scale.time_s());
     let limit_rad_s = scenario
         .guidance
         .wheel_rate_limit_rad_s
@@ -409,9 +424,19 @@ mod tests {
         };
         assert!((at(10.0) - 0.1 / 24.0).abs() < 1e-12);
         assert!((at(100.0) - 0.1 / 26.0).abs() < 1e-12);
-        // On a kerb, and with modelled rollers, the general step for contacts holds.
-        let kerb = "world.floor.boxes = [{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = 0.01 }]\n";
-        assert!((chosen_s(&format!("{slow}{kerb}")) - 0.002).abs() < 1e-12);
+        // Among walls, and with modelled rollers, the general step for contacts holds. A box lower
+        // than the radius of 50 mm is a kerb on which wheels land, and uneven ground is like it.
+        let box_of = |height_m: f64| {
+            format!(
+                "world.floor.boxes = [{{ x_m = 1.0, y_m = 0.0, length_x_m = 0.1, length_y_m = 1.0, height_m = {height_m} }}]\n"
+            )
+        };
+        let rough =
+            "world.floor.rough = { height_m = 0.002, cell_m = 0.02, side_m = 4.0 }\n".to_owned();
+        for (floor, most_s) in [(box_of(0.06), 2e-3), (box_of(0.04), 5e-4), (rough, 5e-4)] {
+            let dt_s = chosen_s(&format!("{slow}{floor}"));
+            assert!((dt_s - most_s).abs() < 0.01 * most_s, "{floor}: {dt_s}");
+        }
         let modelled = "robot.rollers = \"as_modelled\"\n";
         assert!((chosen_s(&format!("{modelled}{slow}")) - 0.002).abs() < 1e-12);
     }

@@ -17,13 +17,17 @@
 //!   g q^(n + 1) (1 - p + p q)
 //!   (k_p (1 - q) (1 - (1 - f) q) + k_i T (1 - (1 - f) q) + k_d f / T (1 - q)^2),
 //!
-//! g = T / (J + d T), and the loop is stable if and only if its roots in 1 / q lie within the unit
-//! circle. Without derivative and latency this is Jury's 2 k_p T / J + k_i T^2 / J < 4
-//! (`ilon_control`, wheel loops); for k_p alone, n periods late, k_p T / J < 2 sin(pi / (4 n + 2))
-//! (Levin and May 1976), which for short periods is the phase margin of an integrator, k_p / J
-//! times the latency below pi / 2. J is the inertia that the wheel feels: its own in the air and
-//! while it slides, plus a share of the robot's on the ground, which depends on the direction of
-//! motion.
+//! g = T / (J + d T). A rate counted over the last control period lags by half of it, and by the
+//! time for which it is held on average if the loop's period is shorter: a part of n + p, exact if
+//! the periods are equal. A filter on it multiplies the first product by 1 - (1 - h) q and the
+//! second by h, its weight of the newest count.
+//!
+//! The loop is stable if and only if its roots in 1 / q lie within the unit circle. Without
+//! derivative and latency this is Jury's 2 k_p T / J + k_i T^2 / J < 4 (`ilon_control`, wheel
+//! loops); for k_p alone, n periods late, k_p T / J < 2 sin(pi / (4 n + 2)) (Levin and May 1976),
+//! which for short periods is the phase margin of an integrator, k_p / J times the latency below pi
+//! / 2. J is the inertia that the wheel feels: its own in the air and while it slides, plus a share
+//! of the robot's on the ground, which depends on the direction of motion.
 //!
 //! **A continuous loop** is stable at any gain, but its torque falls within the step as the wheel
 //! gains rate. If that fall is `STIFFEST` times the torque that the wheel's inertia takes, the
@@ -49,7 +53,10 @@ struct Loop {
     /// f of the module's documentation.
     weight: f64,
     period_s: f64,
-    latency_s: f64,
+    /// How late its torques come after the rates that they answer.
+    lag_s: f64,
+    /// h of the module's documentation; 1 without a filter.
+    rate_weight: f64,
 }
 
 /// Inertia and damping that a wheel loop feels.
@@ -60,15 +67,25 @@ struct Felt {
 }
 
 impl Loop {
-    /// The loop of a section whose gains have been chosen.
-    fn of(section: &WheelLoop, period_s: f64) -> Self {
+    /// The loop of a scenario whose gains have been chosen.
+    fn of(scenario: &Scenario, period_s: f64) -> Self {
+        let (section, encoders) = (&scenario.wheel_loop, &scenario.sensors.encoders);
+        let control_dt_s = scenario.run.control_dt_s;
+        let (counted_s, rate_weight) = match encoders.counts_per_turn {
+            Some(_) => (
+                control_dt_s - 0.5 * period_s,
+                control_dt_s / (control_dt_s + encoders.rate_filter_s),
+            ),
+            None => (0.0, 1.0),
+        };
         Self {
             proportional_n_m_s: section.proportional_n_m_s.unwrap_or(0.0),
             integral_n_m: section.integral_n_m.unwrap_or(0.0),
             derivative_n_m_s2: section.derivative_n_m_s2,
             weight: period_s / (section.derivative_filter_s + period_s),
             period_s,
-            latency_s: section.latency_s(),
+            lag_s: section.latency_s() + counted_s,
+            rate_weight,
         }
     }
 
@@ -80,7 +97,8 @@ impl Loop {
             derivative_n_m_s2: k_d,
             weight: f,
             period_s: t,
-            latency_s,
+            lag_s,
+            rate_weight: h,
         } = *self;
         let d = wheel.damping_n_m_s;
         let g = t / (wheel.inertia_kg_m2 + d * t);
@@ -97,11 +115,15 @@ impl Loop {
                 plus(&times(&direct, &difference), &scaled(k_i * t, &filter)),
             ),
         };
-        let waits = latency_s / t;
+        let own = match h < 1.0 {
+            true => times(&own, &[1.0, h - 1.0]),
+            false => own,
+        };
+        let waits = lag_s / t;
         let whole = (waits + 1e-9).floor();
         let part = (waits - whole).max(0.0);
         let mut late = vec![0.0; whole as usize + 1];
-        late.extend([g * (1.0 - part), g * part]);
+        late.extend([g * h * (1.0 - part), g * h * part]);
         plus(&own, &times(&late, &asked))
     }
 
@@ -201,12 +223,12 @@ pub fn remark(
     let section = &scenario.wheel_loop;
     let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law != WheelLaw::Pid {
-        return Ok(remark_of_model(section, model, period_s));
+        return Ok(remark_of_model(scenario, model, period_s));
     }
-    let own = Loop::of(section, period_s);
+    let own = Loop::of(scenario, period_s);
     match section.is_sampled() {
         false => refuse_too_fast(section, &own, model.ground_inertia_kg_m2()).map(|()| None),
-        true => Ok(remark_of_sampled(&own, model)),
+        true => Ok(remark_of_sampled(&own, model, scenario)),
     }
 }
 
@@ -249,16 +271,17 @@ fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Resul
 
 /// Checks a law that knows the robot, has its bandwidth in each direction, and whose torques come
 /// late: a wheel in the air feels only a part of the inertia that the law assumes.
-fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> Option<String> {
+fn remark_of_model(scenario: &Scenario, model: &DynamicModel, period_s: f64) -> Option<String> {
     /// Factor by which the bandwidth is lowered at a time. Chosen.
     const LOWER: f64 = 0.98;
     let in_the_air = model.air_inertia_kg_m2() / model.ground_inertia_kg_m2();
+    let given = Loop::of(scenario, period_s);
     let settles = |bandwidth_rad_s: f64, inertia_kg_m2: f64| {
         let w = model.bandwidth_rad_s(bandwidth_rad_s, period_s);
         let own = Loop {
             proportional_n_m_s: w,
             integral_n_m: 0.25 * w * w,
-            ..Loop::of(section, period_s)
+            ..given
         };
         own.settles(&Felt {
             inertia_kg_m2,
@@ -268,8 +291,8 @@ fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> 
     let all = |bandwidth_rad_s: f64| {
         settles(bandwidth_rad_s, 1.0) && settles(bandwidth_rad_s, in_the_air)
     };
-    let asked = section.bandwidth_rad_s;
-    if section.latency_s() == 0.0 || all(asked) {
+    let asked = scenario.wheel_loop.bandwidth_rad_s;
+    if given.lag_s == 0.0 || all(asked) {
         return None;
     }
     let place = match settles(asked, 1.0) {
@@ -280,15 +303,34 @@ fn remark_of_model(section: &WheelLoop, model: &DynamicModel, period_s: f64) -> 
     while !all(most) && most > f64::MIN_POSITIVE {
         most *= LOWER;
     }
+    let (late, else_) = late(scenario);
     Some(format!(
-        "the wheel loops are unstable: with torques that come {} s late {place} ever wider; lower `wheel_loop.bandwidth_rad_s` to {}, or shorten \
-         `wheel_loop.latency_s`",
-        section.latency_s(),
+        "the wheel loops are unstable: with torques{late} {place} ever wider; lower `wheel_loop.bandwidth_rad_s` to {}, or {else_}",
         rounded_down(most)
     ))
 }
 
-fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
+/// What makes a loop's torques late, after "with torques", and what changes that.
+fn late(scenario: &Scenario) -> (String, &'static str) {
+    let latency_s = scenario.wheel_loop.latency_s();
+    let encoders = &scenario.sensors.encoders;
+    match (encoders.counts_per_turn, encoders.rate_filter_s > 0.0) {
+        (None, _) => (
+            format!(" that come {latency_s} s late"),
+            "shorten `wheel_loop.latency_s`",
+        ),
+        (Some(_), false) => (
+            " from rates counted once a control period".to_owned(),
+            "shorten `run.control_dt_s`",
+        ),
+        (Some(_), true) => (
+            " from rates counted once a control period and filtered".to_owned(),
+            "shorten `sensors.encoders.rate_filter_s` or `run.control_dt_s`",
+        ),
+    }
+}
+
+fn remark_of_sampled(own: &Loop, model: &DynamicModel, scenario: &Scenario) -> Option<String> {
     let (air, ground) = felt(model);
     let all: Vec<Felt> = air.into_iter().chain(ground).collect();
     let settles = |of: &Loop, on: &[Felt]| on.iter().all(|wheel| of.settles(wheel));
@@ -302,11 +344,8 @@ fn remark_of_sampled(own: &Loop, model: &DynamicModel) -> Option<String> {
     };
     let remedy = remedy(own, |of| settles(of, &all));
     let held_s = own.period_s;
-    let (late, else_) = match own.latency_s > 0.0 {
-        true => (
-            format!(" and {} s late", own.latency_s),
-            "shorten `wheel_loop.latency_s`",
-        ),
+    let (late, else_) = match own.lag_s > 0.0 {
+        true => late(scenario),
         false => (String::new(), "set `wheel_loop.timing` = \"continuous\""),
     };
     Some(format!(
@@ -379,7 +418,8 @@ mod tests {
             derivative_n_m_s2: derivative * INERTIA_KG_M2,
             weight,
             period_s: PERIOD_S,
-            latency_s: 0.0,
+            lag_s: 0.0,
+            rate_weight: 1.0,
         }
     }
 
@@ -421,7 +461,7 @@ mod tests {
     #[test]
     fn late_torques_have_the_bounds_of_levin_and_of_the_phase_margin() {
         let late = |periods: f64, a: f64, b: f64| Loop {
-            latency_s: periods * PERIOD_S,
+            lag_s: periods * PERIOD_S,
             ..of(a, b, 0.0, 1.0)
         };
         for n in [0.0_f64, 1.0, 2.0, 7.0, 40.0, 300.0] {
@@ -441,6 +481,24 @@ mod tests {
             assert!(late(0.999 * most, a, b).settles(&WHEEL), "{c}");
             assert!(!late(1.001 * most, a, b).settles(&WHEEL), "{c}");
         }
+    }
+
+    /// A filter of weight h on rates counted over the last period: z^2 - (2 - h - a h / 2) z + 1 -
+    /// h + a h / 2, by Jury stable below a = 2 whatever the filter. With an integral of b beside it
+    /// the filter counts: 1 - q of the first product is squared.
+    #[test]
+    fn counted_and_filtered_rates_are_stable_below_two() {
+        let counted = |a: f64, b: f64, weight: f64| Loop {
+            lag_s: 0.5 * PERIOD_S,
+            rate_weight: weight,
+            ..of(a, b, 0.0, 1.0)
+        };
+        for weight in [1.0, 0.5, 0.05] {
+            assert!(counted(1.999, 0.0, weight).settles(&WHEEL), "{weight}");
+            assert!(!counted(2.001, 0.0, weight).settles(&WHEEL), "{weight}");
+        }
+        assert!(counted(0.1, 0.01, 1.0).settles(&WHEEL));
+        assert!(!counted(0.1, 0.01, 0.05).settles(&WHEEL));
     }
 
     #[test]

@@ -106,8 +106,9 @@ impl Resolved {
             });
             changed.choices.joint_targets = JointTargets::new(&changed.scenario, played, &robot)?;
         }
-        let section = &mut changed.scenario.wheel_loop;
-        if section.law != self.scenario.wheel_loop.law {
+        if changed.scenario.wheel_loop.law != self.scenario.wheel_loop.law {
+            wheel_loop::choose_timing(&mut changed.scenario);
+            let section = &mut changed.scenario.wheel_loop;
             let model = wheel_loop::dynamic_model(&changed.choices.joint_targets.standing(&robot))?;
             wheel_loop::choose_gains(section, &model, changed.choices.physics_dt_s)?;
         }

@@ -9,6 +9,19 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
 
+/// Samples a PID whose torques come late or whose rates are counted, and decides by counted rates
+/// when they are read, once a control period, unless the scenario gives a period.
+pub fn choose_timing(scenario: &mut Scenario) {
+    let section = &mut scenario.wheel_loop;
+    let is_counted = scenario.sensors.encoders.counts_per_turn.is_some();
+    if section.law == WheelLaw::Pid && (is_counted || section.latency_s() > 0.0) {
+        section.timing = scenario::LoopTiming::Sampled;
+    }
+    if is_counted {
+        section.period_s.get_or_insert(scenario.run.control_dt_s);
+    }
+}
+
 /// Fills in the period and the gains that a `[wheel_loop]` section leaves open. Returns the period,
 /// in seconds.
 pub fn choose_gains(
@@ -21,9 +34,6 @@ pub fn choose_gains(
     }
     let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law == WheelLaw::Pid {
-        if section.latency_s() > 0.0 {
-            section.timing = scenario::LoopTiming::Sampled;
-        }
         let gains = gains(section, model, period_s)?;
         section.proportional_n_m_s = Some(gains.proportional_n_m_s);
         section.integral_n_m = Some(gains.integral_n_m);

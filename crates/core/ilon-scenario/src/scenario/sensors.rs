@@ -71,7 +71,7 @@ pub struct Encoders {
     #[schemars(range(min = 0.0))]
     pub rate_noise_rad_s: f64,
     /// Counts in a turn of a wheel, all edges counted; a rate is the counts of the last control
-    /// period over that period [default: exact].
+    /// period over that period, and wheel loops are sampled with it [default: exact].
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1.0))]
     pub counts_per_turn: Option<f64>,

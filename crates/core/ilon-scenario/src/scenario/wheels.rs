@@ -20,7 +20,8 @@ pub struct WheelLoop {
     /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that
-    /// divides the control period [default: the physics step].
+    /// divides the control period [default: the physics step; the control period if encoders
+    /// count].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
     /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a

@@ -231,11 +231,11 @@ fn what_is_there_makes_the_difference_to_the_run_without_it() {
             "",
         ),
         (
-            // A continuous loop would chatter on steps as coarse, each run in its own way.
+            // Loops decide when counts are read, once a control period.
             CLOSED,
-            "sensors.encoders.counts_per_turn = 20\nwheel_loop.timing = \"sampled\"",
+            "sensors.encoders.counts_per_turn = 20",
             "sensors.encoders",
-            "wheel_loop.timing = \"sampled\"",
+            "wheel_loop.timing = \"sampled\"\nwheel_loop.period_s = 0.01",
         ),
         (
             OPEN,

@@ -184,6 +184,7 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
                     let section = &mut scenario.wheel_loop;
                     section.timing = LoopTiming::Continuous;
                     (section.latency_s, section.period_s) = (None, None);
+                    scenario.sensors.encoders.counts_per_turn = None;
                     section.proportional_n_m_s =
                         section.proportional_n_m_s.map(|gain| AT_ONCE * gain);
                 },
