@@ -1005,3 +1005,4 @@ def suspects(path: _Path, options: _Table, *, settings: _Table | None=None, sand
     The effects of common suspects on the robot of a file in standard motions. `options` are keys of
     a scenario's `[robot]`, `settings` any of its keys.
     """
+__all__ = ['__version__', 'ArrowTable', 'Body', 'Desired', 'FreeBody', 'Imu', 'Observation', 'Outcome', 'Recorded', 'Rows', 'Run', 'Simulation', 'Snapshot', 'Study', 'Sweep', 'Torques', 'Track', 'Truth', 'Wheels', 'command', 'compare', 'generate', 'identify', 'inspect', 'judged', 'merge_sweeps', 'run', 'schema', 'suspects']
