@@ -9,7 +9,7 @@ use ilon::simulate::{Driver, JointCommand, Plant, WheelCommand, load_robot, reso
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::errors::OrRaise;
 use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
@@ -325,11 +325,7 @@ impl Simulation {
     /// The scenario's `[[world.bodies]]` by their names, as they really are.
     #[pyo3(signature = () -> "dict[str, FreeBody]")]
     fn free_bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(py);
-        for (name, body) in FreeBody::all_of(&self.plant) {
-            all.set_item(name, body)?;
-        }
-        Ok(all)
+        FreeBody::all_of(&self.plant).into_py_dict(py)
     }
 
     /// Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now;
@@ -339,8 +335,7 @@ impl Simulation {
     #[pyo3(signature = () -> "dict[str, float]")]
     fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (world, now) = (self.plant.world(), self.plant.world().energy());
-        let all = PyDict::new(py);
-        for (name, joules) in [
+        let all = [
             ("kinetic_j", now.kinetic_j),
             ("potential_j", now.potential_j),
             ("motor_j", world.motor_energy_j()),
@@ -350,10 +345,8 @@ impl Simulation {
             ("spin_up_j", world.spin_up_energy_j()),
             ("bearing_j", world.bearing_energy_j()),
             ("impact_j", world.impact_energy_j()),
-        ] {
-            all.set_item(name, joules)?;
-        }
-        Ok(all)
+        ];
+        all.into_py_dict(py)
     }
 
     /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now;
