@@ -26,7 +26,7 @@ import ilon.gym
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
 BEGINS, ENDS = "<!-- written by python/benchmarks/steps.py -->", "<!-- ends -->"
 
-STEPS_S = (0.02, 0.01, 0.005, 0.004, 0.002, 0.001)
+STEPS_S = (0.02, 0.01, 0.005, 0.004, 0.0025, 0.001)
 LIMIT_S = 0.000125
 """Steps that are taken for the truth."""
 DRIVES = 6

@@ -23,6 +23,8 @@ import ilon.gym
 URDF = Path(__file__).resolve().parents[2] / "assets" / "robots" / "mecanum4.urdf"
 CONTROL_DT_S = 0.02
 ROBOTS = 64
+EPISODE = 800
+"""Control steps of an episode of the task."""
 
 
 def twists(step: int) -> np.ndarray:
@@ -50,8 +52,14 @@ def of_ilon(seconds: float, physics_dt_s: float | None, robots: int = 1, threads
     options = {"settings": settings, "fail_at_m": 1e3, "episode_s": 1e4}
     if robots == 1:
         env = gymnasium.make("ilon/Track-v0", disable_env_checker=True, **options)
-        env.reset(seed=0)
-        return rate(lambda step: env.step(action(step)), seconds)
+
+        def act(step: int) -> None:
+            # Integrals of wheels that hold one another wind up over minutes, which episodes do not last.
+            if step % EPISODE == 0:
+                env.reset(seed=0)
+            env.step(action(step % EPISODE))
+
+        return rate(act, seconds)
     env = gymnasium.make_vec("ilon/Track-v0", num_envs=robots, threads=threads, **options)
     env.reset(seed=0)
     return rate(lambda step: env.step(np.tile(action(step), (robots, 1))), seconds, robots)

@@ -7,11 +7,11 @@ mod fixtures;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use ilon_control::{
-    BodySense, ComputedTorque, ComputedTorqueSettings, ContactKinematics, Demand, DynamicModel,
-    Gain, Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor, MotorCurve,
-    PassiveTorque, PassiveTorqueSettings, PoseFilter, PoseFilterSettings, PrioritisedTorque,
-    PrioritisedTorqueSettings, Priority, Reference, Saturation, TiltFilter, TorqueLaw, TorqueRange,
-    WheelGains, WheelLoop, WheelLoopSettings,
+    BodySense, ComputedTorque, ComputedTorqueSettings, ContactKinematics, DcMotor, Demand,
+    DynamicModel, Gain, Guidance, GuidanceSettings, Heading, Kinematics, LoopTiming, Motor,
+    MotorCurve, PassiveTorque, PassiveTorqueSettings, PoseFilter, PoseFilterSettings,
+    PrioritisedTorque, PrioritisedTorqueSettings, Priority, Reference, Saturation, TiltFilter,
+    TorqueLaw, TorqueRange, WheelGains, WheelLoop, WheelLoopSettings,
 };
 use ilon_robot::{MotorLimits, Pose};
 use nalgebra::{Vector2, Vector3};
@@ -57,7 +57,13 @@ fn a_control_step_allocates_nothing() {
         effort_n_m: 1.0,
         velocity_rad_s: 20.0,
     };
-    let motor = Motor::new(&limits, MotorCurve::dc_line(2.0, 25.0).unwrap()).unwrap();
+    let dc = DcMotor {
+        stall_torque_n_m: 2.0,
+        no_load_rate_rad_s: 25.0,
+        current_limit_n_m: f64::INFINITY,
+        regenerates: true,
+    };
+    let motor = Motor::new(&limits, MotorCurve::dc(dc).unwrap()).unwrap();
 
     for saturation in [
         Saturation::Prioritised(Priority::Position),

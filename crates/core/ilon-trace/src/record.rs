@@ -236,14 +236,6 @@ pub struct Support {
     pub obstacles_y_n: f64,
 }
 
-impl Support {
-    /// The share of the load on the wheels; `None` in the air.
-    pub fn wheels_share(&self) -> Option<f64> {
-        let sum_n = self.wheels_n + self.chassis_n;
-        (sum_n > 0.0).then(|| self.wheels_n / sum_n)
-    }
-}
-
 /// The robot's true state in the world frame: its origin is in the floor's plane and z is the
 /// floor's normal, also on a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -449,17 +441,5 @@ mod tests {
             ..WheelSample::default()
         };
         assert!((sample.steady().friction_used_max - 0.6).abs() < 1e-15);
-    }
-
-    #[test]
-    fn the_wheels_share_is_of_what_wheels_and_chassis_carry_together() {
-        let carried = |wheels_n: f64, chassis_n: f64| Support {
-            wheels_n,
-            chassis_n,
-            ..Support::default()
-        };
-        assert_eq!(carried(30.0, 10.0).wheels_share(), Some(0.75));
-        assert_eq!(carried(0.0, 10.0).wheels_share(), Some(0.0));
-        assert_eq!(carried(0.0, 0.0).wheels_share(), None);
     }
 }

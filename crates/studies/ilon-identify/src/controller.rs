@@ -11,6 +11,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::directions::contact;
 use crate::model::{Parameter, is_held};
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
+use crate::scatter::Interval;
 
 /// Rollers within this angle of the controller's assumption agree with it, in radians.
 const WITHIN_RAD: f64 = 0.02;
@@ -116,8 +117,7 @@ pub fn kind(robot: &Robot) -> Option<ControllerKind> {
 /// controller's radius is R g. With that radius a lever L produces (gain of rotation / gain ahead)
 /// of a rotation, and a factor sideways of (gain sideways / gain ahead) is left.
 pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)]) -> Controller {
-    let nominal = |parameter: Parameter| parameter.nominal(robot);
-    let (radius_m, lever_m) = (nominal(Parameter::Radius), nominal(Parameter::Lever));
+    let [radius_m, lever_m] = [Parameter::Radius, Parameter::Lever].map(|of| of.nominal(robot));
     let wheels: Vec<(usize, &Value)> = parameters
         .iter()
         .filter_map(|(parameter, value)| match parameter {
@@ -131,58 +131,51 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
             .find(|(of, _)| *of == wanted)
             .map(|of| of.1.clone())
     };
-    // Gains by direction describe wheels at other places than stated as seen by the stated
-    // commands: radius and lever are what was fitted besides the places.
-    if parameters
-        .iter()
-        .any(|(parameter, _)| parameter.is_of_place())
-    {
-        return Controller {
-            radius_m: value_of(Parameter::Radius),
-            lever_m: value_of(Parameter::Lever),
-            ..Controller::default()
-        };
-    }
-    if wheels.is_empty() {
-        let of = |value: &Option<Value>, f: &dyn Fn(f64) -> f64, unit: &str, nominal: f64| {
-            value.as_ref().map(|value| value.through(f, unit, nominal))
-        };
-        return Controller {
-            kind: None,
-            radius_m: of(&gains.ahead, &|gain| radius_m * gain, "m", radius_m),
-            lever_m: of(
-                &gains.turn_over_ahead,
-                &|ratio| lever_m / ratio,
-                "m",
-                lever_m,
-            ),
-            sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
-            ..Controller::default()
-        };
-    }
-    let mean_m = {
+    let fitted = Controller {
+        radius_m: value_of(Parameter::Radius),
+        lever_m: value_of(Parameter::Lever),
+        gamma_deg: value_of(Parameter::Gamma),
+        ..Controller::default()
+    };
+    if !wheels.is_empty() {
         let own = |wheel: usize| wheels.iter().find(|(known, _)| *known == wheel);
-        let radius_m =
-            |wheel: usize| own(wheel).map_or(robot.wheels[wheel].radius_m, |own| own.1.value);
-        (0..robot.wheels.len()).map(radius_m).sum::<f64>() / robot.wheels.len() as f64
+        let own_m = |(index, wheel): (usize, &Wheel)| {
+            own(index).map_or(wheel.radius_m, |(_, value)| value.value)
+        };
+        let radii_m = robot.wheels.iter().enumerate().map(own_m);
+        let mean_m = radii_m.sum::<f64>() / robot.wheels.len() as f64;
+        let unknown = Interval::around(mean_m, f64::NAN);
+        return Controller {
+            radius_m: Some(Value::new(mean_m, unknown, "m", radius_m)),
+            wheels: (wheels.into_iter())
+                .map(|(wheel, radius_m)| WheelSetting {
+                    wheel: robot.wheels[wheel].name.clone(),
+                    radius_m: radius_m.clone(),
+                    rate_factor: mean_m / radius_m.value,
+                })
+                .collect(),
+            ..fitted
+        };
+    }
+    // Gains by direction describe wheels at other places or with other rollers than stated as seen
+    // by the stated commands: radius and lever are what was fitted besides.
+    let is_beside = |of: &Parameter| of.is_of_place() || *of == Parameter::Gamma;
+    if parameters.iter().any(|(parameter, _)| is_beside(parameter)) {
+        return fitted;
+    }
+    let of = |value: &Option<Value>, f: &dyn Fn(f64) -> f64, unit: &str, nominal: f64| {
+        value.as_ref().map(|value| value.through(f, unit, nominal))
     };
     Controller {
-        kind: None,
-        radius_m: Some(Value {
-            value: mean_m,
-            ci95: [None, None],
-            unit: "m".to_owned(),
-            nominal: radius_m,
-        }),
-        lever_m: value_of(Parameter::Lever),
-        wheels: (wheels.into_iter())
-            .map(|(wheel, radius_m)| WheelSetting {
-                wheel: robot.wheels[wheel].name.clone(),
-                radius_m: radius_m.clone(),
-                rate_factor: mean_m / radius_m.value,
-            })
-            .collect(),
-        ..Controller::default()
+        radius_m: of(&gains.ahead, &|gain| radius_m * gain, "m", radius_m),
+        lever_m: of(
+            &gains.turn_over_ahead,
+            &|ratio| lever_m / ratio,
+            "m",
+            lever_m,
+        ),
+        sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
+        ..fitted
     }
 }
 
@@ -210,5 +203,42 @@ mod tests {
         assert_eq!(of(mecanum, &|robot| robot.wheels.truncate(3)), None);
         assert_eq!(of(mecanum, &moved), None);
         assert_eq!(of(omni, &moved), None);
+    }
+
+    /// Beside a fitted angle of the rollers, radius and lever are those of the fit: gains by
+    /// direction hold what the angle does, and would correct it a second time.
+    #[test]
+    fn a_fitted_angle_of_the_rollers_is_named_with_what_was_fitted_beside_it() {
+        let urdf = include_str!("../../../../assets/robots/mecanum4.urdf");
+        let robot = Robot::from_urdf_str(urdf, "robot").unwrap();
+        let fitted = |parameter: Parameter, value: f64| {
+            let nominal = parameter.nominal(&robot);
+            let value = Value::new(
+                value,
+                Interval::around(value, 1e-3),
+                parameter.unit(),
+                nominal,
+            );
+            (parameter, value)
+        };
+        let by_name = [("gain.ahead", 0.98), ("sideways_over_ahead", 1.09)]
+            .map(|(name, gain)| (name.to_owned(), fitted(Parameter::Radius, gain).1));
+        let gains = gains(&robot, &BTreeMap::from(by_name));
+        let mut parameters = vec![
+            fitted(Parameter::Radius, 0.049),
+            fitted(Parameter::Lever, 0.31),
+            fitted(Parameter::Gamma, 42.5),
+        ];
+        let value = |value: &Option<Value>| value.as_ref().map(|value| value.value);
+        let found = controller(&robot, &gains, &parameters);
+        assert_eq!(value(&found.gamma_deg), Some(42.5));
+        assert_eq!(value(&found.radius_m), Some(0.049));
+        assert_eq!(value(&found.lever_m), Some(0.31));
+        assert_eq!(found.sideways_factor, None);
+        parameters.truncate(2);
+        let found = controller(&robot, &gains, &parameters);
+        assert_eq!(value(&found.gamma_deg), None);
+        let factor = value(&found.sideways_factor).unwrap();
+        assert!((factor - 1.0 / 1.09).abs() < 1e-12, "{factor}");
     }
 }

@@ -70,10 +70,11 @@ pub enum MotorCurve {
 impl MotorCurve {
     /// A DC motor with a stall torque in N m and a no-load rate in rad/s at the wheel, without a
     /// current limit, on a supply that absorbs regenerated power.
-    ///
-    /// # Errors
-    /// [`ControlError::NotPositive`].
-    pub fn dc_line(stall_torque_n_m: f64, no_load_rate_rad_s: f64) -> Result<Self, ControlError> {
+    #[cfg(test)]
+    pub(crate) fn dc_line(
+        stall_torque_n_m: f64,
+        no_load_rate_rad_s: f64,
+    ) -> Result<Self, ControlError> {
         Self::dc(DcMotor {
             stall_torque_n_m,
             no_load_rate_rad_s,

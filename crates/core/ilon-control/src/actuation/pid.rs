@@ -286,17 +286,15 @@ impl WheelLoop {
     /// # Errors
     /// [`ControlError::Negative`] if a gain or a setting is negative or not finite.
     pub fn new(wheel_count: usize, settings: WheelLoopSettings) -> Result<Self, ControlError> {
-        let gains = &settings.gains;
+        let WheelGains {
+            proportional_n_m_s,
+            integral_n_m,
+            derivative_n_m_s2,
+        } = settings.gains;
         for (what, value) in [
-            (
-                "the proportional gain in N m s/rad",
-                gains.proportional_n_m_s,
-            ),
-            ("the integral gain in N m/rad", gains.integral_n_m),
-            (
-                "the derivative gain in N m s^2/rad",
-                gains.derivative_n_m_s2,
-            ),
+            ("the proportional gain in N m s/rad", proportional_n_m_s),
+            ("the integral gain in N m/rad", integral_n_m),
+            ("the derivative gain in N m s^2/rad", derivative_n_m_s2),
             ("the wheel's inertia in kg m^2", settings.inertia_kg_m2),
             (
                 "the derivative filter's time constant in s",
@@ -401,7 +399,12 @@ impl WheelState {
             self.integral_n_m = begun.integral_n_m(self.integral_n_m, rates, (settings, limit));
         }
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
-        let step_n_m_s = gains.integral_n_m * dt_s;
+        let grown_n_m = self.integral_n_m + gains.integral_n_m * dt_s * e;
+        // At its limit the integral does not grow within the step either.
+        let step_n_m_s = match grown_n_m.abs() > settings.integral_limit_n_m {
+            true => 0.0,
+            false => gains.integral_n_m * dt_s,
+        };
         let (held, droop, counted) = match settings.timing {
             LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
             LoopTiming::Continuous => (
@@ -430,7 +433,7 @@ impl WheelState {
                 let beyond =
                     (wanted > limit.max_n_m && e > 0.0) || (wanted < limit.min_n_m && e < 0.0);
                 if settings.winds_up || !beyond {
-                    self.integral_n_m = settings.held(self.integral_n_m + step_n_m_s * e);
+                    self.integral_n_m = settings.held(grown_n_m);
                 }
             }
         }

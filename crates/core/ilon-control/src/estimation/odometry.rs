@@ -112,11 +112,6 @@ impl Odometry {
     pub fn pose(&self) -> Pose {
         self.pose
     }
-
-    /// Restarts from a known pose, at the wheel angles of the last update.
-    pub fn set_pose(&mut self, pose: Pose) {
-        self.pose = pose;
-    }
 }
 
 #[cfg(test)]
@@ -188,20 +183,5 @@ mod tests {
         // 1.0205), the rest of a pitch left over.
         assert!((way_m / 0.6 - 1.0205).abs() < 0.004, "{way_m}");
         assert!((truth.position_m() - believed.position_m()).norm() < 1e-4);
-    }
-
-    #[test]
-    fn it_begins_again_where_it_is_told() {
-        let robot = mecanum4();
-        let kinematics = ContactKinematics::new(&robot).unwrap();
-        let mut odometry = Odometry::new(kinematics, Pose::default(), &[]);
-        odometry.update(&[1.0; 4]);
-        let known = Pose {
-            x_m: 3.0,
-            y_m: 4.0,
-            heading_rad: 1.0,
-        };
-        odometry.set_pose(known);
-        assert_eq!(odometry.update(&[1.0; 4]), known);
     }
 }

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use ilon_sim::{Plant, Run, Scenario, WheelCommand, run};
+use test_case::test_case;
 
 fn scenario(text: &str) -> Scenario {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
@@ -132,6 +133,21 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     let wound = overrun("anti_windup = \"none\"");
     assert!(wound > 0.1 && held.abs() < 0.05, "{wound} {held}");
     assert!(limited < 0.5 * wound, "{limited} {wound}");
+}
+
+/// A PI of 0.05 N m s/rad and at most 0.15 N m on a target of 4 rad/s, against gears of 0.3 N m and
+/// bearings of 1e-3 N m s/rad: 0.05 (4 - w) + 0.15 = 0.3 + 0.001 w, so w = 0.05 / 0.051 = 0.9804
+/// rad/s, and all torques end at 0.3 N m. Nine rollers at 45 degrees let rates ripple by 1e-4.
+#[test_case("continuous")]
+#[test_case("sampled")]
+fn an_integral_at_its_limit_gives_no_more_than_that(timing: &str) {
+    let found = driven(&format!(
+        "motors.gear_friction_n_m = 0.3\ntwist = {{ vx_m_s = 0.2, rest_s = 0.0, ramp_s = 0.2, settle_s = 2.0 }}\n\
+         wheel_loop = {{ proportional_n_m_s = 0.05, integral_n_m = 1.0, integral_limit_n_m = 0.15, timing = \"{timing}\" }}"
+    ));
+    let speed_m_s = found.summary.twist_mean.expect("means").vx_m_s;
+    let expected_m_s = 0.05 * 0.05 / 0.051;
+    assert!((speed_m_s / expected_m_s - 1.0).abs() < 1e-3, "{speed_m_s}");
 }
 
 /// P loops on all wheels of a robot without sliding are one integrator in each direction of motion,

@@ -76,7 +76,8 @@ impl Open {
 /// Keys of a scenario changed on the command line.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Settings {
-    /// Change a key of the scenario, such as `world.floor.friction=0.2`; repeatable.
+    /// Change a key of the scenario, such as `world.floor.friction=0.2`; repeatable. A path starts
+    /// from the scenario's folder, beside a robot alone from the current one.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
 }

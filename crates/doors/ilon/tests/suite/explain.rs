@@ -5,6 +5,10 @@ use crate::support;
 
 use support::{Folder, ended_with};
 
+fn summary(folder: &Folder, of: &str) -> serde_json::Value {
+    serde_json::from_str(&folder.read(&format!("{of}/summary.json"))).expect("JSON")
+}
+
 /// The reported effect of a fault is the difference from the same command's run without it.
 #[test]
 fn a_cause_is_told_by_the_run_without_it() {
@@ -42,8 +46,7 @@ fn a_cause_is_told_by_the_run_without_it() {
             .all(|two| apart(&two[0]) >= apart(&two[1]))
     );
     // The page and the summary agree.
-    let summary: serde_json::Value =
-        serde_json::from_str(&folder.read("explained/summary.json")).expect("JSON");
+    let summary = summary(&folder, "explained");
     let told = summary["effects"].as_array().expect("a list");
     assert!(told.iter().any(|effect| effect["cause"] == "sliding"));
     assert!(
@@ -272,4 +275,41 @@ fn the_scenarios_of_a_robot_alone_hold_what_was_set() {
     ];
     ended_with(0, &folder.ilon(&again));
     assert_eq!(first, figures("again/summary.json"));
+}
+
+/// A path that is typed starts from the folder of the person who types it, wherever the scenarios
+/// are written: each of them, run again from another folder, finds the file and gives the same run.
+#[test]
+fn paths_set_beside_a_robot_alone_start_from_the_current_folder() {
+    let folder = Folder::new();
+    let square = "v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nf 1 2 3\nf 1 3 4\n";
+    folder.write("maps/flat.obj", square);
+    let map = "world.floor.height_map={ file = \"maps/flat.obj\", cell_m = 1 }";
+    let set = ["--set", map, "--set", "run.duration_s=0.2"];
+    let run = ["run", "robot.urdf", "--no-report", "--no-twins"];
+    ended_with(0, &folder.ilon(&[&run[..], &set].concat()));
+    let mut again = folder.command(&["run", "left.toml", "--no-report", "--no-twins"]);
+    again.args(["--out", "again"]);
+    again.current_dir(folder.path("out/robot"));
+    ended_with(0, &again.output().expect("it starts"));
+    let hash = |of: &str| summary(&folder, of)["trace_hash"].clone();
+    assert!(hash("out/robot/left").is_string());
+    assert_eq!(hash("out/robot/left"), hash("out/robot/again"));
+}
+
+/// A setting that only the world can refuse leaves no scenario behind.
+#[test]
+fn a_robot_alone_with_a_refused_setting_writes_nothing() {
+    let folder = Folder::new();
+    for (set, named) in [
+        (
+            "world.floor.height_map={ file = \"none.png\", cell_m = 1, height_m = 1 }",
+            "none.png",
+        ),
+        ("motors.wheels.nobody.forwards=0.9", "`nobody`"),
+    ] {
+        let refused = ended_with(2, &folder.ilon(&["run", "robot.urdf", "--set", set]));
+        assert!(refused.contains(named), "{refused}");
+        assert!(!folder.path("out").exists());
+    }
 }

@@ -310,17 +310,24 @@ impl Writing<'_> {
             }
         }
         for inner in node.descendants().filter(Node::is_element) {
+            let is_own_pose =
+                inner.has_tag_name("pose") && inner.parent() == Some(node) && is_placed;
+            let mut names_frame = place.frame.is_empty();
             for attribute in inner.attributes() {
-                let refers =
-                    ["relative_to", "attached_to", "expressed_in"].contains(&attribute.name());
-                if refers && !attribute.value().is_empty() && !place.frame.is_empty() {
-                    let value = escaped(&scoped(attribute.value(), place));
-                    edits.push((attribute.range_value(), value));
+                // Before SDF 1.7 a pose said `frame`; an empty one names none.
+                let refers = ["relative_to", "attached_to", "expressed_in", "frame"]
+                    .contains(&attribute.name());
+                let frame = match attribute.value() {
+                    "" if is_own_pose => self.default_frame(node, place),
+                    "" => continue,
+                    name => scoped(name, place),
+                };
+                if refers && !place.frame.is_empty() {
+                    edits.push((attribute.range_value(), escaped(&frame)));
+                    names_frame = true;
                 }
             }
-            let is_own_pose = inner.has_tag_name("pose") && inner.parent() == Some(node);
-            let names_frame = inner.has_attribute("relative_to") || inner.has_attribute("frame");
-            if is_own_pose && is_placed && !names_frame && !place.frame.is_empty() {
+            if is_own_pose && !names_frame {
                 let at = inner.range().start + "<pose".len();
                 let frame = escaped(&self.default_frame(node, place));
                 edits.push((at..at, format!(" relative_to=\"{frame}\"")));

@@ -862,6 +862,18 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
         },
         |name| format!("wheel_{name}::hub"),
     );
+    // As the model editor of Gazebo writes them: each pose has a `frame`, most of them empty.
+    let [of_no_frame, of_a_frame] = [("", 0.0), ("post", 0.1)].map(|(frame, above_m)| {
+        let own = format!("name=\"hub\"><pose frame='{frame}'>0 0 {above_m} 0 0 0</pose>");
+        let post = "<frame name='post'><pose relative_to=''>0 0 -0.1 0 0 0</pose></frame>";
+        let wheel = sdf_wheel().replace("name=\"hub\">", &own) + post;
+        sdf_of_models(
+            |name, pose| {
+                format!("<model name='{name}'>{wheel}<pose frame=''>{pose}</pose></model>")
+            },
+            |name| format!("wheel_{name}::hub"),
+        )
+    });
     let included = sdf_of_models(
         |name, pose| {
             format!(
@@ -890,6 +902,8 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
     for (name, text) in [
         ("plain", &plain[..]),
         ("within", &within),
+        ("of_no_frame", &of_no_frame),
+        ("of_a_frame", &of_a_frame),
         ("included", &included),
         ("merged", &merged),
         ("world", world),

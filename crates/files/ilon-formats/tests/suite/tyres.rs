@@ -363,3 +363,36 @@ fn two_wheels_alone_are_refused_and_a_mesh_may_show_the_casters() {
     let pose = robot.standing_pose().expect("on wheels and block");
     assert!(pose.tilt_rad() < 1e-9 && glides(&robot) == 1, "{pose:?}");
 }
+
+/// A file for viewers may hold its wheels still. Two that are called wheels are a pair, as if they
+/// turned, if nothing else turns; a third one would leave open which two are driven.
+#[test]
+fn two_wheels_that_a_file_holds_still_are_a_pair_with_a_remark() {
+    let still = |urdf: &str| urdf.replace("\"continuous\"", "\"fixed\"");
+    let file = on_balls(&[[-0.1, 0.0]]);
+    let (held, turning) = (load(&still(&file)), load(&file));
+    assert_eq!(names(&held), ["left_wheel", "right_wheel"]);
+    for (held, turning) in held.wheels.iter().zip(&turning.wheels) {
+        assert!((held.position_m() - turning.position_m()).norm() < 1e-12);
+        assert!((held.radius_m - turning.radius_m).abs() < 1e-12 && held.has_tyre());
+    }
+    let words = "their joints do not turn in the file, and are taken to";
+    assert!(said(&held, words) && !said(&turning, words));
+
+    let drums = still(&file).replace("_wheel", "_drum");
+    let ball = "<collision><geometry><sphere radius=\"0.02\"/>";
+    let disc = "<collision><origin rpy=\"1.5707963267948966 0 0\"/><geometry><cylinder radius=\"0.05\" length=\"0.02\"/>";
+    let three = on_balls(&[[-0.1, 0.03]])
+        .replace(ball, disc)
+        .replace("hold0", "rear_wheel");
+    let three = still(&three);
+    let rear = "name=\"rear_wheel\" type=";
+    let one_turns = three.replace(
+        &format!("{rear}\"fixed\">"),
+        &format!("{rear}\"continuous\"><axis xyz=\"0 1 0\"/>"),
+    );
+    assert_ne!(three, one_turns);
+    for refused in [drums, three, one_turns] {
+        assert!(Robot::from_urdf_str(&refused, "robot.urdf").is_err());
+    }
+}

@@ -126,19 +126,26 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The text of a scenario with some of its keys changed; the same text without changes.
+    /// The text of a scenario with some of its keys changed; the same text without changes. Its
+    /// relative paths start from the current folder, and are written as absolute ones.
     ///
     /// # Errors
-    /// If the text or a setting is no TOML.
+    /// Like [`Self::load_with`].
     pub fn text_with(text: &str, name: &str, settings: &[Setting]) -> Result<String, Error> {
         if settings.is_empty() {
             return Ok(text.to_owned());
         }
+        let mut placed = parse(text, name, settings)?;
+        for path in placed.paths_mut() {
+            *path = std::path::absolute(&*path).unwrap_or_else(|_| path.clone());
+        }
         let lines: Vec<String> = settings.iter().map(Setting::as_toml).collect();
         let (document, _) = merged(text, name, &lines)?;
-        let table: toml::Table =
+        let mut table: toml::Table =
             decode(document).map_err(|error| Error::encode("the scenario", &error.message))?;
-        encode(&table).map_err(|source| Error::encode("the scenario", &source))
+        let failed = |source: toml::ser::Error| Error::encode("the scenario", &source);
+        take_texts(&mut table, &toml::Table::try_from(&placed).map_err(failed)?);
+        encode(&table).map_err(failed)
     }
 
     /// The scenario as TOML, with every default written out, below its description as a comment.
@@ -158,30 +165,40 @@ impl Scenario {
     /// The same scenario for a file in another folder, with relative paths adapted if possible.
     pub fn moved_to(&self, folder: &Path) -> Self {
         let mut moved = self.clone();
-        let from_there = |path: &mut PathBuf| {
+        for path in moved.paths_mut() {
             let absolute = std::path::absolute(self.resolve(path));
             let there = std::path::absolute(folder);
             if let (Ok(absolute), Ok(there)) = (absolute, there) {
                 *path = relative(&real_but_its_name(&absolute), &real(&there));
             }
-        };
-        from_there(&mut moved.robot.file);
-        let believed = moved.controller.robot.as_mut();
-        if let Some(file) = believed.and_then(|robot| robot.file.as_mut()) {
-            from_there(file);
-        }
-        moved.robot.packages.values_mut().for_each(from_there);
-        if let Some(file) = moved.reference.as_mut().and_then(Tracked::file_mut) {
-            from_there(file);
-        }
-        if let Some(playback) = &mut moved.playback {
-            from_there(&mut playback.file);
-        }
-        if let Some(map) = &mut moved.world.floor.height_map {
-            from_there(&mut map.file);
         }
         moved.folder = folder.to_owned();
         moved
+    }
+
+    /// All files and folders that it names.
+    fn paths_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let believed = self.controller.robot.as_mut();
+        let map = self.world.floor.height_map.as_mut();
+        std::iter::once(&mut self.robot.file)
+            .chain(self.robot.packages.values_mut())
+            .chain(believed.and_then(|robot| robot.file.as_mut()))
+            .chain(self.reference.as_mut().and_then(Tracked::file_mut))
+            .chain(self.playback.as_mut().map(|playback| &mut playback.file))
+            .chain(map.map(|map| &mut map.file))
+    }
+}
+
+/// Gives the texts of a table the values that another table has for the same keys.
+fn take_texts(table: &mut toml::Table, from: &toml::Table) {
+    for (key, value) in table {
+        match (value, from.get(key)) {
+            (toml::Value::Table(inner), Some(toml::Value::Table(from))) => take_texts(inner, from),
+            (value @ toml::Value::String(_), Some(text @ toml::Value::String(_))) => {
+                *value = text.clone();
+            }
+            _ => {}
+        }
     }
 }
 

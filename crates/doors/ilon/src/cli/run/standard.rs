@@ -8,7 +8,7 @@ use ilon_trace::Summary;
 use ilon_trace::file::write_text;
 use ilon_trace::metrics::TwistRatio;
 
-use super::one::{Arguments, Told, load, one, print_json};
+use super::one::{Arguments, Told, one, print_json};
 use crate::Scenario;
 use crate::cli::escape::path_in_line;
 use crate::cli::failure::Failure;
@@ -16,7 +16,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::robot::{robot_alone, robot_line};
 use crate::cli::table::Table;
 use crate::cli::{console, flags};
-use crate::simulate::load_robot;
+use crate::simulate::{Simulation, load_robot};
 
 /// First line of each scenario written for a robot, which distinguishes it from one that the user
 /// changed.
@@ -45,6 +45,9 @@ pub(super) fn run(
         &arguments.sandbox,
     )?;
     let loaded = load_robot(&standing)?;
+    // What only the world refuses, such as a map that is not there, is refused before any file is
+    // written.
+    Simulation::with_robot(&standing, &loaded)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;
     let mut scenarios = Vec::new();
@@ -62,13 +65,16 @@ pub(super) fn run(
                 "move it elsewhere, or choose another folder with --out",
             ));
         }
-        std::fs::create_dir_all(&folder).map_err(|source| Failure::write(&folder, &source))?;
-        write_text(&path, &text)?;
-        let scenario = load(&path, arguments, files)?;
-        scenarios.push((motion, path, scenario));
+        let mut scenario = Scenario::from_text(&text, &path, &[], files)?;
+        scenario.run.converge |= arguments.converge.converge;
+        scenarios.push((motion, path, text, scenario));
+    }
+    std::fs::create_dir_all(&folder).map_err(|source| Failure::write(&folder, &source))?;
+    for (_, path, text, _) in &scenarios {
+        write_text(path, text)?;
     }
     let (mut told, mut summaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
-    for (motion, path, scenario) in &scenarios {
+    for (motion, path, _, scenario) in &scenarios {
         let (json, summary) = one(
             path,
             scenario,
