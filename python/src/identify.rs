@@ -15,7 +15,7 @@ use crate::values::as_python;
 /// Fits all free parameters of a study; returns the content of `identified.json`, and writes it
 /// with its page into a folder, if one is given.
 #[pyfunction]
-#[pyo3(signature = (study, *, out=None, folder=None, sandbox=None))]
+#[pyo3(signature = (study: "_Source", *, out: "_Path | None" = None, folder: "_Path | None" = None, sandbox: "_Sandbox | None" = None) -> "_Dict")]
 pub fn identify<'py>(
     py: Python<'py>,
     study: &Bound<'py, PyAny>,

@@ -9,7 +9,7 @@
 //! | `identify` | fits of a robot's parameters to logs |
 //! | `track` | the learning task, for many robots at once |
 //! | `tools` | inspect, generate, compare, judge, the command |
-//! | `scenario`, `values` | scenarios and values from Python |
+//! | `scenario`, `values`, `typed` | scenarios and values from Python, and to it |
 //! | `errors` | errors as exceptions |
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
@@ -24,6 +24,7 @@ mod study;
 mod tools;
 mod trace;
 mod track;
+mod typed;
 mod values;
 
 /// The compiled half of `ilon`.

@@ -4,13 +4,15 @@ use ilon::robot::{Pose, Twist};
 use ilon::simulate::{Measurements, Plant};
 use ilon::trace;
 use ilon::world::{BodyState, FreeBodyState, WheelTally};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
-type Array<'py> = Bound<'py, PyArray1<f64>>;
+use crate::typed::Floats;
+
+type Array<'py> = Floats<'py>;
 
 fn array<'py>(py: Python<'py>, numbers: &[f64]) -> Array<'py> {
-    PyArray1::from_slice(py, numbers)
+    PyArray1::from_slice(py, numbers).into()
 }
 
 /// A pose as three numbers: x and y in metres, heading in radians.
@@ -105,7 +107,7 @@ getters! { Imu |me, py|
     }
 }
 
-/// Where the robot really is and how it really moves.
+/// Where the robot really is and how it really moves, whatever its sensors say.
 #[pyclass(frozen, module = "ilon")]
 pub struct Truth(pub trace::Truth);
 
@@ -151,7 +153,7 @@ impl Body {
 }
 
 getters! { Body |me, py|
-    /// The body frame's origin in the world, in metres.
+    /// The body frame's origin in the world: x, y, z in m.
     position_m: Array<'py> = {
         let BodyState { pose, height_m, .. } = &me.state;
         array(py, &[pose.x_m, pose.y_m, *height_m])
@@ -171,7 +173,7 @@ getters! { Body |me, py|
     /// Acceleration of the body frame's origin in the world frame, in m/s^2: the mean over the last
     /// advance.
     acceleration_in_world_m_s2: Array<'py> = array(py, &me.acceleration_in_world_m_s2);
-    /// The acceleration of gravity in the world frame, in m/s^2.
+    /// The acceleration of gravity in the world frame, in m/s^2. On a slope it leans.
     gravity_in_world_m_s2: Array<'py> = array(py, &me.gravity_in_world_m_s2);
     ;
 
@@ -182,7 +184,7 @@ getters! { Body |me, py|
     }
 }
 
-/// The robot's wheels and their contacts, as they really are.
+/// The robot's wheels and their contacts, as they really are, in the robot's order.
 #[pyclass(frozen, module = "ilon")]
 pub struct Wheels {
     angles_rad: Vec<f64>,
@@ -205,16 +207,17 @@ impl Wheels {
         &self,
         py: Python<'py>,
         row: impl Fn(&WheelTally) -> [f64; N],
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    ) -> PyResult<Floats<'py>> {
         let flat = self.over.iter().flat_map(row).collect::<Vec<_>>();
-        PyArray1::from_vec(py, flat).reshape([self.over.len(), N])
+        let rows = PyArray1::from_vec(py, flat).reshape([self.over.len(), N])?;
+        Ok(rows.into())
     }
 }
 
 getters! { Wheels |me, py|
-    /// Angles about the wheels' axes since the start in rad, not wrapped.
+    /// Angles about the wheels' axes since the start, in rad, not wrapped.
     angles_rad: Array<'py> = array(py, &me.angles_rad);
-    /// Rates about the wheels' axes in rad/s.
+    /// Rates about the wheels' axes, in rad/s.
     rates_rad_s: Array<'py> = array(py, &me.rates_rad_s);
     /// The ground's normal forces in N: means over the last advance.
     loads_n: Array<'py> = {
@@ -232,13 +235,12 @@ getters! { Wheels |me, py|
         let speeds = me.over.iter().map(|wheel| wheel.sliding_max_m_s);
         array(py, &speeds.collect::<Vec<_>>())
     };
-    /// The ground's tangential forces on the wheels, a row of x and y in the body frame for each,
-    /// in N: means over the last advance.
-    forces_in_body_n: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.force_mean_in_body_n().into());
-    /// Slip: velocities of the rollers' surfaces over the ground, a row of x and y in the body
-    /// frame for each wheel, in m/s: means over the time of the last advance in which the wheel
-    /// touched.
-    slip_in_body_m_s: PyResult<Bound<'py, PyArray2<f64>>> = me.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into());
+    /// The ground's tangential forces: a row of x and y in the body frame for each wheel, in N:
+    /// means over the last advance.
+    forces_in_body_n: PyResult<Floats<'py>> = me.rows(py, |wheel| wheel.force_mean_in_body_n().into());
+    /// Velocities of the rollers' surfaces over the ground: a row of x and y in the body frame for
+    /// each wheel, in m/s: means over the time of the last advance in which the wheel touched.
+    slip_in_body_m_s: PyResult<Floats<'py>> = me.rows(py, |wheel| wheel.sliding_mean_in_body_m_s().into());
     ;
 
     fn __repr__(&self) -> String {
@@ -262,7 +264,7 @@ impl FreeBody {
 }
 
 getters! { FreeBody |me, py|
-    /// Its middle in the world, in metres.
+    /// Its middle in the world: x, y, z in m.
     position_m: Array<'py> = array(py, me.0.place_m.as_slice());
     /// How it is turned in the world: a unit quaternion w, x, y, z.
     quaternion_wxyz: Array<'py> = {
@@ -273,9 +275,9 @@ getters! { FreeBody |me, py|
     velocity_in_world_m_s: Array<'py> = array(py, me.0.velocity_m_s.as_slice());
     /// Its angular velocity, in the world frame, in rad/s.
     angular_in_world_rad_s: Array<'py> = array(py, me.0.angular_rad_s.as_slice());
-    /// The robot's force on it in the world frame in N: the mean over the last physics step.
+    /// The robot's force on it in the world frame, in N: the mean over the last physics step.
     force_of_robot_n: Array<'py> = array(py, me.0.force_from_robots_n.as_slice());
-    /// Work that the robot has done on it since the start, in J.
+    /// Work that the robot has done on it since the start, in J: less what it did on the robot.
     work_of_robot_j: f64 = me.0.work_of_robots_j;
     /// Whether it rests, and is left alone until something comes near.
     sleeps: bool = me.0.sleeps;
@@ -309,7 +311,8 @@ getters! { Desired |me, py|
 pub struct Outcome {
     /// Mean torques in N m.
     pub torques_n_m: Vec<f64>,
-    /// By how much the laws of contact were broken at worst, in m/s.
+    /// By how much the laws of contact were broken at worst, in m/s: the speed of what moves and
+    /// should not.
     #[pyo3(get)]
     pub contact_residual_m_s: f64,
 }

@@ -20,6 +20,7 @@ use crate::errors::{OrRaise, explained, raised};
 use crate::moments::{Desired, Observation};
 use crate::scenario;
 use crate::trace::Recorded;
+use crate::typed::Dict;
 use crate::values::{as_python, finite_row};
 
 /// Interval in which a long run checks for Ctrl-C; chosen.
@@ -53,7 +54,10 @@ impl Run {
 
 /// Simulates a scenario to its end; `called` is the equivalent call, for the report.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, called, settings=None, controller=None, folder=None, sandbox=None, converge=false, causes=None))]
+#[pyo3(signature = (
+    scenario: "_Source", *, called, settings: "_Table | None" = None, controller: "_Controller | None" = None, folder: "_Path | None" = None,
+    sandbox: "_Sandbox | None" = None, converge=false, causes: "Literal['named', 'all'] | None" = None,
+))]
 #[expect(clippy::too_many_arguments, reason = "they are those of `ilon.run`")]
 pub fn run(
     py: Python<'_>,
@@ -250,6 +254,7 @@ pub struct Torques(Py<PyAny>);
 #[pymethods]
 impl Torques {
     #[new]
+    #[pyo3(signature = (torques_n_m: "_Array"))]
     fn new(torques_n_m: Py<PyAny>) -> Self {
         Self(torques_n_m)
     }
@@ -270,8 +275,8 @@ impl Run {
 
     /// The figures of the run, as in `summary.json`.
     #[getter]
-    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        as_python(py, &self.run.summary)
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        as_python(py, &self.run.summary).map(Dict::from)
     }
 
     /// The numbers of the summary by their dotted names, such as `twist_ratio_ideal.vy`; those that
@@ -292,8 +297,8 @@ impl Run {
 
     /// The scenario as it was run, every default spelled out.
     #[getter]
-    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        as_python(py, &self.run.scenario)
+    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        as_python(py, &self.run.scenario).map(Dict::from)
     }
 
     /// The same as the text of a scenario file.
@@ -319,7 +324,9 @@ impl Run {
         py.detach(|| ilon::cli::report_html(&self.run, &self.called))
     }
 
-    /// Writes what `ilon run --out` writes into a folder.
+    /// Writes what `ilon run --out` writes into a folder: summary.json, trace.parquet, report.html,
+    /// scenario.toml.
+    #[pyo3(signature = (folder: "_Path"))]
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         py.detach(|| ilon::cli::write_results(&folder, &self.run, &self.called))
             .map_err(|fault| explained(py, "TraceError", &fault))
@@ -327,6 +334,7 @@ impl Run {
 
     /// The parts from which a run is rebuilt in another process: trace, summary, scenario, name,
     /// folder, sandbox, warnings, call.
+    #[pyo3(signature = () -> "tuple[bytes, str, str, str, Path, list[Path] | None, list[str], str]")]
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<Parts<'py>> {
         let bytes = py.detach(|| -> Result<_, Error> {
             let folder = tempfile::tempdir().map_err(no_room)?;
@@ -353,6 +361,7 @@ impl Run {
     /// Rebuilds a run from its parts.
     #[staticmethod]
     #[expect(clippy::too_many_arguments, reason = "they are what `parts` gives")]
+    #[pyo3(signature = (trace: "bytes", summary, scenario, name, folder: "_Path", sandbox: "list[Path] | None", warnings, called))]
     fn of_parts(
         py: Python<'_>,
         trace: &Bound<'_, PyBytes>,

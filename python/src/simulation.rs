@@ -9,12 +9,13 @@ use ilon::simulate::{Driver, JointCommand, Plant, WheelCommand, load_robot, reso
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::errors::OrRaise;
 use crate::moments::{Body, Desired, FreeBody, Observation, Outcome, Truth, Wheels};
 use crate::run::{BETWEEN_LOOKS, Stopped};
 use crate::scenario;
+use crate::typed::{Dict, Floats};
 use crate::values::{as_python, finite_row};
 
 /// Physics steps between checks of the clock, several milliseconds of computation; chosen.
@@ -24,13 +25,24 @@ const STEPS_AT_ONCE: f64 = 500.0;
 /// the plant refuses.
 const MOST_STEPS: f64 = 1e9;
 
-/// A robot in its world with its motors and wheel loops, its sensors, and what goes wrong with it.
+/// A robot in its world with its motors and wheel loops, its sensors and faults, driven step by
+/// step.
+///
+/// `scenario` is the path of a scenario file or a dict of what it would hold; relative paths in a
+/// dict start from `folder`, or from where the program runs. `settings` changes keys:
+/// `{"world.floor.friction": 0.2}`. Of `[run]`, `duration_s` ends nothing here. With `sandbox`,
+/// files are read below these folders alone: for scenarios and robots of people that you do not
+/// know.
+///
+/// Another thread may run Python while it steps; two threads that call the same simulation at once
+/// get a RuntimeError. It cannot be pickled. Raises subclasses of `ilon.Error` for what the command
+/// line refuses.
 #[pyclass(module = "ilon")]
 pub struct Simulation {
     plant: Plant,
 }
 
-/// A simulation as it was at one moment.
+/// A simulation as it was at one moment. It cannot be pickled.
 #[pyclass(frozen, module = "ilon")]
 pub struct Snapshot(ilon::simulate::Snapshot);
 
@@ -48,7 +60,7 @@ impl Snapshot {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario, *, settings=None, folder=None, sandbox=None))]
+    #[pyo3(signature = (scenario: "_Source", *, settings: "_Table | None" = None, folder: "_Path | None" = None, sandbox: "_Sandbox | None" = None))]
     fn new(
         py: Python<'_>,
         scenario: &Bound<'_, PyAny>,
@@ -67,8 +79,9 @@ impl Simulation {
         })
     }
 
-    /// Begins anew at rest; noise from `seed`, at `pose`, or both as the scenario says.
-    #[pyo3(signature = (*, seed=None, pose=None))]
+    /// Begins anew: time zero, the robot at rest. Noise comes from `seed` and the robot stands at
+    /// `pose` (x in m, y in m, heading in rad), or both are as the scenario says.
+    #[pyo3(signature = (*, seed: "int | None" = None, pose: "_Array | None" = None))]
     fn reset(
         &mut self,
         py: Python<'_>,
@@ -99,14 +112,20 @@ impl Simulation {
         Ok(self.observe())
     }
 
-    /// What the robot's sensors say now.
+    /// What the robot's sensors say now. Asked again at the same moment, they say the same.
     fn observe(&mut self) -> Observation {
         let t_s = self.plant.time_s();
         Observation::new(t_s, self.plant.observe().clone())
     }
 
-    /// Lets the robot act on a command for a time in seconds, by default a control period.
-    #[pyo3(signature = (wheel_rates=None, *, torques=None, period_s=None))]
+    /// Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's
+    /// order, for a time in seconds, by default a control period; with sampled wheel loops a whole
+    /// number of physics steps.
+    ///
+    /// Raises ValueError or TypeError for numbers that are not finite or of another count, before
+    /// anything happens; `ilon.DivergedError` where the robot's motion is no number afterwards;
+    /// KeyboardInterrupt between steps of a long time.
+    #[pyo3(signature = (wheel_rates: "_Array | None" = None, *, torques: "_Array | None" = None, period_s=None))]
     fn advance(
         &mut self,
         py: Python<'_>,
@@ -147,7 +166,10 @@ impl Simulation {
         Snapshot(self.plant.snapshot())
     }
 
-    /// Goes back to a snapshot: from there all is as it was, to the bit.
+    /// Goes back to a snapshot, of this simulation or of another of the same scenario and robot:
+    /// from there all is as it was, to the bit. Raises `ilon.ScenarioError` for a snapshot of
+    /// another scenario or robot.
+    #[pyo3(signature = (snapshot: "Snapshot"))]
     fn restore(&mut self, snapshot: &Bound<'_, PyAny>) -> PyResult<()> {
         let Ok(kept) = snapshot.cast::<Snapshot>() else {
             return Err(PyTypeError::new_err("restore what `snapshot()` returned"));
@@ -155,8 +177,10 @@ impl Simulation {
         self.plant.restore(&kept.get().0).or_raise(snapshot.py())
     }
 
-    /// Pushes the chassis from now on with a force in N in the world frame for a time in seconds.
-    #[pyo3(signature = (force_n, lasts_s, *, place_m=None))]
+    /// Pushes the chassis from now on with a constant force (x, y, z in N, in the world frame) for
+    /// a time in seconds, at a place in the body frame (x, y, z in m); without one, at the
+    /// chassis's centre of mass. Pushes add up; a reset ends them.
+    #[pyo3(signature = (force_n: "_Array", lasts_s, *, place_m: "_Array | None" = None))]
     fn push(
         &mut self,
         py: Python<'_>,
@@ -169,9 +193,10 @@ impl Simulation {
         self.plant.push(force_n, place_m, lasts_s).or_raise(py)
     }
 
-    /// Lets a force and a moment in the world frame act on the chassis from now on until they are
-    /// changed.
-    #[pyo3(signature = (force_n=None, moment_n_m=None, *, place_m=None))]
+    /// Lets a force in N and a moment in N m, both x, y, z in the world frame, act on the chassis
+    /// from now on until they are set again; the force at a place in the body frame in m, or
+    /// without one at the chassis's centre of mass. What is left out is 0.
+    #[pyo3(signature = (force_n: "_Array | None" = None, moment_n_m: "_Array | None" = None, *, place_m: "_Array | None" = None))]
     fn set_wrench(
         &mut self,
         py: Python<'_>,
@@ -187,8 +212,12 @@ impl Simulation {
         set.or_raise(py)
     }
 
-    /// Lets the chassis bear the articulated-body inertia of what another simulator moves from now
-    /// on.
+    /// Lets the chassis bear from now on the articulated-body inertia of something that another
+    /// simulator moves: six rows of six numbers, linear at the body frame's origin before angular,
+    /// along the world's axes, in kg, kg m and kg m^2. With `set_wrench` of what that puts on the
+    /// chassis where it is not accelerated, both meet without a delay, whatever weighs more. All
+    /// zeros end it.
+    #[pyo3(signature = (inertia: "_Array"))]
     fn set_articulated_inertia(
         &mut self,
         py: Python<'_>,
@@ -208,8 +237,9 @@ impl Simulation {
         self.plant.set_articulated_inertia(&numbers).or_raise(py)
     }
 
-    /// Puts a mass in kg on the robot from now on, in place of the one put there before.
-    #[pyo3(signature = (mass_kg, *, place_m=None))]
+    /// Puts a mass in kg on the robot, in place of the one put there before; 0 takes it off. It
+    /// lies at a place in the body frame in m, or without one at the chassis's centre of mass.
+    #[pyo3(signature = (mass_kg, *, place_m: "_Array | None" = None))]
     fn set_payload(
         &mut self,
         py: Python<'_>,
@@ -220,8 +250,11 @@ impl Simulation {
         self.plant.carry_at(mass_kg, place_m).or_raise(py)
     }
 
-    /// Tells the servos of joints between bodies, by name, from now on: positions, and how fast
-    /// these move on; without a position a rate; or a torque or a force. All are told, or none.
+    /// Tells the servos of joints between bodies, by name, from now on: a position in rad or m; a
+    /// rate in rad/s or m/s, with a position how fast that moves on as long as it is given anew in
+    /// every control period, without one how fast the joint goes; or a torque or force in N m or N,
+    /// within the servo's effort, in place of holding the joint anywhere. All are told, or none.
+    /// The scenario's setpoints no longer hold for these joints; a reset brings them back.
     #[pyo3(signature = (positions=None, *, rates=None, efforts=None))]
     fn command_joints(
         &mut self,
@@ -260,18 +293,20 @@ impl Simulation {
         names.zip(at.iter().copied()).collect()
     }
 
-    /// Changes the floor's friction from now on, but on its patches.
+    /// Changes Coulomb's coefficient of friction of the floor from now on, but on its patches.
     fn set_friction(&mut self, py: Python<'_>, friction: f64) -> PyResult<()> {
         self.plant.set_friction(friction).or_raise(py)
     }
 
-    /// Lets a wheel find a share of the ground's friction from now on.
+    /// Lets the rollers of a wheel, counted from 0, find a share of the ground's friction from now
+    /// on; 1 for all of it.
     fn set_grip(&mut self, py: Python<'_>, wheel: usize, share: f64) -> PyResult<()> {
         self.plant.set_grip(wheel, share).or_raise(py)
     }
 
-    /// Lets the ground lean from now on, so that gravity pulls along a direction in the world
-    /// frame.
+    /// Lets the ground lean from now on: gravity pulls along a direction (x, y, z in the world
+    /// frame, of any length); [0, 0, -1] is level ground.
+    #[pyo3(signature = (down: "_Array"))]
     fn set_down(&mut self, py: Python<'_>, down: &Bound<'_, PyAny>) -> PyResult<()> {
         let down = triple(down, "the numbers of the direction")?;
         self.plant.set_down(down).or_raise(py)
@@ -287,20 +322,20 @@ impl Simulation {
         Wheels::of(&self.plant)
     }
 
-    /// The scenario's free bodies by their names, as they really are.
+    /// The scenario's `[[world.bodies]]` by their names, as they really are.
+    #[pyo3(signature = () -> "dict[str, FreeBody]")]
     fn free_bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let all = PyDict::new(py);
-        for (name, body) in FreeBody::all_of(&self.plant) {
-            all.set_item(name, body)?;
-        }
-        Ok(all)
+        FreeBody::all_of(&self.plant).into_py_dict(py)
     }
 
-    /// Where energy is, and where it went since the start, in J.
+    /// Where energy is and where it went since the start, in J: `kinetic_j` and `potential_j` now;
+    /// the work of the motors `motor_j`, what they did of it while they drove `motor_positive_j`,
+    /// and that of wrenches, payloads and leaning ground `outside_j`; and what went into `slip_j`,
+    /// `spin_up_j` of rollers that came down, `bearing_j` and `impact_j`.
+    #[pyo3(signature = () -> "dict[str, float]")]
     fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (world, now) = (self.plant.world(), self.plant.world().energy());
-        let all = PyDict::new(py);
-        for (name, joules) in [
+        let all = [
             ("kinetic_j", now.kinetic_j),
             ("potential_j", now.potential_j),
             ("motor_j", world.motor_energy_j()),
@@ -310,14 +345,12 @@ impl Simulation {
             ("spin_up_j", world.spin_up_energy_j()),
             ("bearing_j", world.bearing_energy_j()),
             ("impact_j", world.impact_energy_j()),
-        ] {
-            all.set_item(name, joules)?;
-        }
-        Ok(all)
+        ];
+        all.into_py_dict(py)
     }
 
     /// Where the scenario's `[reference]` wants the robot at a time in seconds, by default now;
-    /// None without one.
+    /// None without a reference.
     #[pyo3(signature = (t_s=None))]
     fn desired(&self, t_s: Option<f64>) -> PyResult<Option<Desired>> {
         let t_s = t_s.unwrap_or_else(|| self.plant.time_s());
@@ -328,7 +361,9 @@ impl Simulation {
         Ok(reference.map(|reference| Desired(reference.at(t_s))))
     }
 
-    /// The wheel rates in rad/s for a twist of the body in its own frame, Indiveri 2009, eq. (7).
+    /// The wheel rates in rad/s for a twist of the body in its own frame (m/s, m/s, rad/s):
+    /// Indiveri 2009, eq. (7).
+    #[pyo3(signature = (twist: "_Array") -> "_Floats")]
     fn wheel_rates<'py>(
         &self,
         py: Python<'py>,
@@ -341,7 +376,9 @@ impl Simulation {
         Ok(PyArray1::from_vec(py, rates))
     }
 
-    /// The twist of the body in its own frame that fits wheel rates in rad/s best.
+    /// The twist of the body in its own frame (m/s, m/s, rad/s) that fits wheel rates in rad/s
+    /// best.
+    #[pyo3(signature = (wheel_rates: "_Array") -> "_Floats")]
     fn twist<'py>(
         &self,
         py: Python<'py>,
@@ -387,15 +424,15 @@ impl Simulation {
 
     /// The largest torque of each motor in N m; infinite where nothing limits it.
     #[getter]
-    fn torque_limits_n_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn torque_limits_n_m<'py>(&self, py: Python<'py>) -> Floats<'py> {
         let wheels = self.plant.robot().wheels.iter();
-        PyArray1::from_vec(py, wheels.map(|wheel| wheel.motor.effort_n_m).collect())
+        PyArray1::from_vec(py, wheels.map(|wheel| wheel.motor.effort_n_m).collect()).into()
     }
 
     /// The scenario with every default spelled out.
     #[getter]
-    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        as_python(py, self.plant.resolved().scenario())
+    fn scenario<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        as_python(py, self.plant.resolved().scenario()).map(Dict::from)
     }
 
     /// What a person should know about the input, although it can be run.

@@ -29,7 +29,7 @@ const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 /// reach, and a drawing of them. `options` are keys of a scenario's `[robot]`, `limits` any of its
 /// keys.
 #[pyfunction]
-#[pyo3(signature = (path, options, *, limits=None, sandbox=None))]
+#[pyo3(signature = (path: "_Path", options: "_Table", *, limits: "_Table | None" = None, sandbox: "_Sandbox | None" = None) -> "tuple[_Dict, str, str, str | None]")]
 pub fn inspect<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -54,7 +54,7 @@ type Seen<'py> = (Bound<'py, PyAny>, String, String, Option<String>);
 /// The effects of common suspects on the robot of a file in standard motions. `options` are keys of
 /// a scenario's `[robot]`, `settings` any of its keys.
 #[pyfunction]
-#[pyo3(signature = (path, options, *, settings=None, sandbox=None))]
+#[pyo3(signature = (path: "_Path", options: "_Table", *, settings: "_Table | None" = None, sandbox: "_Sandbox | None" = None) -> "list[_Dict]")]
 pub fn suspects<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -118,6 +118,7 @@ fn inspected(
 
 /// A URDF with explicit rollers from the file of a robot description.
 #[pyfunction]
+#[pyo3(signature = (spec: "_Path"))]
 pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
     let generated = py.detach(|| -> Result<String, Error> {
         let urdf = ilon::formats::generate(&Spec::load(&spec)?)?;
@@ -133,6 +134,7 @@ pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
 
 /// Compares runs: names and summaries, the keys that differ, and the page.
 #[pyfunction]
+#[pyo3(signature = (runs: "list[Any]") -> "tuple[list[_Dict], list[_Dict], str]")]
 pub fn compare<'py>(
     py: Python<'py>,
     runs: Vec<Bound<'py, PyAny>>,
@@ -187,6 +189,7 @@ fn not_comparable(py: Python<'_>, fault: CompareError) -> PyErr {
 /// Checks a run against its scenario's `[expect]`: quantity, bound, measured, at_s, held, and a
 /// sentence, for each expectation.
 #[pyfunction]
+#[pyo3(signature = (run) -> "list[_Dict]")]
 pub fn judged<'py>(py: Python<'py>, run: &Run) -> PyResult<Bound<'py, PyAny>> {
     let verdicts = judge::judge(run.inner());
     let verdicts: Vec<_> = verdicts
@@ -207,6 +210,7 @@ pub fn judged<'py>(py: Python<'py>, run: &Run) -> PyResult<Bound<'py, PyAny>> {
 
 /// The JSON Schema of the scenario file.
 #[pyfunction]
+#[pyo3(signature = () -> "_Dict")]
 pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     as_python(py, &Scenario::json_schema())
 }
@@ -214,6 +218,7 @@ pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 /// Runs the `ilon` command; returns its exit code.
 #[cfg(feature = "command")]
 #[pyfunction]
+#[pyo3(signature = (arguments: "list[str]"))]
 pub fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
     ilon::cli::end_on_signals();
     py.detach(|| ilon::cli::run_arguments(arguments))

@@ -9,9 +9,10 @@ use ilon::trace::{self, ColumnType, Signal};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyList};
+use pyo3::types::PyCapsule;
 use pyo3_arrow::PyTable;
 
+use crate::typed::Dict;
 use crate::values::as_python;
 
 /// What a run recorded, one row a control period; `ilon.Trace` is the mapping of it.
@@ -89,6 +90,7 @@ impl Recorded {
 impl Recorded {
     /// A column by its name, such as `truth_x_m`: an array that cannot be written to, NaN where it
     /// is absent.
+    #[pyo3(signature = (name: "str") -> "npt.NDArray[Any]")]
     fn column<'py>(
         &self,
         py: Python<'py>,
@@ -106,8 +108,11 @@ impl Recorded {
 
     /// The names of all columns, in the order of the file's.
     #[getter]
-    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        PyList::new(py, self.signals.iter().map(|signal| signal.name.as_str()))
+    fn columns(&self) -> Vec<&str> {
+        self.signals
+            .iter()
+            .map(|signal| signal.name.as_str())
+            .collect()
     }
 
     /// How many rows there are.
@@ -118,8 +123,8 @@ impl Recorded {
 
     /// What the run was: wheels, steps, the robot's URDF, the ground.
     #[getter]
-    fn header<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        as_python(py, &self.trace().header)
+    fn header<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py>> {
+        as_python(py, &self.trace().header).map(Dict::from)
     }
 
     /// All columns as a table of Arrow.
@@ -137,8 +142,8 @@ pub fn no_column<'n>(name: &str, names: impl Iterator<Item = &'n str>, all: &str
     PyKeyError::new_err(format!("no column `{name}`{hint}"))
 }
 
-/// Columns of Arrow, to hand over by its PyCapsule protocol: pandas, polars, pyarrow and DuckDB
-/// take it.
+/// Columns of Arrow, to hand over by its PyCapsule protocol: `polars.DataFrame(table)`,
+/// `pyarrow.table(table)`, `pandas.DataFrame.from_arrow(table)`, or by name in a query of DuckDB.
 #[pyclass(frozen, module = "ilon")]
 pub struct ArrowTable {
     batch: RecordBatch,
@@ -162,7 +167,7 @@ impl ArrowTable {
 #[pymethods]
 impl ArrowTable {
     /// The columns as a stream of Arrow.
-    #[pyo3(signature = (requested_schema=None))]
+    #[pyo3(signature = (requested_schema: "object | None" = None) -> "object")]
     pub fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
@@ -173,6 +178,7 @@ impl ArrowTable {
     }
 
     /// The names and types of the columns, for Arrow.
+    #[pyo3(signature = () -> "object")]
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.handed_over(py)?.call_method0("__arrow_c_schema__")
     }

@@ -60,7 +60,7 @@ fn of_text(
 #[pymethods]
 impl Study {
     #[new]
-    #[pyo3(signature = (study, *, folder=None, sandbox=None))]
+    #[pyo3(signature = (study: "_Source", *, folder: "_Path | None" = None, sandbox: "_Sandbox | None" = None))]
     fn new(
         study: &Bound<'_, PyAny>,
         folder: Option<PathBuf>,
@@ -70,9 +70,9 @@ impl Study {
         Ok(Self(Arc::new(read(study, folder, &files)?)))
     }
 
-    /// A study from the text of a file that need not exist; its paths start from `path`.
+    /// A study from the text of a file that need not be there; the paths in it start from `path`.
     #[staticmethod]
-    #[pyo3(signature = (text, path, *, sandbox=None))]
+    #[pyo3(signature = (text, path: "_Path", *, sandbox: "_Sandbox | None" = None))]
     fn of_text(
         py: Python<'_>,
         text: String,
@@ -107,9 +107,9 @@ impl Study {
         self.0.fingerprint()
     }
 
-    /// Simulates parts of the study with a number of parallel runs; returns their rows as text.
-    /// `folder` is that of its results.
-    #[pyo3(signature = (parts, *, jobs, folder=None))]
+    /// Makes parts of the study, so many runs at a time; their rows, as text. `folder` is that of
+    /// its results.
+    #[pyo3(signature = (parts: "Sequence[int]", *, jobs, folder: "_Path | None" = None) -> "bytes")]
     fn make<'py>(
         &self,
         py: Python<'py>,

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyList};
 
 use crate::trace::{ArrowTable, no_column};
+use crate::typed::{Column, Dict};
 use crate::values::as_python;
 
 /// What came of a study: one row a run, and what the rows say.
@@ -71,7 +72,7 @@ impl Sweep {
         self.rows.len()
     }
 
-    /// How many of them failed.
+    /// How many of the runs failed.
     #[getter]
     fn failed(&self) -> usize {
         let failed = |row: &&Row| row.status == sweep::Status::Failed;
@@ -80,9 +81,11 @@ impl Sweep {
 
     /// What was found, as in `findings.json`; None of a shard.
     #[getter]
-    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py>>> {
         let findings = self.findings.as_deref();
-        findings.map(|findings| as_python(py, findings)).transpose()
+        findings
+            .map(|findings| as_python(py, findings).map(Dict::from))
+            .transpose()
     }
 
     /// The folder of the results; None where they are in memory alone.
@@ -93,13 +96,14 @@ impl Sweep {
 
     /// The names of the columns of `runs.parquet`.
     #[getter]
-    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        PyList::new(py, columns(&self.study, &[]).iter().map(|(name, _)| name))
+    fn columns(&self) -> Vec<String> {
+        let all = columns(&self.study, &[]).into_iter();
+        all.map(|(name, _)| name).collect()
     }
 
     /// A column: numbers as a numpy array, NaN where they are absent; texts as a list, None where
     /// they are absent.
-    fn __getitem__<'py>(&self, name: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn __getitem__<'py>(&self, name: &Bound<'py, PyAny>) -> PyResult<Column<'py>> {
         let (py, name) = (name.py(), &name.to_string());
         let all = columns(&self.study, &self.rows);
         let Some((_, cells)) = all.iter().find(|(known, _)| known == name) else {
@@ -107,11 +111,11 @@ impl Sweep {
             return Err(no_column(name, names, "columns"));
         };
         Ok(match cells {
-            Cells::Whole(values) => PyArray1::from_slice(py, values).into_any(),
-            Cells::Text(values) => PyList::new(py, values)?.into_any(),
+            Cells::Whole(values) => PyArray1::from_slice(py, values).into(),
+            Cells::Text(values) => PyList::new(py, values)?.into(),
             Cells::Number(values) => {
                 let values = values.iter().map(|value| value.unwrap_or(f64::NAN));
-                PyArray1::from_iter(py, values).into_any()
+                PyArray1::from_iter(py, values).into()
             }
         })
     }
@@ -122,7 +126,7 @@ impl Sweep {
     }
 
     /// All rows as a stream of Arrow, for whoever speaks its PyCapsule protocol.
-    #[pyo3(signature = (requested_schema=None))]
+    #[pyo3(signature = (requested_schema: "object | None" = None) -> "object")]
     fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,

@@ -13,7 +13,7 @@ use super::results::Sweep;
 use crate::errors::{OrRaise, explained, refused};
 use crate::run::until_interrupted;
 
-/// The rows of a study, reserved for this process until they are finished or closed.
+/// What was run of a study, for this process alone until it is finished or closed.
 #[pyclass(frozen, module = "ilon._ilon")]
 pub struct Rows {
     study: Arc<sweep::Study>,
@@ -47,7 +47,7 @@ impl Rows {
     /// The existing rows of a study in a folder, or none in memory; for one shard of it, such as
     /// `"3/8"`, or for all of it.
     #[new]
-    #[pyo3(signature = (study, *, folder=None, shard=None))]
+    #[pyo3(signature = (study, *, folder: "_Path | None" = None, shard=None))]
     fn new(
         py: Python<'_>,
         study: &Study,
@@ -83,36 +83,36 @@ impl Rows {
         })
     }
 
-    /// The folder of its rows and results.
+    /// The folder that its rows and results are in.
     #[getter]
     fn folder(&self) -> PyResult<Option<PathBuf>> {
         self.with(|store| Ok(store.folder().map(Into::into)))
     }
 
-    /// The number of rows that could not be read, and are run again.
+    /// How many rows could not be read again, and are run anew.
     #[getter]
     fn damaged(&self) -> PyResult<usize> {
         self.with(|store| Ok(store.damaged()))
     }
 
-    /// The number of existing runs.
+    /// How many runs are there.
     #[getter]
     fn done(&self) -> PyResult<usize> {
         self.with(|store| Ok(store.len()))
     }
 
-    /// The number of runs when complete; for a search, the largest possible.
+    /// How many there will be; of a search, at most.
     #[getter]
     fn most(&self) -> u64 {
         self.study.most_runs(self.shard)
     }
 
-    /// The parts of the study with missing rows.
+    /// The parts of the study of which rows are missing.
     fn missing(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         py.detach(|| self.with(|store| Ok(self.study.missing_parts(store, self.shard))))
     }
 
-    /// Adds rows that were made elsewhere; existing ones are kept.
+    /// Adds rows that were made elsewhere; those that are there already are left as they are.
     fn put(&self, py: Python<'_>, rows: &[u8]) -> PyResult<()> {
         let rows: Vec<Row> = serde_json::from_slice(rows)
             .map_err(|fault| PyValueError::new_err(format!("these are no rows: {fault}")))?;
@@ -129,9 +129,8 @@ impl Rows {
         put.or_raise(py)
     }
 
-    /// Runs what is missing, computes and writes the findings, and closes the rows. `progress` is
-    /// called with the number of existing runs and of all.
-    #[pyo3(signature = (*, jobs=None, progress=None))]
+    /// Runs what is missing, says what came of it and writes it; the rows are closed then.
+    #[pyo3(signature = (*, jobs=None, progress: "Callable[[int, int], object] | None" = None))]
     fn finish(
         &self,
         py: Python<'_>,
@@ -160,7 +159,7 @@ impl Rows {
         Ok(Sweep::new(Arc::clone(study), &store, findings))
     }
 
-    /// Releases the rows.
+    /// Leaves the rows to others.
     fn close(&self) {
         self.locked().take();
     }
@@ -168,6 +167,7 @@ impl Rows {
 
 /// Merges the rows of one study from several folders, and from the shards in them, into one.
 #[pyfunction]
+#[pyo3(signature = (folders: "Sequence[_Path]", out: "_Path"))]
 pub fn merge_sweeps(py: Python<'_>, folders: Vec<PathBuf>, out: PathBuf) -> PyResult<Sweep> {
     let merged = py.detach(|| Store::merge(&folders, &out));
     let (study, store) = merged.or_raise(py)?;

@@ -22,6 +22,7 @@ use self::options::Options;
 use self::task::{Action, Off, Task};
 use crate::errors::{OrRaise, raised};
 use crate::scenario;
+use crate::typed::{Floats, Singles};
 
 /// What happens after an episode has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +95,7 @@ struct Part {
 #[pymethods]
 impl Track {
     #[new]
-    #[pyo3(signature = (scenario, options))]
+    #[pyo3(signature = (scenario: "_Source", options: "_Dict"))]
     fn new(
         py: Python<'_>,
         scenario: &Bound<'_, PyAny>,
@@ -159,7 +160,7 @@ impl Track {
 
     /// Begins new episodes, all or those of a mask, each from its own seed or with its continued
     /// random numbers.
-    #[pyo3(signature = (seeds, mask=None))]
+    #[pyo3(signature = (seeds: "Sequence[int | None]", mask: "Sequence[bool] | None" = None) -> "_Begun")]
     fn reset<'py>(
         &mut self,
         py: Python<'py>,
@@ -210,6 +211,7 @@ impl Track {
 
     /// Steps all robots by a control period; `actions` has one row of numbers per robot, clipped to
     /// [-1, 1].
+    #[pyo3(signature = (actions: "_Array") -> "tuple[_Singles, _Floats, _Flags, _Flags, _Floats, _Floats, _Begun | None]")]
     fn step<'py>(
         &mut self,
         py: Python<'py>,
@@ -278,6 +280,7 @@ impl Track {
     /// A robot from above, for a picture: its pose and the desired one (x and y in m, heading in
     /// rad), points of its path (x and y in m), and one row per wheel in the body frame (x and y in
     /// m, direction of its axis in rad, radius and half its width in m).
+    #[pyo3(signature = (robot) -> "tuple[_Floats, _Floats, _Floats, _Floats]")]
     fn above<'py>(&self, py: Python<'py>, robot: usize) -> PyResult<Above<'py>> {
         let episode = self.episodes.get(robot).ok_or_else(|| {
             PyValueError::new_err(format!("there are {} robots", self.episodes.len()))
@@ -295,8 +298,8 @@ impl Track {
 
     /// Each observation lies between minus and plus this.
     #[getter]
-    fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        PyArray1::from_slice(py, &self.task.bounds)
+    fn bounds<'py>(&self, py: Python<'py>) -> Singles<'py> {
+        PyArray1::from_slice(py, &self.task.bounds).into()
     }
 
     /// Names of the observations, with their units.
@@ -314,8 +317,8 @@ impl Track {
     /// The value of an action of 1: in m/s, m/s and rad/s for a twist, in rad/s for wheel rates, in
     /// N m for torques.
     #[getter]
-    fn action_scale<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.task.action_scale)
+    fn action_scale<'py>(&self, py: Python<'py>) -> Floats<'py> {
+        PyArray1::from_slice(py, &self.task.action_scale).into()
     }
 
     /// The time between actions, in seconds.

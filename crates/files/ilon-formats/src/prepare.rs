@@ -210,6 +210,10 @@ fn declared(mut prepared: UrdfText) -> UrdfText {
 /// Whether a text is the xacro source of a URDF: with xacro elements, or with expressions in place
 /// of numbers and names.
 fn is_xacro(text: &str) -> bool {
+    // Most files hold none of these, and need no parsing here.
+    if !["xacro", "${", "$("].iter().any(|mark| text.contains(mark)) {
+        return false;
+    }
     let Ok(document) = xml::parse(text) else {
         return text.contains("<xacro:");
     };

@@ -11,7 +11,7 @@ const MAX_NODES: u32 = 4_000_000;
 /// Deepest nesting of elements; plug-in settings nest a dozen deep.
 pub const MAX_DEPTH: usize = 100;
 /// Largest number of attributes of one element: the parser compares each with all others.
-const MAX_ATTRIBUTES: usize = 1_000;
+const MAX_ATTRIBUTES: usize = 200;
 /// Largest number of namespaces declared around an element: the parser copies all of them for each
 /// inner element. Robots declare a handful.
 const MAX_NAMESPACES: usize = 200;

@@ -71,6 +71,7 @@ pub(crate) fn resolve_as_given(
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
     warnings.extend(of_contacts);
+    warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     warnings.extend(pilot.beyond_steering(&scenario));
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));

@@ -164,7 +164,8 @@ struct Channel {
 /// Passes the messages of a bag (a rosbag2 folder or one MCAP file) in stored order to `see`, until
 /// it returns `false`. Chunks may be compressed by lz4 or zstd. A truncated file, as from a killed
 /// recorder, is read as far as possible; messages in another encoding than CDR are skipped. At most
-/// one chunk is in memory at a time.
+/// one chunk is in memory at a time. Returns whether the files that were read to their ends are
+/// whole.
 ///
 /// # Errors
 /// A path that is no bag, unreadable or damaged, or a bag without a message.
@@ -172,8 +173,8 @@ pub fn read(
     path: &Path,
     files: &FileAccess,
     see: &mut dyn FnMut(&ReadMessage) -> bool,
-) -> Result<(), BagReadError> {
-    let mut is_empty = true;
+) -> Result<bool, BagReadError> {
+    let (mut is_empty, mut is_whole) = (true, true);
     let see = &mut |message: &ReadMessage| {
         is_empty = false;
         see(message)
@@ -183,12 +184,12 @@ pub fn read(
             path: file.clone(),
             reason,
         })?;
-        if !read_file(&file, opened, see)? {
+        if !read_file(&file, opened, see, &mut is_whole)? {
             break;
         }
     }
     match is_empty {
-        false => Ok(()),
+        false => Ok(is_whole),
         true => Err(BagReadError::NotABag {
             path: path.to_owned(),
             what: "holds no message in CDR: it was cut short before the first, nothing was recorded, or only other encodings",
@@ -240,11 +241,12 @@ fn parts(path: &Path, access: &FileAccess) -> Result<Vec<PathBuf>, BagReadError>
     Ok(files)
 }
 
-/// Returns whether to continue with the next file.
+/// Returns whether to continue with the next file. A file without its footer is not whole.
 fn read_file(
     path: &Path,
     mut file: File,
     see: &mut dyn FnMut(&ReadMessage) -> bool,
+    is_whole: &mut bool,
 ) -> Result<bool, BagReadError> {
     let damaged = |reason: String| BagReadError::Damaged {
         path: path.to_owned(),
@@ -260,6 +262,7 @@ fn read_file(
         .with_record_length_limit(RECORD_BYTES);
     let mut reader = LinearReader::new_with_options(options);
     let mut known = Channels::default();
+    let mut has_footer = false;
     while let Some(event) = reader.next_event() {
         match event {
             Ok(LinearReadEvent::ReadRequest(bytes)) => {
@@ -268,13 +271,14 @@ fn read_file(
                     .map_err(io_fault)?;
                 reader.notify_read(read);
             }
-            Ok(LinearReadEvent::Record { data, opcode }) => match known.record(opcode, data, see) {
-                Ok(true) => {}
-                Ok(false) => return Ok(false),
-                Err(reason) => return Err(damaged(reason)),
-            },
+            Ok(LinearReadEvent::Record { data, opcode }) => {
+                has_footer |= opcode == op::FOOTER;
+                if !known.record(opcode, data, see).map_err(damaged)? {
+                    return Ok(false);
+                }
+            }
             // The file is truncated.
-            Err(McapError::UnexpectedEof) => return Ok(true),
+            Err(McapError::UnexpectedEof) => break,
             Err(McapError::BadMagic) => {
                 return Err(BagReadError::NotABag {
                     path: path.to_owned(),
@@ -284,6 +288,7 @@ fn read_file(
             Err(error) => return Err(damaged(error.to_string())),
         }
     }
+    *is_whole &= has_footer;
     Ok(true)
 }
 

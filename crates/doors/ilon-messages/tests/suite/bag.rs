@@ -472,16 +472,20 @@ fn a_folder_that_is_no_bag_of_mcap_is_refused_with_what_it_is() {
     bag.write("/clock", &Clock::default(), PERIOD_NS).unwrap();
     bag.finish().unwrap();
     let mut seen = 0;
-    ilon_messages::bag::read(&folder.path().join("bag"), &files, &mut |_| {
+    let is_whole = ilon_messages::bag::read(&folder.path().join("bag"), &files, &mut |_| {
         seen += 1;
         true
-    })
-    .unwrap();
+    });
+    assert!(is_whole.unwrap());
     assert_eq!(seen, 1);
 
     // A bag that ends before its first message is refused; the file begins with 8 bytes of magic.
     let whole = fs::read(folder.path().join("bag/bag_0.mcap")).unwrap();
     let cut = folder.path().join("cut.mcap");
+    // Without its last 40 bytes it lacks the end of its footer; the message is read, and that it is
+    // not whole is said.
+    fs::write(&cut, &whole[..whole.len() - 40]).unwrap();
+    assert!(!ilon_messages::bag::read(&cut, &files, &mut |_| true).unwrap());
     for length in [8, 20, 60] {
         fs::write(&cut, &whole[..length]).unwrap();
         let refused = ilon_messages::bag::read(&cut, &files, &mut |_| true).unwrap_err();

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM: nothing half-written is left, and the exit code names the signal.
+//! Ctrl-C, SIGTERM and SIGHUP: nothing half-written is left, and the exit code names the signal.
 
 use std::fs;
 use std::path::PathBuf;
@@ -23,8 +23,8 @@ static LEFT: Mutex<Option<Words>> = Mutex::new(None);
 
 type Words = Box<dyn FnOnce() -> String + Send>;
 
-/// From now on, SIGINT and SIGTERM end the process once its unfinished files and locks are removed.
-/// It ends by the signal, which a shell reports as the exit code 130 or 143.
+/// From now on, SIGINT, SIGTERM and SIGHUP end the process once its unfinished files and locks are
+/// removed. It ends by the signal, which a shell reports as the exit code 130, 143 or 129.
 pub fn end_on_signals() {
     let signal = Arc::new(AtomicUsize::new(0));
     let heard = Arc::clone(&signal);
@@ -42,10 +42,27 @@ pub fn end_on_signals() {
     };
     let thread = std::thread::Builder::new().name("signals".to_owned());
     if thread.spawn(obey).is_ok() {
-        for kind in [SIGINT, SIGTERM] {
+        for kind in kinds() {
             let _ = signal_hook::flag::register_usize(kind, Arc::clone(&signal), kind as usize);
         }
     }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn kinds() -> Vec<i32> {
+    vec![SIGINT, SIGTERM]
+}
+
+/// A closed terminal ends the command too, unless `nohup` has it ignored.
+#[cfg(target_os = "linux")]
+fn kinds() -> Vec<i32> {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // The lowest bit stands for the first signal, SIGHUP.
+    let is_heard = mask.is_some_and(|mask| mask & 1 == 0);
+    let hangup = is_heard.then_some(signal_hook::consts::SIGHUP);
+    [SIGINT, SIGTERM].into_iter().chain(hangup).collect()
 }
 
 fn end(signal: usize) -> ! {

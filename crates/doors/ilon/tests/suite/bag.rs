@@ -128,6 +128,33 @@ fn a_killed_run_leaves_a_bag_that_can_be_read() {
     witness(&python, &["--cut", &out]);
 }
 
+/// A recorder that is killed leaves no footer: what it recorded is played, and that it ends early is
+/// said. Of a whole bag nothing is said.
+#[test]
+fn a_bag_that_was_cut_short_is_played_with_a_note() {
+    let folder = Folder::new();
+    ended_with(
+        0,
+        &folder.ilon(&["run", "good.toml", "--mcap", "--out", "out"]),
+    );
+    let whole = std::fs::read(folder.path("out/bag/bag_0.mcap")).expect("a bag");
+    for (name, length, is_said) in [
+        ("whole", whole.len(), false),
+        // Within the footer, of 37 bytes with the mark after it: the chunk before it is read.
+        ("cut", whole.len() - 20, true),
+    ] {
+        let bag = format!("{name}.mcap");
+        std::fs::write(folder.path(&bag), &whole[..length]).expect("a place");
+        let text = format!(
+            "robot.file = \"robot.urdf\"\nplayback = {{ file = \"{bag}\", drives = \"twist\", topic = \"/odom\" }}\nrun.duration_s = 0.1\n"
+        );
+        let scenario = format!("{name}.toml");
+        folder.write(&scenario, &text);
+        let told = ended_with(0, &folder.ilon(&["run", &scenario, "--out", name]));
+        assert_eq!(told.contains("was cut short"), is_said, "{told}");
+    }
+}
+
 #[test]
 fn a_bag_comes_and_goes_with_the_results_of_its_run() {
     let folder = Folder::new();

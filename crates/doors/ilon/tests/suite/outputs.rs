@@ -59,7 +59,11 @@ fn interrupted(child: Child, signal: &str, code: i32) -> String {
 #[cfg(unix)]
 fn an_interrupted_run_leaves_whole_files_and_no_lock() {
     let folder = Folder::new();
-    for (signal, code, out) in [("-INT", 130, "a"), ("-TERM", 143, "b")] {
+    let mut signals = vec![("-INT", 130, "a"), ("-TERM", 143, "b")];
+    // The terminal is closed; a run under `nohup` goes on, as the next test has it.
+    #[cfg(target_os = "linux")]
+    signals.push(("-HUP", 129, "h"));
+    for (signal, code, out) in signals {
         let run = ["run", "good.toml", "--out", out];
         let every = ["--set", "run.duration_s=100000"];
         let growing = format!("{out}/trace.partial");
@@ -107,6 +111,35 @@ fn an_interrupted_run_leaves_whole_files_and_no_lock() {
     // The next run takes the folder, and is whole.
     ended_with(0, &folder.ilon(&["run", "good.toml", "--out", "a"]));
     assert_eq!(folder.names("a").len(), 4, "{:?}", folder.names("a"));
+}
+
+/// `nohup` has the signal of a closed terminal ignored, and so it stays.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_under_nohup_outlives_its_terminal() {
+    let folder = Folder::new();
+    let run = ["run", "good.toml", "--out", "n"];
+    let mut child = std::process::Command::new("nohup")
+        .arg(env!("CARGO_BIN_EXE_ilon"))
+        .args([&run[..], &ENDLESS[..]].concat())
+        .current_dir(folder.path("."))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("nohup is there");
+    let start = Instant::now();
+    while !folder.path("n/trace.partial").exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it never began");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let kill = std::process::Command::new("kill")
+        .args(["-HUP", &child.id().to_string()])
+        .status();
+    assert!(kill.expect("kill is there").success());
+    // Ten times the time in which a signal is obeyed.
+    std::thread::sleep(Duration::from_millis(200));
+    assert!(child.try_wait().expect("a child").is_none(), "it ended");
+    interrupted(child, "-INT", 130);
 }
 
 /// An explained run leaves the same, and names it.

@@ -22,6 +22,8 @@ use crate::xml;
 const MOST_DEPTH: usize = 8;
 /// Most models that are written out.
 const MOST_MODELS: usize = 200;
+/// Most missing files that are listed.
+const MOST_MISSING: usize = 200;
 /// Most bytes that all files that are included have.
 const MAX_BYTES: u64 = 16 << 20;
 
@@ -176,7 +178,7 @@ impl Writing<'_> {
             if self.options.leave_out_missing {
                 let words = format!("left out, for it is not there: `{what}` at {at}");
                 self.remarks.push(Remark::new("a model", words));
-            } else {
+            } else if self.missing.len() < MOST_MISSING {
                 self.missing.push(MissingFile {
                     package: package(&what),
                     what,

@@ -208,11 +208,11 @@ fn an_element_with_very_many_attributes_is_refused_before_they_are_compared() {
     assert_eq!(
         refused.to_string(),
         format!(
-            "small.urdf:{}: too large to be read: an element with more than 1000 attributes, where at most 1000 are read",
+            "small.urdf:{}: too large to be read: an element with more than 200 attributes, where at most 200 are read",
             line_of(&text, "<link a0")
         )
     );
-    assert!(Robot::from_urdf_str(&with(999), "small.urdf").is_ok());
+    assert!(Robot::from_urdf_str(&with(199), "small.urdf").is_ok());
     // Signs in a comment are no attributes.
     let comment = format!("<!-- {} --><link name=", attributes(5000));
     let commented = small().replacen("<link name=", &comment, 1);

@@ -8,6 +8,9 @@ use crate::spent::Spent;
 use crate::{ExpandError, Missing, Note, Place, Reason};
 use std::sync::Arc;
 
+/// Most missing files, and most notes, that are listed.
+pub(super) const MOST_LISTED: usize = 200;
+
 impl Expander<'_> {
     pub(super) fn place(&self, origin: &Origin) -> Place {
         let mut texts = self.texts.borrow_mut();
@@ -123,7 +126,7 @@ impl Expander<'_> {
         let known = notes
             .iter()
             .any(|note| note.words == words && note.subject == subject);
-        if !known && notes.len() < 200 {
+        if !known && notes.len() < MOST_LISTED {
             notes.push(Note {
                 subject: subject.to_owned(),
                 place: self.place(origin),
@@ -134,7 +137,7 @@ impl Expander<'_> {
 
     pub(super) fn miss(&self, missing: Missing) {
         let mut all = self.missing.borrow_mut();
-        if all.len() < 200 && !all.iter().any(|known| known.what == missing.what) {
+        if all.len() < MOST_LISTED && !all.iter().any(|known| known.what == missing.what) {
             all.push(missing);
         }
     }

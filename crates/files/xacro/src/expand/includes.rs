@@ -4,6 +4,7 @@ use std::any::Any;
 use std::path::Path;
 use std::rc::Rc;
 
+use super::faults::MOST_LISTED;
 use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, MOST_FILES, Result};
 use crate::dom::{Element, Origin, Parsed, SourceFile};
 use crate::python::{Error, Value};
@@ -85,6 +86,10 @@ impl Expander<'_> {
             (None, reason) => format!("left out: {reason}"),
         };
         self.note(origin, &format!("include `{what}`"), words);
+        // Lines are counted for those alone that are listed.
+        if self.missing.borrow().len() == MOST_LISTED {
+            return;
+        }
         self.miss(Missing {
             what,
             package,

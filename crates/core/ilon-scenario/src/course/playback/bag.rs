@@ -47,7 +47,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
     let (mut driving, mut measured) = (Series::new(width), pose_topic.map(|_| Series::new(3)));
     let mut fault = None;
     let mut seen = Seen::default();
-    read_all(wanted, files, &mut |message| {
+    let is_whole = read_all(wanted, files, &mut |message| {
         let t_s = seen.note(message);
         let said = Said {
             wanted,
@@ -101,6 +101,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         driving,
         measured,
         joints,
+        is_whole,
     })
 }
 
@@ -108,7 +109,7 @@ fn read_all(
     wanted: &Wanted<'_>,
     files: &FileAccess,
     see: &mut dyn FnMut(&ReadMessage) -> bool,
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     bag::read(wanted.path, files, see).map_err(|fault| {
         wanted.fault(
             fault.to_string(),

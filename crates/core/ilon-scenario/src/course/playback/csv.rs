@@ -29,6 +29,7 @@ pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContent
         driving: Series::new(columns.driving.len()),
         measured: columns.measured.as_ref().map(|_| Series::new(3)),
         joints: vec![Series::new(QUANTITIES.len()); columns.joints.len()],
+        is_whole: true,
     };
     let mut first_ns = None;
     while table.next_row()? {

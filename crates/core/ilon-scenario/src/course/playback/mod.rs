@@ -53,6 +53,17 @@ pub struct Played {
     pub joints: Vec<(usize, Arc<JointLog>)>,
     /// The end of its motion, in seconds of the run.
     pub end_s: f64,
+    /// Whether the recording was cut short: it is played as far as it goes.
+    pub is_cut_short: bool,
+}
+
+impl Played {
+    /// Returns a warning about a recording that was cut short.
+    pub fn warning(&self) -> Option<String> {
+        let end_s = self.end_s;
+        let said = format!("the bag of `playback` was cut short: it is played up to {end_s:.2} s");
+        self.is_cut_short.then_some(said)
+    }
 }
 
 /// The demand of a log on the wheels at a time.
@@ -104,6 +115,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
         mut driving,
         measured,
         mut joints,
+        is_whole,
     } = said;
     let all = [Some(&driving), measured.as_ref()].into_iter().flatten();
     all.chain(&joints)
@@ -145,6 +157,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
             log: None,
             end_s: ends_s.fold(0.0, f64::max),
             joints: told,
+            is_cut_short: !is_whole,
         });
     }
     driving.shift_times(shift_s);
@@ -159,6 +172,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
         end_s: log.end_s(),
         log: Some(Arc::new(log)),
         joints: told,
+        is_cut_short: !is_whole,
     })
 }
 

@@ -30,6 +30,8 @@ pub(super) struct LogContents {
     /// For each joint that the log may drive, rows of [`QUANTITIES`](super::joint_log::QUANTITIES);
     /// empty if the log has none.
     pub joints: Vec<Series>,
+    /// Whether the file was recorded to its end.
+    pub is_whole: bool,
 }
 
 impl Wanted<'_> {

@@ -252,6 +252,23 @@ fn a_long_chain_of_fixed_links_ends_soon() {
     assert!(took < 20.0, "{took} s");
 }
 
+/// 64 MB may hold three million links, with which each stage takes minutes: they are refused before.
+#[test_case("<link name=\"l{}\"/>", 1; "links alone")]
+#[test_case("<joint name=\"j{}\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>", 3; "joints alone")]
+fn links_and_joints_of_half_a_million_elements_are_refused(part: &str, elements: usize) {
+    let parts = (0..500_000 / elements).map(|k| part.replace("{}", &k.to_string()));
+    let text = small().replace(
+        "</robot>",
+        &format!("{}</robot>", parts.collect::<String>()),
+    );
+    let begun = std::time::Instant::now();
+    let error = Robot::from_urdf_str(&text, "many.urdf").unwrap_err();
+    assert!(matches!(error.fault(), Fault::TooLarge { .. }), "{error}");
+    let took = begun.elapsed().as_secs_f64();
+    println!("{} bytes in {took:.2} s", text.len());
+    assert!(took < 20.0, "{took} s");
+}
+
 /// The line of each fault is found without counting all lines above it: that took minutes here.
 #[test]
 fn tens_of_thousands_of_faults_end_soon() {
