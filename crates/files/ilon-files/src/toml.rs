@@ -39,11 +39,20 @@ pub fn decode<'de, T: Deserialize<'de>>(document: Spanned<DeTable<'de>>) -> Resu
     T::deserialize(Node(Spanned::new(span, value)))
 }
 
+/// The longest text that is parsed, in bytes: some ten seconds of it. Chosen.
+const LONGEST: usize = 8_000_000;
+
 /// Parses a text.
 ///
 /// # Errors
-/// If it is not valid TOML.
+/// If it is not valid TOML, or longer than 8 MB.
 pub fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, DecodeError> {
+    if text.len() > LONGEST {
+        return Err(DecodeError::custom(format!(
+            "the text has {} MB, and TOML of at most 8 MB is read",
+            text.len() / 1_000_000
+        )));
+    }
     DeTable::parse(text).map_err(|error| DecodeError {
         message: error.message().to_owned(),
         path: Vec::new(),
@@ -545,5 +554,14 @@ mod tests {
         let text = encode(&all).expect("written");
         assert_eq!(text, ::toml::to_string(&all).expect("written"));
         assert_eq!(decode_text::<All>(&text), Ok(all));
+    }
+
+    /// A text of 9 MB is refused before it is parsed.
+    #[test]
+    fn a_text_that_takes_minutes_is_refused() {
+        let text = "#".repeat(9_000_000);
+        let refused = parse(&text).expect_err("too long");
+        assert!(refused.message.contains("9 MB"), "{refused:?}");
+        assert!(parse(&text[..8_000_000]).is_ok());
     }
 }
