@@ -74,7 +74,7 @@ impl Loop {
         let (counted_s, rate_weight) = match encoders.counts_per_turn {
             Some(_) => (
                 control_dt_s - 0.5 * period_s,
-                control_dt_s / (control_dt_s + encoders.rate_filter_s),
+                period_s / (period_s + encoders.rate_filter_s),
             ),
             None => (0.0, 1.0),
         };
@@ -292,7 +292,8 @@ fn remark_of_model(scenario: &Scenario, model: &DynamicModel, period_s: f64) -> 
         settles(bandwidth_rad_s, 1.0) && settles(bandwidth_rad_s, in_the_air)
     };
     let asked = scenario.wheel_loop.bandwidth_rad_s;
-    if given.lag_s == 0.0 || all(asked) {
+    let is_passive = scenario.wheel_loop.law == WheelLaw::Passive;
+    if is_passive || given.lag_s == 0.0 || all(asked) {
         return None;
     }
     let place = match settles(asked, 1.0) {

@@ -275,7 +275,12 @@ pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List
         1e3 * period_s / f64::from(parts)
     );
     list.add("run.control_dt_s", words, move |scenario, _| {
-        scenario.run.control_dt_s /= f64::from(parts);
+        let shorter_s = scenario.run.control_dt_s / f64::from(parts);
+        // Loops that decide when encoders are read decide as often.
+        if scenario.wheel_loop.period_s == Some(scenario.run.control_dt_s) {
+            scenario.wheel_loop.period_s = Some(shorter_s);
+        }
+        scenario.run.control_dt_s = shorter_s;
     });
 }
 
