@@ -247,7 +247,7 @@ impl Controller for OwnController {
     }
 }
 
-/// Torques in N m, one a wheel, which a controller of one's own gives back in place of wheel rates.
+/// Torques in N m, one a wheel, which a controller returns in place of wheel rates.
 #[pyclass(frozen, module = "ilon")]
 pub struct Torques(Py<PyAny>);
 

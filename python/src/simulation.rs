@@ -161,7 +161,7 @@ impl Simulation {
         Truth(self.plant.truth())
     }
 
-    /// The simulation as it is now, to come back to.
+    /// A copy of the simulation at this moment, to return to.
     fn snapshot(&self) -> Snapshot {
         Snapshot(self.plant.snapshot())
     }

@@ -321,7 +321,7 @@ class Rows:
 
     def close(self, /) -> None:
         """
-        Leaves the rows to others.
+        Closes the rows, so that other processes may use them.
         """
 
     @property
@@ -596,7 +596,7 @@ class Simulation:
 
     def snapshot(self, /) -> Snapshot:
         """
-        The simulation as it is now, to come back to.
+        A copy of the simulation at this moment, to return to.
         """
 
     @property
@@ -713,7 +713,7 @@ class Sweep:
 
     def __arrow_c_stream__(self, /, requested_schema: object | None=None) -> object:
         """
-        All rows as a stream of Arrow, for whoever speaks its PyCapsule protocol.
+        All rows as a stream of Arrow, for libraries that read its PyCapsule protocol.
         """
 
     def __getitem__(self, name: Any, /) -> _Column:
@@ -780,7 +780,7 @@ class Sweep:
 @final
 class Torques:
     """
-    Torques in N m, one a wheel, which a controller of one's own gives back in place of wheel rates.
+    Torques in N m, one a wheel, which a controller returns in place of wheel rates.
     """
 
     def __new__(cls, /, torques_n_m: _Array) -> Torques:

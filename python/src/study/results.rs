@@ -125,7 +125,7 @@ impl Sweep {
         py.detach(|| self.table())
     }
 
-    /// All rows as a stream of Arrow, for whoever speaks its PyCapsule protocol.
+    /// All rows as a stream of Arrow, for libraries that read its PyCapsule protocol.
     #[pyo3(signature = (requested_schema: "object | None" = None) -> "object")]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -159,7 +159,7 @@ impl Rows {
         Ok(Sweep::new(Arc::clone(study), &store, findings))
     }
 
-    /// Leaves the rows to others.
+    /// Closes the rows, so that other processes may use them.
     fn close(&self) {
         self.locked().take();
     }

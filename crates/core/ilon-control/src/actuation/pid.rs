@@ -400,10 +400,10 @@ impl WheelState {
         }
         let theta = mean_of_gain(gains.proportional_n_m_s * dt_s / settings.inertia_kg_m2);
         let grown_n_m = self.integral_n_m + gains.integral_n_m * dt_s * e;
-        // At its limit the integral does not grow within the step either.
-        let step_n_m_s = match grown_n_m.abs() > settings.integral_limit_n_m {
-            true => 0.0,
-            false => gains.integral_n_m * dt_s,
+        // Up to its limit, where the rate that the wheel gains no longer changes it.
+        let (step_n_m_s, last_n_m) = match grown_n_m.abs() > settings.integral_limit_n_m {
+            true => (0.0, settings.held(grown_n_m) - self.integral_n_m),
+            false => (gains.integral_n_m * dt_s, 0.0),
         };
         let (held, droop, counted) = match settings.timing {
             LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
@@ -419,7 +419,7 @@ impl WheelState {
             + settings.feedforward_damping_n_m_s * target_rad_s
             + settings.feedforward_friction_n_m * friction_sign;
 
-        let wanted = direct + self.integral_n_m + counted * step_n_m_s * e;
+        let wanted = direct + self.integral_n_m + counted * step_n_m_s * e + last_n_m;
         match settings.timing {
             LoopTiming::Continuous => {
                 self.begun = Some(Begun {

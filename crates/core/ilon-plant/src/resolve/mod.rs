@@ -63,7 +63,7 @@ pub(crate) fn resolve_as_given(
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
     let of_contacts = scenario.check_contacts(robot)?;
-    let loop_period_s = wheel_loop::choose_gains(&mut scenario.wheel_loop, &model, physics_dt_s)?;
+    let loop_period_s = wheel_loop::choose_gains(&mut scenario, &model, physics_dt_s)?;
 
     let of_file = robot.remarks.iter().filter(|remark| !remark.is_aside);
     let mut warnings: Vec<String> = of_file.map(ToString::to_string).collect();

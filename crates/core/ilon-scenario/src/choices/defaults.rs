@@ -23,8 +23,8 @@ const LONGEST_AMONG_WALLS: f64 = 0.0281;
 /// axles: half a millisecond for wheels of 50 mm. Each roller lands, and the time of a landing is
 /// only known to a step: at four times the step the heading is off by 0.3 %, the heat of sliding by
 /// a quarter. The same on kerbs and uneven ground: at four times the step impacts are a tenth to
-/// three quarters too strong, and what slides up to a third too much; at this step a seventh at
-/// most.
+/// three quarters too strong, and what slides up to nine tenths too much; at this step an eighth of
+/// the impacts and a seventh of what slides at most, except where it is chance who mounts.
 const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
 /// The same if such wheels are redundant on a rigid chassis: an eighth of a millisecond for wheels
 /// of 50 mm. The wheels of one diagonal land while the other carries, and their relative angles

@@ -19,7 +19,7 @@
 //!
 //! g = T / (J + d T). A rate counted over the last control period lags by half of it, and by the
 //! time for which it is held on average if the loop's period is shorter: a part of n + p, exact if
-//! the periods are equal. A filter on it multiplies the first product by 1 - (1 - h) q and the
+//! the periods are equal and nothing else is late. A filter on it multiplies the first product by 1 - (1 - h) q and the
 //! second by h, its weight of the newest count.
 //!
 //! The loop is stable if and only if its roots in 1 / q lie within the unit circle. Without
@@ -37,6 +37,7 @@
 
 use ilon_control::DynamicModel;
 
+use super::wheel_loop::counted_lag_s;
 use crate::Error;
 use crate::scenario::{Scenario, WheelLaw, WheelLoop};
 
@@ -70,22 +71,17 @@ impl Loop {
     /// The loop of a scenario whose gains have been chosen.
     fn of(scenario: &Scenario, period_s: f64) -> Self {
         let (section, encoders) = (&scenario.wheel_loop, &scenario.sensors.encoders);
-        let control_dt_s = scenario.run.control_dt_s;
-        let (counted_s, rate_weight) = match encoders.counts_per_turn {
-            Some(_) => (
-                control_dt_s - 0.5 * period_s,
-                period_s / (period_s + encoders.rate_filter_s),
-            ),
-            None => (0.0, 1.0),
-        };
+        let filter_s = encoders
+            .counts_per_turn
+            .map_or(0.0, |_| encoders.rate_filter_s);
         Self {
             proportional_n_m_s: section.proportional_n_m_s.unwrap_or(0.0),
             integral_n_m: section.integral_n_m.unwrap_or(0.0),
             derivative_n_m_s2: section.derivative_n_m_s2,
             weight: period_s / (section.derivative_filter_s + period_s),
             period_s,
-            lag_s: section.latency_s() + counted_s,
-            rate_weight,
+            lag_s: section.latency_s() + counted_lag_s(scenario, period_s),
+            rate_weight: period_s / (period_s + filter_s),
         }
     }
 
@@ -315,17 +311,18 @@ fn remark_of_model(scenario: &Scenario, model: &DynamicModel, period_s: f64) -> 
 fn late(scenario: &Scenario) -> (String, &'static str) {
     let latency_s = scenario.wheel_loop.latency_s();
     let encoders = &scenario.sensors.encoders;
+    let late = match latency_s > 0.0 {
+        true => format!(" that come {latency_s} s late"),
+        false => String::new(),
+    };
     match (encoders.counts_per_turn, encoders.rate_filter_s > 0.0) {
-        (None, _) => (
-            format!(" that come {latency_s} s late"),
-            "shorten `wheel_loop.latency_s`",
-        ),
+        (None, _) => (late, "shorten `wheel_loop.latency_s`"),
         (Some(_), false) => (
-            " from rates counted once a control period".to_owned(),
+            format!("{late} from rates counted once a control period"),
             "shorten `run.control_dt_s`",
         ),
         (Some(_), true) => (
-            " from rates counted once a control period and filtered".to_owned(),
+            format!("{late} from rates counted once a control period and filtered"),
             "shorten `sensors.encoders.rate_filter_s` or `run.control_dt_s`",
         ),
     }

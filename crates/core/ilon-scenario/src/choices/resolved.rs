@@ -108,9 +108,8 @@ impl Resolved {
         }
         if changed.scenario.wheel_loop.law != self.scenario.wheel_loop.law {
             wheel_loop::choose_timing(&mut changed.scenario);
-            let section = &mut changed.scenario.wheel_loop;
             let model = wheel_loop::dynamic_model(&changed.choices.joint_targets.standing(&robot))?;
-            wheel_loop::choose_gains(section, &model, changed.choices.physics_dt_s)?;
+            wheel_loop::choose_gains(&mut changed.scenario, &model, changed.choices.physics_dt_s)?;
         }
         let floor = &changed.scenario.world.floor;
         if floor.rough.is_none() && floor.height_map.is_none() {

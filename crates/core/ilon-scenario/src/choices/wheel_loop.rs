@@ -22,19 +22,31 @@ pub fn choose_timing(scenario: &mut Scenario) {
     }
 }
 
+/// How late on average a rate is that is counted over the last control period and held until the
+/// next, in seconds, where a loop with this period uses it; 0 without counts. Half a period is its
+/// mean over the last, the rest is waiting.
+pub fn counted_lag_s(scenario: &Scenario, period_s: f64) -> f64 {
+    let counts = scenario.sensors.encoders.counts_per_turn;
+    counts.map_or(0.0, |_| scenario.run.control_dt_s - 0.5 * period_s)
+}
+
 /// Fills in the period and the gains that a `[wheel_loop]` section leaves open. Returns the period,
 /// in seconds.
 pub fn choose_gains(
-    section: &mut scenario::WheelLoop,
+    scenario: &mut Scenario,
     model: &DynamicModel,
     physics_dt_s: f64,
 ) -> Result<f64, Error> {
+    let section = &mut scenario.wheel_loop;
     if section.is_sampled() {
         section.period_s.get_or_insert(physics_dt_s);
     }
     let period_s = section.period_s.unwrap_or(physics_dt_s);
     if section.law == WheelLaw::Pid {
-        let gains = gains(section, model, period_s)?;
+        // A rate that is half a period old has the limit of a new one.
+        let counted_s = counted_lag_s(scenario, period_s) - 0.5 * period_s;
+        let section = &mut scenario.wheel_loop;
+        let gains = gains(section, model, (period_s, counted_s.max(0.0)))?;
         section.proportional_n_m_s = Some(gains.proportional_n_m_s);
         section.integral_n_m = Some(gains.integral_n_m);
     }
@@ -44,10 +56,10 @@ pub fn choose_gains(
 fn gains(
     section: &scenario::WheelLoop,
     model: &DynamicModel,
-    period_s: f64,
+    (period_s, counted_s): (f64, f64),
 ) -> Result<WheelGains, Error> {
     let bandwidth_rad_s = section.bandwidth_rad_s;
-    let held = (period_s, section.latency_s());
+    let held = (period_s, section.latency_s() + counted_s);
     let proposed = WheelGains::for_robot(model, timing(section), held, bandwidth_rad_s)?;
     Ok(WheelGains {
         proportional_n_m_s: section
@@ -71,7 +83,7 @@ pub fn pid(
     model: &DynamicModel,
     period_s: f64,
 ) -> Result<WheelLoop, Error> {
-    let gains = gains(section, model, period_s)?;
+    let gains = gains(section, model, (period_s, 0.0))?;
     let settings = WheelLoopSettings {
         timing: timing(section),
         inertia_kg_m2: model.ground_inertia_kg_m2(),

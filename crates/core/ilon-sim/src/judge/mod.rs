@@ -59,7 +59,10 @@ pub fn judge_changes(
         let bound = Bound::of_change(change, before, least);
         let wider = bound != Bound::of_change(change, before, 0.0);
         let or = match wider {
-            true => format!(" (or {}, its accuracy)", number(significant(least, 2))),
+            true => format!(
+                " (or {}, too little to count)",
+                number(significant(least, 2))
+            ),
             false => String::new(),
         };
         let words = format!("within {change}{or} of {}", readable(before, ""));
@@ -110,8 +113,7 @@ mod tests {
         // Of energies four decimals are shown, and less than ten of the last is no change.
         assert!(verdict(Some(9e-4), Some(2e-5)).held);
         let failed = verdict(Some(2e-3), Some(2e-5)).to_string();
-        let words =
-            "slip_energy_j within +10 % (or 0.001, its accuracy) of 2e-5 failed: measured 0.002 J";
+        let words = "slip_energy_j within +10 % (or 0.001, too little to count) of 2e-5 failed: measured 0.002 J";
         assert!(failed.starts_with(words), "{failed}");
     }
 

@@ -574,6 +574,16 @@ fn other_control_is_what_the_scenario_with_it_gives() {
     let by_hand = end(&run(&closed).expect("it runs").summary);
     assert_eq!(end_without(&found, "run.control_dt_s"), by_hand);
 
+    // Loops that decide when counts are read decide as often as these are.
+    let mut counted = scenario(CLOSED, &[]);
+    counted.sensors.encoders.counts_per_turn = Some(4000.0);
+    let found = explained(&counted, Causes::All);
+    assert!(
+        end_without(&found, "run.control_dt_s")
+            .iter()
+            .all(Option::is_some)
+    );
+
     // Also with few rows: the number of the twin's periods is limited too.
     let mut seldom = scenario(OPEN, &[]);
     seldom.run.record_every = u32::MAX;

@@ -63,8 +63,8 @@ fn a_robot_that_slides_ends_where_short_steps_end_it() {
     }
 }
 
-/// Wheels that land on a kerb lose energy in landings, of first order in the step: at 2 ms a third
-/// to all of the sliding too much. The automatic step is short enough for a seventh.
+/// Wheels that land on a kerb lose energy in landings, of first order in the step: at 2 ms a tenth
+/// to nine tenths of the sliding too much. The automatic step is short enough for a seventh.
 #[test_case("mecanum6.urdf", 0.005; "on rollers")]
 #[test_case("swerve4.urdf", 0.01; "on tyres")]
 fn a_kerb_takes_what_it_takes_in_short_steps(robot: &str, height_m: f64) {

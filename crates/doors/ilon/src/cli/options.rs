@@ -77,7 +77,7 @@ impl Open {
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Settings {
     /// Change a key of the scenario, such as `world.floor.friction=0.2`; repeatable. A path starts
-    /// from the scenario's folder, beside a robot alone from the current one.
+    /// from the scenario's folder; with a robot instead of a scenario, from the current folder.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<Setting>,
 }

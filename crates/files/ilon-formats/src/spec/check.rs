@@ -202,7 +202,7 @@ fn faults_of_rollers(r: &RollerSpec) -> Vec<Fault> {
     let surface = r.surface();
     let axle_m = surface.axle_radius_m;
     let fits = axle_m > 0.0 && axle_m < r.radius_m;
-    // Of a negative radius, or a negative axle, the range is told by then.
+    // A negative radius and a negative axle are reported above.
     if surface.axle_friction > 0.0 && r.radius_m > 0.0 && axle_m >= 0.0 && !fits {
         let range = "above 0 and below `rollers.radius_m`, where there is `rollers.axle_friction`";
         faults.push(out_of_range("rollers.axle_radius_m", axle_m, range));
@@ -364,8 +364,12 @@ fn check_bar(name: &str, of: &SuspensionSpec, wheels: &[Described]) -> Result<()
     let named = of.wheels.iter();
     let known = named.filter_map(|name| wheels.iter().find(|wheel| wheel.placed.name == *name));
     let places: Vec<[f64; 2]> = known.map(|wheel| wheel.placed.position_m).collect();
-    if places.len() < of.wheels.len() || of.wheels.is_empty() {
-        // The unknown name is told by then, and so is an empty list.
+    let is_named_twice = |(index, name): (usize, &String)| of.wheels[..index].contains(name);
+    let names_are_wrong = of.wheels.iter().enumerate().any(is_named_twice)
+        || places.len() < of.wheels.len()
+        || of.wheels.is_empty();
+    if names_are_wrong {
+        // The caller reports names that are unknown, repeated or missing.
         return Ok(());
     }
     let range = match places[..] {

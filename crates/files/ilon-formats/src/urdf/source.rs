@@ -23,9 +23,9 @@ pub(super) struct Source<'a> {
     by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
-/// Largest number of elements within links and joints: a hundred times that of any robot known, and
-/// read in seconds. 64 MB could hold three million.
-const MOST_ELEMENTS: usize = 400_000;
+/// Largest number of links and joints: those of seventy thousand rollers, and read in seconds. 64 MB
+/// could hold three million.
+const MOST_PARTS: usize = 150_000;
 
 /// The reason why a file that is not XML is rejected.
 const NO_ROBOT_FILE: &str = "it does not begin with `<`, so this is not a robot file";
@@ -63,9 +63,12 @@ impl<'a> Source<'a> {
             let root_tag = root.tag_name().name().to_owned();
             return Err(source.error(root, Fault::NotUrdf { root_tag }));
         }
-        if source.has_many_elements() {
-            let what = format!("links and joints of more than {MOST_ELEMENTS} elements");
-            let most = MOST_ELEMENTS.to_string();
+        if (source.all("link").chain(source.all("joint")))
+            .nth(MOST_PARTS)
+            .is_some()
+        {
+            let what = format!("more than {MOST_PARTS} links and joints");
+            let most = MOST_PARTS.to_string();
             return Err(source.robot_error(Fault::TooLarge { what, most }));
         }
         Ok(source)
@@ -84,16 +87,6 @@ impl<'a> Source<'a> {
     /// Returns the links or the joints of the robot.
     pub(super) fn all(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
         self.robot().children().filter(move |n| n.has_tag_name(tag))
-    }
-
-    /// Whether its links and joints have more elements than are read in good time.
-    fn has_many_elements(&self) -> bool {
-        let parts = self.all("link").chain(self.all("joint"));
-        let elements = parts.flat_map(|part| part.descendants());
-        elements
-            .filter(Node::is_element)
-            .nth(MOST_ELEMENTS)
-            .is_some()
     }
 
     /// An error about an element, at its opening tag.

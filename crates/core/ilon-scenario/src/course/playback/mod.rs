@@ -61,7 +61,9 @@ impl Played {
     /// Returns a warning about a recording that was cut short.
     pub fn warning(&self) -> Option<String> {
         let end_s = self.end_s;
-        let said = format!("the bag of `playback` was cut short: it is played up to {end_s:.2} s");
+        let said = format!(
+            "a file of the bag of `playback` was cut short, and messages may be missing: it is played up to {end_s:.2} s"
+        );
         self.is_cut_short.then_some(said)
     }
 }

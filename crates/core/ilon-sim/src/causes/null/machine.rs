@@ -177,9 +177,15 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     }
     let words = match scenario.wheel_loop.law {
         WheelLaw::Pid => {
+            let counts = match scenario.sensors.encoders.counts_per_turn {
+                Some(_) => " and the counts that they read",
+                None => "",
+            };
             return list.add(
                 "wheel_loop",
-                "the lag of the wheel loops (replaced by wheels that follow at once)",
+                format!(
+                    "the lag of the wheel loops{counts} (replaced by wheels that follow at once)"
+                ),
                 |scenario, _| {
                     let section = &mut scenario.wheel_loop;
                     section.timing = LoopTiming::Continuous;

@@ -45,9 +45,6 @@ pub(super) fn run(
         &arguments.sandbox,
     )?;
     let loaded = load_robot(&standing)?;
-    // What only the world refuses, such as a map that is not there, is refused before any file is
-    // written.
-    Simulation::with_robot(&standing, &loaded)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;
     let mut scenarios = Vec::new();
@@ -66,6 +63,9 @@ pub(super) fn run(
             ));
         }
         let mut scenario = Scenario::from_text(&text, &path, &[], files)?;
+        // What only the world refuses, such as a map that is not there, is refused before any file
+        // is written.
+        Simulation::with_robot(&scenario, &loaded)?;
         scenario.run.converge |= arguments.converge.converge;
         scenarios.push((motion, path, text, scenario));
     }
