@@ -37,7 +37,8 @@ pub(super) fn run(
         Some("out/<scenario>") => PathBuf::from("out").join(&name),
         _ => arguments.out.clone(),
     };
-    let standing = "twist = {}\nrun.duration_s = 1.0\n";
+    // No motion lasts longer.
+    let standing = "twist = {}\nrun.duration_s = 60.0\n";
     let standing = robot_alone(
         robot,
         standing,
