@@ -481,10 +481,11 @@ class Simulation:
 
     def command_joints(self, /, positions: dict[str, SupportsFloat | SupportsIndex] | None=None, *, rates: dict[str, SupportsFloat | SupportsIndex] | None=None, efforts: dict[str, SupportsFloat | SupportsIndex] | None=None) -> None:
         """
-        Tells the servos of joints between bodies, by name, from now on: a position in rad or m; a
-        rate in rad/s or m/s, with a position how fast that moves on as long as it is given anew in
-        every control period, without one how fast the joint goes; or a torque or force in N m or N,
-        within the servo's effort, in place of holding the joint anywhere. All are told, or none.
+        Commands the servos of joints between bodies, by name, from now on. `positions` are in rad or
+        m. `rates` are in rad/s or m/s: beside a position, how fast the target moves on, if both are
+        given in every control period; without one, how fast the joint moves. `efforts` are torques or
+        forces in N m or N within the servo's limit, and nothing then holds the joint. All are
+        commanded, or none.
         The scenario's setpoints no longer hold for these joints; a reset brings them back.
         """
 
