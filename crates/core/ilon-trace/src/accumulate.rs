@@ -405,7 +405,7 @@ struct AllWheels {
 impl AllWheels {
     fn add(&mut self, record: &Record, sample: &WheelSample, since_s: f64) {
         self.rate_error_rad_s
-            .add(sample.target_rad_s - sample.rate_rad_s);
+            .add_weighted(sample.rate_error_rms_rad_s, since_s);
         self.command_rad_s.add(sample.target_peak_rad_s);
         self.torque_n_m.add(sample.torque_peak_n_m());
         if record.has_contacts() {

@@ -196,10 +196,11 @@ static BODY: [Column<BodySample>; 12] = reals! { BodySample;
     "work_j" => work_j,
 };
 
-static WHEEL_REALS: [Column<WheelSample>; 29] = reals! { WheelSample;
+static WHEEL_REALS: [Column<WheelSample>; 30] = reals! { WheelSample;
     "target_rad_s" => target_rad_s,
     "target_peak_rad_s" => target_peak_rad_s,
     "rate_rad_s" => rate_rad_s,
+    "rate_error_rms_rad_s" => rate_error_rms_rad_s,
     "angle_rad" => angle_rad,
     "torque_n_m" => torque_n_m,
     "torque_min_n_m" => torque_min_n_m,

@@ -131,6 +131,10 @@ impl WheelSample {
         let most = |of: fn(&Self) -> f64| of(samples[0]).max(of(samples[1]));
         Self {
             target_peak_rad_s: most(|wheel| wheel.target_peak_rad_s),
+            rate_error_rms_rad_s: root_mean_square(
+                samples.map(|wheel| wheel.rate_error_rms_rad_s),
+                spans_s,
+            ),
             torque_n_m: mean(|wheel| wheel.torque_n_m),
             torque_min_n_m: least(|wheel| wheel.torque_min_n_m),
             torque_max_n_m: most(|wheel| wheel.torque_max_n_m),
@@ -175,6 +179,7 @@ mod tests {
             torque_min_n_m: -torque_n_m,
             torque_max_n_m: 2.0 * torque_n_m,
             slip_speed_rms_m_s: torque_n_m,
+            rate_error_rms_rad_s: torque_n_m,
             slip_x_m_s: torque_n_m,
             rate_rad_s: torque_n_m,
             ..WheelSample::default()
@@ -217,6 +222,8 @@ mod tests {
         assert_eq!(torques, [-4.0, 1.75, 8.0]);
         // 16 for half a second and 1 for one and a half.
         assert_eq!(sample.slip_speed_rms_m_s, 4.75_f64.sqrt());
+        // 16 for 1 s and 1 for 3 s.
+        assert_eq!(sample.rate_error_rms_rad_s, 4.75_f64.sqrt());
         assert_eq!((sample.slip_x_m_s, sample.rate_rad_s), (1.75, 1.0));
     }
 }

@@ -80,7 +80,8 @@ pub struct Summary {
     /// Rms difference between the heading that the robot sees and the real one, in radians.
     pub seen_heading_error_rms_rad: Option<f64>,
 
-    /// Rms difference of commanded and real wheel rate, over all wheels, in rad/s.
+    /// Rms difference of the commanded wheel rate in force and the real one, over time and all
+    /// wheels, in rad/s.
     pub wheel_rate_error_rms_rad_s: Option<f64>,
     /// Largest magnitude of a commanded rate of any wheel, in rad/s.
     pub wheel_rate_command_max_rad_s: Option<f64>,

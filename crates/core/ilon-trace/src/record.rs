@@ -292,6 +292,9 @@ pub struct WheelSample {
     pub target_peak_rad_s: f64,
     /// The real wheel rate, in rad/s: state.
     pub rate_rad_s: f64,
+    /// Root mean square over the period of the difference between the commanded rate in force and
+    /// the real one, in rad/s.
+    pub rate_error_rms_rad_s: f64,
     /// The wheel's angle since the start, unwrapped, in radians: state.
     pub angle_rad: f64,
     /// Torque of the motor on the wheel, in N m: the mean over the period.
@@ -383,6 +386,7 @@ impl WheelSample {
         let limit_n = self.friction * self.normal_force_n;
         Self {
             target_peak_rad_s: self.target_rad_s.abs(),
+            rate_error_rms_rad_s: (self.target_rad_s - self.rate_rad_s).abs(),
             torque_min_n_m: self.torque_n_m,
             torque_max_n_m: self.torque_n_m,
             hub_height_min_m: self.hub_height_m,

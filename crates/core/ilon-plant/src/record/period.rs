@@ -12,9 +12,30 @@ pub(crate) struct Period {
     /// Largest residual of the laws of contact, in m/s.
     pub residual_m_s: f64,
     wheels: Vec<WheelTally>,
+    loops: Vec<LoopTally>,
     joints: Vec<JointTally>,
     bodies: Vec<PushTally>,
     carried: Carried,
+}
+
+/// How far a wheel's rate is from the commanded one.
+#[derive(Clone, Copy, Default)]
+struct LoopTally {
+    target_rad_s: f64,
+    /// The rate after the last physics step.
+    rate_rad_s: f64,
+    /// The time integral of the squared difference, in rad^2/s.
+    off_rad2_s: f64,
+}
+
+impl LoopTally {
+    /// Adds a physics step in which the rate changed evenly.
+    fn add(&mut self, rate_rad_s: f64, dt_s: f64) {
+        let [before, after] =
+            [self.rate_rad_s, rate_rad_s].map(|rate_rad_s| rate_rad_s - self.target_rad_s);
+        self.off_rad2_s += (before * before + before * after + after * after) / 3.0 * dt_s;
+        self.rate_rad_s = rate_rad_s;
+    }
 }
 
 /// Sums over a joint, in rad and N m for a revolute joint, in m and N for a prismatic one.
@@ -82,6 +103,7 @@ impl Period {
             time_s: 0.0,
             residual_m_s: 0.0,
             wheels: vec![WheelTally::default(); wheels],
+            loops: vec![LoopTally::default(); wheels],
             joints: vec![JointTally::default(); joints.min(MAX_JOINTS)],
             bodies: Vec::new(),
             carried: Carried::default(),
@@ -93,6 +115,7 @@ impl Period {
         self.time_s = 0.0;
         self.residual_m_s = 0.0;
         self.wheels.fill(WheelTally::default());
+        self.loops.iter_mut().for_each(|of| of.off_rad2_s = 0.0);
         self.joints.fill(JointTally::default());
         self.bodies.fill(PushTally::default());
         self.carried = Carried::default();
@@ -105,6 +128,9 @@ impl Period {
         self.residual_m_s = self.residual_m_s.max(world.contact_residual_m_s());
         for (sum, step) in self.wheels.iter_mut().zip(robot.wheel_tallies()) {
             sum.add(step);
+        }
+        for (sum, rate_rad_s) in self.loops.iter_mut().zip(robot.wheel_rates_rad_s()) {
+            sum.add(*rate_rad_s, dt_s);
         }
         let joints = robot.joint_positions().iter().zip(robot.joint_forces());
         for (sum, (position, force)) in self.joints.iter_mut().zip(joints) {
@@ -129,6 +155,13 @@ impl Period {
         self.carried.means(self.time_s, heading_rad)
     }
 
+    /// Begins to compare a wheel's rate with the rate that its sample says is commanded from now
+    /// on.
+    pub fn command(&mut self, wheel: usize, sample: &WheelSample) {
+        let of = &mut self.loops[wheel];
+        (of.target_rad_s, of.rate_rad_s) = (sample.target_rad_s, sample.rate_rad_s);
+    }
+
     /// Writes a wheel's means and extremes into its sample, which already has the state.
     pub fn put_wheel(&self, wheel: usize, sample: &mut WheelSample) {
         let tally = &self.wheels[wheel];
@@ -140,6 +173,7 @@ impl Period {
         let (place_m, force_n) = (tally.place_mean_in_body_m(), tally.force_mean_in_body_n());
         let sliding_m_s = tally.sliding_mean_in_body_m_s();
         *sample = WheelSample {
+            rate_error_rms_rad_s: (self.loops[wheel].off_rad2_s / tally.time_s()).sqrt(),
             torque_n_m: tally.torque_mean_n_m(),
             torque_min_n_m: tally.torque_n_m[0],
             torque_max_n_m: tally.torque_n_m[1],

@@ -351,6 +351,7 @@ impl Recorder {
                 sample.roller_spin_ideal_rad_s = contact.roller_spin_ideal_rad_s;
             }
             self.period.put_wheel(wheel, sample);
+            self.period.command(wheel, sample);
         }
     }
 }

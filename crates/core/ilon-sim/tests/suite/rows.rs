@@ -66,6 +66,7 @@ fn extremes_and_budget_do_not_depend_on_how_often_rows_are_written() {
         near(|summary| summary.slip_speed_max_m_s, 1e-9);
         near(|summary| summary.wheel_torque_max_n_m, 1e-9);
         near(|summary| summary.slip_speed_rms_m_s, 1e-9);
+        near(|summary| summary.wheel_rate_error_rms_rad_s, 1e-9);
         let way_m = fine.travelled_m;
         for ((name, fine), (_, coarse)) in fine.ledger.named().iter().zip(coarse.ledger.named()) {
             // Slip occurs in the first milliseconds of each stair, and spans of the budget are 5

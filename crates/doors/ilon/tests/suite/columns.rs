@@ -453,6 +453,7 @@ fn every_signal_of_a_wheel_is_what_happened() {
                 target_rad_s,
                 target_peak_rad_s,
                 rate_rad_s,
+                rate_error_rms_rad_s,
                 angle_rad,
                 torque_n_m,
                 torque_min_n_m,
@@ -485,6 +486,19 @@ fn every_signal_of_a_wheel_is_what_happened() {
             let contact = &now.contacts[wheel];
             assert!(target_rad_s.abs() <= 9.0 + 1e-9, "the limit holds");
             assert_eq!(target_peak_rad_s, target_rad_s.abs());
+            // The mean square of a difference that changed evenly over the one step of the period.
+            let off_rad_s = step.checked_sub(1).map_or(0.0, |before| {
+                let before = &trace.wheels_at(before)[wheel];
+                let [a, b] = [before.rate_rad_s, rate_rad_s]
+                    .map(|rate_rad_s| rate_rad_s - before.target_rad_s);
+                ((a * a + a * b + b * b) / 3.0).sqrt()
+            });
+            assert_relative_eq!(
+                rate_error_rms_rad_s,
+                off_rad_s,
+                max_relative = 1e-12,
+                epsilon = 1e-12
+            );
             assert_eq!(
                 (rate_rad_s, angle_rad, hub_height_m),
                 (
