@@ -171,7 +171,7 @@ impl Vehicle {
             rate_hz => 1.0 / f64::from(rate_hz),
         };
         let wanted_s = wanted_s.min(MOST_S);
-        let step_s = match resolved.scenario().wheel_loop.is_sampled() {
+        let step_s = match resolved.scenario().wheel_loop.takes_whole_steps() {
             // Such loops take whole steps: at least one, so that time advances with every frame.
             true => {
                 let dt_s = resolved.physics_dt_s();

@@ -332,7 +332,7 @@ impl Plant {
         let physics_dt_s = self.clock.physics_dt_s();
         let steps = period_s / physics_dt_s;
         let is_whole = (steps - steps.round()).abs() <= NO_TIME * steps.round();
-        let takes_parts = !self.plan.resolved.scenario().wheel_loop.is_sampled();
+        let takes_parts = !(self.plan.resolved.scenario().wheel_loop).takes_whole_steps();
         let is_time = (SHORTEST_PART..=MOST_STEPS).contains(&steps);
         if is_time && (is_whole || takes_parts) {
             return Ok(());
@@ -343,7 +343,7 @@ impl Plant {
                 "advance by at least a thousandth of a step and at most 1e9 steps",
             ),
             true => (
-                format!("its wheel loops are sampled, in steps of {physics_dt_s} s"),
+                format!("its wheel loops act in steps of {physics_dt_s} s"),
                 "advance by a whole number of steps, such as the control period, or set `run.physics_dt_s`",
             ),
         };

@@ -167,7 +167,7 @@ impl Drive {
                 self.held_n_m.fill(0.0);
                 self.law.pause();
                 if let Some(on_the_way) = &mut self.on_the_way {
-                    on_the_way.decided_n_m.make_contiguous().fill(0.0);
+                    on_the_way.forget();
                 }
                 return &self.torques;
             }
@@ -188,12 +188,12 @@ impl Drive {
         for (torque, held_n_m) in self.torques.iter_mut().zip(&self.held_n_m) {
             torque.torque_n_m = *held_n_m;
         }
-        if let Some(on_the_way) = &mut self.on_the_way {
-            on_the_way.pass(&mut self.torques);
-        }
         for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
             torque.torque_n_m = falling.torque_n_m;
             torque.droop_n_m_s = falling.droop_n_m_s;
+        }
+        if let Some(on_the_way) = &mut self.on_the_way {
+            on_the_way.pass(&mut self.torques, rates.real_rad_s);
         }
         let dead_band_n_m = self.dead_band_n_m;
         let is_swallowed = |torque: &&mut MotorTorque| torque.torque_n_m.abs() < dead_band_n_m;
@@ -217,8 +217,22 @@ impl Drive {
 struct OnTheWay {
     /// The fraction of a step of the delay beyond whole steps.
     part: f64,
-    /// The torques of the last steps, the oldest first, one per wheel each, in N m.
-    decided_n_m: VecDeque<f64>,
+    wheel_count: usize,
+    /// The torques of the last steps, the oldest first, one per wheel each.
+    decided: VecDeque<DecidedTorque>,
+}
+
+/// A torque that a wheel loop decided for a step.
+#[derive(Clone, Copy, Default)]
+struct DecidedTorque {
+    /// At the step's beginning, in N m.
+    torque_n_m: f64,
+    /// By how much it falls per rate gained, in N m s/rad; 0 if it is held.
+    droop_n_m_s: f64,
+    /// The wheel's rate at the step's beginning, in rad/s.
+    rate_rad_s: f64,
+    /// By how much it fell over the step, in N m: known once the step is over.
+    fell_n_m: f64,
 }
 
 impl OnTheWay {
@@ -228,21 +242,49 @@ impl OnTheWay {
         let whole = (steps + 1e-9).floor();
         (steps > 0.0).then(|| Self {
             part: (steps - whole).max(0.0),
-            decided_n_m: vec![0.0; (whole as usize + 1) * wheel_count].into(),
+            wheel_count,
+            decided: vec![DecidedTorque::default(); (whole as usize + 1) * wheel_count].into(),
         })
     }
 
-    /// Stores the torques decided for a step, and replaces them by those that arrive in it: in its
-    /// first part those decided one step before the rest; the motors get the mean.
-    fn pass(&mut self, torques: &mut [MotorTorque]) {
-        self.decided_n_m
-            .extend(torques.iter().map(|torque| torque.torque_n_m));
-        let wheel_count = torques.len();
-        for (wheel, torque) in torques.iter_mut().enumerate() {
-            let [before, after] = [wheel, wheel_count + wheel].map(|place| self.decided_n_m[place]);
-            torque.torque_n_m = self.part * before + (1.0 - self.part) * after;
+    /// Forgets all torques.
+    fn forget(&mut self) {
+        self.decided
+            .make_contiguous()
+            .fill(DecidedTorque::default());
+    }
+
+    /// Stores the torques decided for a step at the wheels' rates in rad/s, and replaces them by
+    /// those that arrive in it: in its first part the end of those decided one step before the
+    /// rest; the motors get the mean. A torque falls evenly over its step.
+    fn pass(&mut self, torques: &mut [MotorTorque], rates_rad_s: &[f64]) {
+        let p = self.part;
+        let newest = self.decided.len() - self.wheel_count;
+        for (decided, rate_rad_s) in self.decided.range_mut(newest..).zip(rates_rad_s) {
+            decided.fell_n_m = decided.droop_n_m_s * (rate_rad_s - decided.rate_rad_s);
         }
-        self.decided_n_m.drain(..wheel_count);
+        let decided = torques.iter().zip(rates_rad_s);
+        self.decided
+            .extend(decided.map(|(torque, rate_rad_s)| DecidedTorque {
+                torque_n_m: torque.torque_n_m,
+                droop_n_m_s: torque.droop_n_m_s,
+                rate_rad_s: *rate_rad_s,
+                fell_n_m: 0.0,
+            }));
+        // What arrives in the step that it was decided for falls in it.
+        let falls = match newest {
+            0 => (1.0 - p) * (1.0 - p),
+            _ => 0.0,
+        };
+        for (wheel, torque) in torques.iter_mut().enumerate() {
+            let [before, after] =
+                [wheel, self.wheel_count + wheel].map(|place| self.decided[place]);
+            let ended_n_m = before.torque_n_m - (1.0 - 0.5 * p) * before.fell_n_m;
+            let begun_n_m = after.torque_n_m - 0.5 * (1.0 - p) * after.fell_n_m;
+            torque.torque_n_m = p * ended_n_m + (1.0 - p) * begun_n_m;
+            torque.droop_n_m_s *= falls;
+        }
+        self.decided.drain(..self.wheel_count);
     }
 }
 

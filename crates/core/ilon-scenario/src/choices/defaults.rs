@@ -44,9 +44,9 @@ const SHEAR: f64 = 0.15;
 /// Smallest number of steps per passage of a roller over the ground: a roller that is skipped has
 /// no effect at all. Chosen.
 const STEPS_PER_PASSAGE: f64 = 6.0;
-/// The shortest step that is chosen for the bandwidth of a sampled wheel loop, half a millisecond
-/// for wheels of 50 mm; instead of a shorter step, its gains are lowered. Chosen.
-const SHORTEST_FOR_LOOP: f64 = 7.01e-3;
+/// The shortest step that is chosen for a latency of wheel loops, half a millisecond for wheels of
+/// 50 mm. Chosen.
+const SHORTEST_FOR_LATENCY: f64 = 7.01e-3;
 /// The parts into which a step is split while a roller slides or is about to, 0.1 ms for wheels of
 /// 50 mm: a roller that takes over spins up within milliseconds, and the slip of a fast turn on the
 /// edge of its grip is then within a tenth of its limit (`docs/measured.md`).
@@ -162,11 +162,11 @@ pub fn physics_dt_s(
         solver_need(scenario),
         tread_need(robot, &scale),
         spring_need(robot),
-        loop_need(scenario, model, &scale),
         pose_need(scenario),
     ];
     let shortest = needs
         .into_iter()
+        .chain(loop_need(scenario, model, &scale))
         .min_by(|a, b| a.longest_s.total_cmp(&b.longest_s));
     // The step divides the period of the wheel loop, which divides the control period.
     let period_s = scenario.wheel_loop.period_s;
@@ -322,31 +322,22 @@ fn pose_need(scenario: &Scenario) -> Need {
     }
 }
 
-/// The limit by the wheel loop. A PID sampled once a step must be stable for a wheel in the air:
-/// k_p dt <= J_air. Computed torque is sampled too: a bandwidth w is reached only if w dt is about
-/// a tenth or less.
-fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Need {
-    let wheel_loop = &scenario.wheel_loop;
-    let longest_s = match (wheel_loop.law, wheel_loop.is_sampled()) {
-        (WheelLaw::Pid, false) => f64::INFINITY,
-        // The period is given, whatever the step.
-        _ if wheel_loop.period_s.is_some() => f64::INFINITY,
-        (WheelLaw::Pid, true) => {
-            let asked_n_m_s = model.ground_inertia_kg_m2() * wheel_loop.bandwidth_rad_s;
-            let proportional_n_m_s = wheel_loop.proportional_n_m_s.unwrap_or(asked_n_m_s);
-            (model.air_inertia_kg_m2() / proportional_n_m_s).max(SHORTEST_FOR_LOOP * scale.time_s())
-        }
-        (WheelLaw::Passive, _) => return damper_need(scenario, model),
-        _ => 0.12 / wheel_loop.bandwidth_rad_s,
-    };
-    Need {
-        longest_s,
-        because: format!(
-            "`wheel_loop.bandwidth_rad_s` = {} asks for as fast a loop",
-            wheel_loop.bandwidth_rad_s
-        ),
-        help: "take a smaller bandwidth",
+/// The limit by the wheel loop: torques that come late come in a later step, or soon enough, and a
+/// passive law is sampled once a step. Other loops have a period of their own or act within the
+/// step.
+fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Option<Need> {
+    let section = &scenario.wheel_loop;
+    if section.law == WheelLaw::Passive && section.period_s.is_none() {
+        return Some(damper_need(scenario, model));
     }
+    section.is_late().then(|| {
+        let latency_s = section.latency_s();
+        Need {
+            longest_s: latency_s.max(SHORTEST_FOR_LATENCY * scale.time_s()),
+            because: format!("`wheel_loop.latency_s` = {latency_s} is as short"),
+            help: "take a longer latency, or leave it out",
+        }
+    })
 }
 
 /// The limit by the dampers of a passive law: wheels in the air, which feel only their own inertia,
@@ -484,12 +475,6 @@ mod tests {
             asked.ends_with("asks for wheel rates of 1.0e7 rad/s"),
             "{asked}"
         );
-        let stiff = "wheel_loop = { law = \"computed_torque\", bandwidth_rad_s = 1e6 }";
-        let stiff = told(URDF, stiff, Some(6.0));
-        assert!(
-            stiff.contains("`wheel_loop.bandwidth_rad_s` = 1000000"),
-            "{stiff}"
-        );
         let poses = told(URDF, "sensors.pose.rate_hz = 1e9", Some(6.0));
         assert!(
             poses.contains("`sensors.pose.rate_hz` = 1000000000"),
@@ -596,13 +581,15 @@ mod tests {
         assert_eq!((0.01 / dt_s).round(), 9.0);
     }
 
+    /// 10 ms in whole steps of at most the latency, and of half a millisecond at least.
     #[test]
-    fn a_sampled_loop_gets_a_step_that_leaves_a_wheel_in_the_air_stable() {
-        let sampled = "wheel_loop.timing = \"sampled\"\n";
-        // Half a millisecond is the shortest; a soft loop of 5 rad/s needs no shorter step than the
-        // contacts.
-        assert!((chosen_s(sampled) - 0.01 / 18.0).abs() < 1e-4);
-        let soft = format!("{sampled}wheel_loop.bandwidth_rad_s = 5.0");
-        assert!((chosen_s(&soft) - 0.01 / 3.0).abs() < 1e-12);
+    fn late_torques_get_a_step_in_which_they_come_later() {
+        for (latency_s, steps) in [(0.003, 4.0), (0.0012, 9.0), (1e-5, 20.0)] {
+            let found_s = chosen_s(&format!("wheel_loop.latency_s = {latency_s}"));
+            assert!(
+                (found_s - 0.01 / steps).abs() < 1e-12,
+                "{latency_s}: {found_s}"
+            );
+        }
     }
 }

@@ -29,7 +29,10 @@
 //! / 2. J is the inertia that the wheel feels: its own in the air and while it slides, plus a share
 //! of the robot's on the ground, which depends on the direction of motion.
 //!
-//! **A continuous loop** is stable at any gain, but its torque falls within the step as the wheel
+//! A continuous loop with a latency is judged as a sampled one of a tenth of that period, which is
+//! half a period less late.
+//!
+//! **A continuous loop** without is stable at any gain, but its torque falls within the step as the wheel
 //! gains rate. If that fall is `STIFFEST` times the torque that the wheel's inertia takes, the
 //! difference of the two loses its digits, and motors and bearings get wrong energies. A wheel that
 //! follows within a thousandth of a step follows practically at once, so a lower limit loses
@@ -37,7 +40,7 @@
 
 use ilon_control::DynamicModel;
 
-use super::wheel_loop::counted_lag_s;
+use super::wheel_loop::{as_sampled_s, counted_lag_s};
 use crate::Error;
 use crate::scenario::{Scenario, WheelLaw, WheelLoop};
 
@@ -74,13 +77,20 @@ impl Loop {
         let filter_s = encoders
             .counts_per_turn
             .map_or(0.0, |_| encoders.rate_filter_s);
+        let (period_s, lag_s) = match section.is_late() {
+            true => as_sampled_s(section.latency_s()),
+            false => (
+                period_s,
+                section.latency_s() + counted_lag_s(scenario, period_s),
+            ),
+        };
         Self {
             proportional_n_m_s: section.proportional_n_m_s.unwrap_or(0.0),
             integral_n_m: section.integral_n_m.unwrap_or(0.0),
             derivative_n_m_s2: section.derivative_n_m_s2,
             weight: period_s / (section.derivative_filter_s + period_s),
             period_s,
-            lag_s: section.latency_s() + counted_lag_s(scenario, period_s),
+            lag_s,
             rate_weight: period_s / (period_s + filter_s),
         }
     }
@@ -222,7 +232,7 @@ pub fn remark(
         return Ok(remark_of_model(scenario, model, period_s));
     }
     let own = Loop::of(scenario, period_s);
-    match section.is_sampled() {
+    match section.takes_whole_steps() {
         false => refuse_too_fast(section, &own, model.ground_inertia_kg_m2()).map(|()| None),
         true => Ok(remark_of_sampled(&own, model, scenario)),
     }
@@ -341,13 +351,16 @@ fn remark_of_sampled(own: &Loop, model: &DynamicModel, scenario: &Scenario) -> O
         _ => "wheels swing, on the ground and in the air,",
     };
     let remedy = remedy(own, |of| settles(of, &all));
-    let held_s = own.period_s;
+    let held = match scenario.wheel_loop.is_late() {
+        true => String::new(),
+        false => format!(" held for {:.3e} s", own.period_s),
+    };
     let (late, else_) = match own.lag_s > 0.0 {
         true => late(scenario),
         false => (String::new(), "set `wheel_loop.timing` = \"continuous\""),
     };
     Some(format!(
-        "the wheel loops are unstable: with torques held for {held_s:.3e} s{late} {place} ever wider from sample to sample; {remedy}, or {else_}"
+        "the wheel loops are unstable: with torques{held}{late} {place} ever wider; {remedy}, or {else_}"
     ))
 }
 

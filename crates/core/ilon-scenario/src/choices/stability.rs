@@ -301,23 +301,12 @@ fn timing(scenario: &Scenario) -> (Timing, bool) {
 
 /// How the wheels answer along the directions in which a position error, and a heading error, are
 /// led back.
-fn answers(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> [Vec<Answer>; 2] {
+fn answers(scenario: &Scenario, model: &DynamicModel, period_s: f64) -> [Vec<Answer>; 2] {
     let section = &scenario.wheel_loop;
-    let delay_s = match section.latency_s() {
-        0.0 => 0.0,
-        // What a loop decides is held, for half a period in the mean; of a physics step that is
-        // what its end moves the robot ahead by.
-        latency_s => {
-            latency_s
-                + 0.5
-                    * section
-                        .period_s
-                        .map_or(0.0, |period_s| period_s - physics_dt_s)
-        }
-    };
+    let delay_s = section.latency_s();
     if section.law != WheelLaw::Pid {
         // Laws that know the robot have the requested bandwidth in each direction.
-        let w = model.bandwidth_rad_s(section.bandwidth_rad_s, physics_dt_s);
+        let w = model.bandwidth_rad_s(section.bandwidth_rad_s, period_s);
         let answer = Answer {
             proportional_per_s: w,
             integral_per_s2: 0.25 * w * w,
@@ -428,9 +417,9 @@ pub struct Stability {
 }
 
 impl Stability {
-    /// For a scenario whose guidance follows a reference, with a physics step in seconds; `None`
-    /// for a law with springs, which has its own limits.
-    pub fn of(scenario: &Scenario, model: &DynamicModel, physics_dt_s: f64) -> Option<Self> {
+    /// For a scenario whose guidance follows a reference, with the period of its wheel loops in
+    /// seconds; `None` for a law with springs, which has its own limits.
+    pub fn of(scenario: &Scenario, model: &DynamicModel, period_s: f64) -> Option<Self> {
         if scenario.wheel_loop.law == WheelLaw::Passive {
             return None;
         }
@@ -448,7 +437,7 @@ impl Stability {
         let limit = |answer| late(answer).limit();
         let at_once = limit(None);
         let most = |of_heading| most_per_s(scenario, of_heading);
-        let known = answers(scenario, model, physics_dt_s);
+        let known = answers(scenario, model, period_s);
         let [position, heading] =
             [(false, &known[0]), (true, &known[1])].map(|(of_heading, answers)| {
                 let product = most(of_heading) * timing.period_s;

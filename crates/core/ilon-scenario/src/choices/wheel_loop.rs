@@ -9,16 +9,42 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
 
-/// Samples a PID whose torques come late or whose rates are counted, and decides by counted rates
-/// when they are read, once a control period, unless the scenario gives a period.
+/// The shortest period of a sampled wheel loop whose period the scenario leaves open, in seconds.
+/// Chosen: that of usual motor controllers.
+const PERIOD_S: f64 = 1e-3;
+
+/// Samples a PID whose rates are counted, or whose torques come late and that has a period, and
+/// fills in the period of sampled loops. By counted rates a loop decides when they are read, once a
+/// control period. The period of a passive law is the physics step, which its dampers choose.
 pub fn choose_timing(scenario: &mut Scenario) {
-    let section = &mut scenario.wheel_loop;
+    let (run, section) = (&scenario.run, &mut scenario.wheel_loop);
     let is_counted = scenario.sensors.encoders.counts_per_turn.is_some();
-    if section.law == WheelLaw::Pid && (is_counted || section.latency_s() > 0.0) {
+    let is_pid = section.law == WheelLaw::Pid;
+    if (is_pid && is_counted) || (section.is_late() && section.period_s.is_some()) {
         section.timing = scenario::LoopTiming::Sampled;
     }
     if is_counted {
-        section.period_s.get_or_insert(scenario.run.control_dt_s);
+        section.period_s.get_or_insert(run.control_dt_s);
+    } else if section.is_sampled() && section.law != WheelLaw::Passive {
+        section
+            .period_s
+            .get_or_insert_with(|| own_period_s(run.control_dt_s, &run.physics_dt_s));
+    }
+}
+
+/// The shortest period from `PERIOD_S` on that is a whole number of physics steps and divides the
+/// control period, in seconds; if there is none, the control period.
+fn own_period_s(control_dt_s: f64, step: &Step) -> f64 {
+    // Rounding shall not lengthen it.
+    const SLACK: f64 = 1e-9;
+    match *step {
+        Step::Auto(_) => control_dt_s / (control_dt_s / PERIOD_S + SLACK).floor().max(1.0),
+        Step::Seconds(dt_s) => {
+            let steps = (control_dt_s / dt_s).round().max(1.0) as u64;
+            let least = (PERIOD_S / dt_s - SLACK).ceil().max(1.0) as u64;
+            let of = (least.min(steps)..=steps).find(|of| steps.is_multiple_of(*of));
+            dt_s * of.unwrap_or(steps) as f64
+        }
     }
 }
 
@@ -28,6 +54,15 @@ pub fn choose_timing(scenario: &mut Scenario) {
 pub fn counted_lag_s(scenario: &Scenario, period_s: f64) -> f64 {
     let counts = scenario.sensors.encoders.counts_per_turn;
     counts.map_or(0.0, |_| scenario.run.control_dt_s - 0.5 * period_s)
+}
+
+/// The period and the lag of a sampled loop that is as stable as one that acts all the time with a
+/// latency, in seconds: a period that is short against it, of which half is part of it.
+pub(super) fn as_sampled_s(latency_s: f64) -> (f64, f64) {
+    /// Periods in a latency. Chosen.
+    const PERIODS: f64 = 10.0;
+    let period_s = latency_s / PERIODS;
+    (period_s, latency_s - 0.5 * period_s)
 }
 
 /// Fills in the period and the gains that a `[wheel_loop]` section leaves open. Returns the period,
@@ -59,8 +94,14 @@ fn gains(
     (period_s, counted_s): (f64, f64),
 ) -> Result<WheelGains, Error> {
     let bandwidth_rad_s = section.bandwidth_rad_s;
-    let held = (period_s, section.latency_s() + counted_s);
-    let proposed = WheelGains::for_robot(model, timing(section), held, bandwidth_rad_s)?;
+    let (held, timing) = match section.is_late() {
+        true => (as_sampled_s(section.latency_s()), LoopTiming::Sampled),
+        false => {
+            let lag_s = section.latency_s() + counted_s;
+            ((period_s, lag_s), timing(section))
+        }
+    };
+    let proposed = WheelGains::for_robot(model, timing, held, bandwidth_rad_s)?;
     Ok(WheelGains {
         proportional_n_m_s: section
             .proportional_n_m_s
@@ -86,7 +127,12 @@ pub fn pid(
     let gains = gains(section, model, (period_s, 0.0))?;
     let settings = WheelLoopSettings {
         timing: timing(section),
-        inertia_kg_m2: model.ground_inertia_kg_m2(),
+        // The torque of a late loop does not act in the step in which it is decided: there the rate
+        // changes as evenly as if the wheel were heavy.
+        inertia_kg_m2: match section.is_late() {
+            true => f64::MAX,
+            false => model.ground_inertia_kg_m2(),
+        },
         derivative_filter_s: section.derivative_filter_s,
         feedforward_damping_n_m_s: section.feedforward_damping_n_m_s,
         feedforward_friction_n_m: section.feedforward_friction_n_m,
@@ -208,5 +254,42 @@ impl From<scenario::Priority> for ilon_control::Priority {
             scenario::Priority::Position => Self::Position,
             scenario::Priority::Heading => Self::Heading,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A millisecond, or the next whole number of steps that divides the control period.
+    #[test]
+    fn a_sampled_loop_has_a_period_that_the_chosen_step_does_not_change() {
+        let period_s = |lines: &str| {
+            let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
+            let mut scenario = Scenario::from_toml(&text, "test", "").expect("a scenario");
+            choose_timing(&mut scenario);
+            scenario.wheel_loop.period_s
+        };
+        let law = "wheel_loop.law = \"computed_torque\"\n";
+        let sampled = "wheel_loop.timing = \"sampled\"\n";
+        for (lines, steps, of_s) in [
+            ("", 10.0, 0.01),
+            ("run.control_dt_s = 0.0125", 12.0, 0.0125),
+            ("run.control_dt_s = 0.0004", 1.0, 0.0004),
+            ("run.physics_dt_s = 0.00025", 10.0, 0.01),
+            ("run.physics_dt_s = 0.0025", 4.0, 0.01),
+            // Three steps are 1.2 ms, which do not divide 25 steps: five do.
+            ("run.physics_dt_s = 0.0004", 5.0, 0.01),
+        ] {
+            for loops in [law, sampled] {
+                let found_s = period_s(&format!("{loops}{lines}")).expect("a period");
+                assert!((found_s - of_s / steps).abs() < 1e-12, "{lines}: {found_s}");
+            }
+        }
+        let counted = "sensors.encoders.counts_per_turn = 500";
+        assert_eq!(period_s(counted), Some(0.01));
+        assert_eq!(period_s("wheel_loop.latency_s = 0.01"), None);
+        let passive = "wheel_loop.law = \"passive\"";
+        assert_eq!([period_s(""), period_s(passive)], [None; 2]);
     }
 }

@@ -20,12 +20,12 @@ pub struct WheelLoop {
     /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that
-    /// divides the control period [default: the physics step; the control period if encoders
-    /// count].
+    /// divides the control period [default: a millisecond or the least above it; the control period
+    /// if encoders count; the physics step of a passive law].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
-    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; a
-    /// PID is sampled with it [default: none].
+    /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; with
+    /// a period a PID is sampled [default: none].
     #[schemars(range(min = 0.0, max = 0.2))]
     pub latency_s: Option<f64>,
     /// Bandwidth of computed torque and of default gains, in rad/s; a wheel in the air may allow
@@ -150,7 +150,17 @@ pub enum WheelLaw {
 impl WheelLoop {
     /// Whether it decides once in a period and holds its torques meanwhile.
     pub fn is_sampled(&self) -> bool {
-        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled || self.latency_s() > 0.0
+        self.law != WheelLaw::Pid || self.timing == LoopTiming::Sampled
+    }
+
+    /// Whether it acts all the time, but late.
+    pub fn is_late(&self) -> bool {
+        !self.is_sampled() && self.latency_s() > 0.0
+    }
+
+    /// Whether it acts once a physics step: a step cannot be taken in parts.
+    pub fn takes_whole_steps(&self) -> bool {
+        self.is_sampled() || self.is_late()
     }
 
     /// How late its torques come, in seconds.

@@ -259,7 +259,7 @@ fn what_is_there_makes_the_difference_to_the_run_without_it() {
             OPEN,
             "wheel_loop.latency_s = 0.03",
             "wheel_loop.latency_s",
-            "wheel_loop.timing = \"sampled\"",
+            "",
         ),
         (
             OPEN,

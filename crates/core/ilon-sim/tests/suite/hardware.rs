@@ -152,7 +152,8 @@ fn an_integral_at_its_limit_gives_no_more_than_that(timing: &str) {
 
 /// P loops on all wheels of a robot without sliding are one integrator in each direction of motion,
 /// k / J with J the inertia at a wheel there. Torques that come late by d make them unstable from k
-/// / J (d + T / 2) = pi / 2 on, T the step for which they are held. The direction with the smallest
+/// d / J = pi / 2 on, whatever the step; if they are held for a period T, from k / J (d + T / 2) =
+/// pi / 2 on. The direction with the smallest
 /// J is the first, so the robot moves in that. The bearings' damping is negligible: 1e-3 beside
 /// 0.25 N m s/rad. A tenth off the margin the oscillation changes as exp(+-0.045 k t / J), some
 /// hundred times in 4 s.
@@ -173,23 +174,28 @@ fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
         .map(|(axis, motion)| (felt(axis), motion));
     let least = directions.min_by(|a, b| a.0.total_cmp(&b.0));
     let (inertia_kg_m2, motion) = least.expect("three");
-    let dt_s = 1e-3;
-    let least_s = std::f64::consts::FRAC_PI_2 * inertia_kg_m2 / gain_n_m_s - 0.5 * dt_s;
-    let of = |share: f64| {
-        let done = driven(&format!(
-            "wheel_loop = {{ proportional_n_m_s = {gain_n_m_s}, integral_n_m = 0, latency_s = {} }}\nrun.physics_dt_s = {dt_s}\n\
-             twist = {{ {motion}, rest_s = 0.0, ramp_s = 0.5, settle_s = 1.0 }}",
-            share * least_s
-        ));
-        let rows = done.trace.steps().filter(|(record, _)| record.t_s > 3.0);
-        let off = rows.map(|(_, wheels)| (wheels[0].rate_rad_s - wheels[0].target_rad_s).abs());
-        off.fold(0.0, f64::max)
-    };
-    let (small, large) = (of(0.9), of(1.1));
-    assert!(
-        large > 20.0 * small,
-        "{motion}: {small} {large}, {least_s} s"
-    );
+    let least_s = std::f64::consts::FRAC_PI_2 * inertia_kg_m2 / gain_n_m_s;
+    for (dt_s, held_s) in [(1e-3, 0.0), (2.5e-3, 0.0), (1e-3, 0.005)] {
+        let period = match held_s > 0.0 {
+            true => format!(", period_s = {held_s}"),
+            false => String::new(),
+        };
+        let of = |share: f64| {
+            let done = driven(&format!(
+                "wheel_loop = {{ proportional_n_m_s = {gain_n_m_s}, integral_n_m = 0, latency_s = {}{period} }}\nrun.physics_dt_s = {dt_s}\n\
+                 twist = {{ {motion}, rest_s = 0.0, ramp_s = 0.5, settle_s = 1.0 }}",
+                share * (least_s - 0.5 * held_s)
+            ));
+            let rows = done.trace.steps().filter(|(record, _)| record.t_s > 3.0);
+            let off = rows.map(|(_, wheels)| (wheels[0].rate_rad_s - wheels[0].target_rad_s).abs());
+            off.fold(0.0, f64::max)
+        };
+        let (small, large) = (of(0.9), of(1.1));
+        assert!(
+            large > 20.0 * small,
+            "{motion}, steps of {dt_s} s, held for {held_s} s: {small} {large}, {least_s} s"
+        );
+    }
 }
 
 /// Default gains allow for the latency: no warning, and 0.1 m/s as commanded. A gain too high for

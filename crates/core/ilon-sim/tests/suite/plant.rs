@@ -681,10 +681,14 @@ fn a_plant_takes_whatever_steps_its_host_takes() {
             );
         }
     }
-    let mut sampled =
-        Plant::of_scenario(&scenario("wheel_loop.timing = \"sampled\"\n")).expect("it stands");
-    let refused = sampled.advance(WheelCommand::Rates(&[1.0; 4]), 1e-3);
-    assert!(refused.is_err_and(|error| error.to_string().contains("sampled")));
+    for keys in [
+        "wheel_loop.timing = \"sampled\"\n",
+        "wheel_loop.latency_s = 0.01\n",
+    ] {
+        let mut whole = Plant::of_scenario(&scenario(keys)).expect("it stands");
+        let refused = whole.advance(WheelCommand::Rates(&[1.0; 4]), 7.5e-4);
+        assert!(refused.is_err_and(|error| error.to_string().contains("act in steps")));
+    }
     for none in [0.0, -1e-3, f64::NAN, 1e-9, 1e12] {
         let mut plant = Plant::of_scenario(&scenario("")).expect("it stands");
         assert!(

@@ -298,7 +298,8 @@ impl Scenario {
             return Ok(());
         };
         let key = "wheel_loop.period_s";
-        if !self.wheel_loop.is_sampled() && self.sensors.encoders.counts_per_turn.is_none() {
+        let section = &self.wheel_loop;
+        if !section.takes_whole_steps() && self.sensors.encoders.counts_per_turn.is_none() {
             return Err(Objection::to(
                 key,
                 "`wheel_loop.period_s` has no effect: a continuous PID acts within each step",
