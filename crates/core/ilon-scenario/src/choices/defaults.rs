@@ -32,15 +32,6 @@ const LONGEST_IN_LANDINGS: f64 = 7.01e-3;
 /// half a millisecond, a robot with crowned rollers turned by 2.6 % less after some seconds; with
 /// this step the answer stays within 0.2 % (`docs/rollers.md`).
 const LONGEST_IN_ROCKING: f64 = 1.7525e-3;
-/// The largest crown of rollers whose hand-overs on treads long steps resolve: at 1.12 a turn is
-/// off by 0.07 %, below 1 by 0.06 % at most. Beyond, two rollers of a wheel carry at a hand-over,
-/// and shear against one another.
-const CROWN_FOR_LONG_STEPS: f64 = 1.1;
-/// The longest step there, relative to the time sqrt(m / k) in which a tread swings the mass of a
-/// roller's rim: in turns at crowns of 1.3 and 1.5, steps of 1.7 ms are off by 0.6 % and miss half
-/// of the sliding, this one, of 0.1 ms, by 0.07 %. Treads so stiff that it would be shorter than
-/// half of the step of rigid rollers get that.
-const SHEAR: f64 = 0.15;
 /// Smallest number of steps per passage of a roller over the ground: a roller that is skipped has
 /// no effect at all. Chosen.
 const STEPS_PER_PASSAGE: f64 = 6.0;
@@ -55,12 +46,14 @@ const SPLIT: f64 = 1.4e-3;
 /// files have a limit that no wheel reaches, in place of none; beyond this step the rate that the
 /// scenario commands decides. Chosen.
 const SHORTEST_FOR_LIMIT: f64 = 0.0141;
-/// Largest phase of a robot's bouncing on its treads per step, in radians: the step then resolves
-/// it. Chosen.
-const BOUNCE_A_STEP_RAD: f64 = 0.5;
-/// The shortest step that is chosen for treads, a millisecond for wheels of 50 mm. Stiffer treads
-/// are damped where the step does not resolve them, and nearly rigid. Chosen.
-const SHORTEST_FOR_TREAD: f64 = 0.0141;
+/// Largest phase of a robot's bouncing on the treads of its rollers per step, in radians, and the
+/// shortest step that is chosen for them, half a millisecond for wheels of 50 mm. A hand-over takes
+/// several such steps: in drives and turns at crowns of 1 to 1.5 on 2e4 to 1e6 N/m the end is right
+/// to 0.03 % of the way, and slip of more than 0.1 J to 2 %. Stiffer treads are damped where the
+/// step does not resolve them, and nearly rigid. Chosen.
+const ON_TREADS: (f64, f64) = (0.18, 7.01e-3);
+/// The same for tyres, which do not hand over. Chosen.
+const ON_TYRES: (f64, f64) = (0.5, 0.0141);
 /// The longest step if rapier solves the contacts, in seconds: its contacts have a natural
 /// frequency of 1000 Hz.
 const LONGEST_IN_RAPIER_S: f64 = 1e-3;
@@ -249,29 +242,19 @@ fn solver_need(scenario: &Scenario) -> Need {
     })
 }
 
-/// The limit by soft rollers: a step that resolves the robot's bouncing on them, and the shear of
-/// strongly crowned ones on more than three wheels.
+/// The limit by soft rollers and tyres: a step that resolves the robot's bouncing on them.
 fn tread_need(robot: &Robot, scale: &Scale) -> Need {
-    let load_kg = scale.load_kg;
-    let shortest_s = SHORTEST_FOR_TREAD * scale.time_s();
-    let treads = robot
-        .wheels
-        .iter()
-        .filter_map(|wheel| wheel.surface.touching_tread(scale, robot.has_tyres()));
-    let seen_s = treads.map(|tread| BOUNCE_A_STEP_RAD * (load_kg / tread.stiffness_n_m).sqrt());
-    let seen_s = seen_s.reduce(f64::min).unwrap_or(f64::INFINITY);
-    let sheared_s = robot.wheels.iter().filter_map(|wheel| {
-        let tread = wheel
-            .surface
-            .tread
-            .filter(|_| wheel.made.crown > CROWN_FOR_LONG_STEPS)?;
-        let roller = wheel.rollers.first()?;
-        let rim_kg = roller.axial_inertia_kg_m2 / (roller.radius_m * roller.radius_m);
-        let swings_s = (rim_kg / tread.shear_n_m()).sqrt();
-        Some((SHEAR * swings_s).max(0.5 * LONGEST_IN_ROCKING * scale.time_s()))
-    });
-    let sheared_s = sheared_s.filter(|_| robot.wheels.len() > 3);
-    Need::of(sheared_s.fold(seen_s.max(shortest_s), f64::min))
+    let (bounce_rad, shortest) = match robot.has_tyres() {
+        true => ON_TYRES,
+        false => ON_TREADS,
+    };
+    let wheels = robot.wheels.iter();
+    let treads = wheels.filter_map(|wheel| wheel.surface.touching_tread(scale, robot.has_tyres()));
+    let seen_s = treads.map(|tread| bounce_rad * (scale.load_kg / tread.stiffness_n_m).sqrt());
+    let seen_s = seen_s.reduce(f64::min);
+    Need::of(seen_s.map_or(f64::INFINITY, |seen_s| {
+        seen_s.max(shortest * scale.time_s())
+    }))
 }
 
 /// The limit by springs and servos of joints: a step that can follow them. Accuracy demands no
@@ -493,10 +476,10 @@ mod tests {
         };
         let scale = Scale::of(&robot, 9.81);
         assert_eq!(tread_need(&robot, &scale).longest_s, f64::INFINITY);
-        // 11.36 kg on four wheels of 1e5 N/m: 0.5 sqrt(2.84 / 1e5) = 2.66 ms; nearly rigid ones of
-        // 1e8 N/m get a millisecond.
-        assert!((longest_s(&mut robot, 1e5) - 2.66e-3).abs() < 1e-5);
-        assert!((longest_s(&mut robot, 1e8) - 1e-3).abs() < 1e-5);
+        // 11.36 kg on four wheels of 1e5 N/m: 0.18 sqrt(2.84 / 1e5) = 0.959 ms; nearly rigid ones
+        // of 1e8 N/m get half a millisecond.
+        assert!((longest_s(&mut robot, 1e5) - 0.959e-3).abs() < 1e-6);
+        assert!((longest_s(&mut robot, 1e8) - 0.5e-3).abs() < 1e-5);
     }
 
     #[test]

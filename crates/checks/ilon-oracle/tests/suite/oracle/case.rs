@@ -1,7 +1,7 @@
 //! Test cases for both engines.
 
 use ilon_formats::LoadRobot;
-use ilon_oracle::Plate;
+use ilon_oracle::{ContactLaw, Plate};
 use ilon_robot::{Robot, Twist, Wheel};
 use nalgebra::Vector3;
 
@@ -43,8 +43,8 @@ pub struct Case {
     pub nap: Option<(f64, f64)>,
     /// Plates on the floor.
     pub plates: Vec<Plate>,
-    /// Damping along the oracle's normals over that of [`ilon_oracle::ContactLaw::stiff`].
-    pub damped: f64,
+    /// Damping along normals and across them, over that of [`ContactLaw::stiff`].
+    pub damped: [f64; 2],
 }
 
 /// A robot of the project's assets.
@@ -72,7 +72,18 @@ impl Case {
             shove: None,
             nap: None,
             plates: Vec::new(),
-            damped: 1.0,
+            damped: [1.0; 2],
+        }
+    }
+
+    /// The law of contacts with springs of a stiffness in N/m.
+    pub fn contact(&self, stiffness_n_m: f64) -> ContactLaw {
+        let stiff = ContactLaw::stiff(stiffness_n_m, self.friction, &self.robot);
+        let [along, across] = self.damped;
+        ContactLaw {
+            normal_damping_n_s_m: along * stiff.normal_damping_n_s_m,
+            bristle_damping_n_s_m: across * stiff.bristle_damping_n_s_m,
+            ..stiff
         }
     }
 

@@ -30,13 +30,11 @@ impl Springs {
 pub fn on_springs(case: &Case, springs: Springs) -> Course {
     let steps = (TICK_S / springs.step_s).ceil();
     let nap = case.nap.map(|(angle_rad, ratio)| Nap { angle_rad, ratio });
-    let stiff = ContactLaw::stiff(springs.stiffness_n_m, case.friction, &case.robot);
     let settings = ilon_oracle::Settings {
         step_s: TICK_S / steps,
         contact: ContactLaw {
             nap,
-            normal_damping_n_s_m: case.damped * stiff.normal_damping_n_s_m,
-            ..stiff
+            ..case.contact(springs.stiffness_n_m)
         },
         gravity_m_s2: LEVEL_GRAVITY_M_S2,
     };
@@ -137,7 +135,7 @@ pub fn in_ilon(case: &Case, step_s: f64, contact_stiffness_n_m: Option<f64>) -> 
 
 /// ilon's course on treads with the oracle's springs.
 pub fn on_treads(case: &Case, stiffness_n_m: f64, step_s: f64) -> Course {
-    let law = ContactLaw::stiff(stiffness_n_m, case.friction, &case.robot);
+    let law = case.contact(stiffness_n_m);
     let mut tread = Tread::new(law.normal_stiffness_n_m);
     tread.damping_n_s_m = Some(law.normal_damping_n_s_m);
     tread.shear_stiffness_n_m = Some(law.bristle_stiffness_n_m);

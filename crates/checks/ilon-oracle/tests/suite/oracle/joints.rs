@@ -181,7 +181,7 @@ fn lost_j(course: &Course) -> [f64; 2] {
 fn bars_cost_alike(name: &str, robot: Robot, contacts: [(f64, f64, f64); 2]) {
     let mut case = over_bars(name, robot);
     let oracle = contacts.map(|(stiffness_n_m, step_s, damped)| {
-        case.damped = damped;
+        case.damped[0] = damped;
         let springs = Springs {
             stiffness_n_m,
             step_s,

@@ -168,6 +168,9 @@ pub(crate) struct Shear {
     /// The share of the deflection's change that follows the velocity after the step, along each
     /// tangent; the rest follows that before it.
     after: [f64; 2],
+    /// The share of its distance from the deflection by its friction alone that a sliding bristle
+    /// keeps over the step: its damper lets it follow no faster.
+    lags: f64,
     pub softness: [Softness; 2],
 }
 
@@ -205,12 +208,13 @@ impl Shear {
             rate_m_s,
             left,
             after,
+            lags: libm::exp(-k * dt_s / c),
             softness,
         }
     }
 
-    /// The deflection after the step, in metres, for the surface's velocity then; of a sliding one,
-    /// the deflection by its friction in N.
+    /// The deflection after the step, in metres, for the surface's velocity then; of a sliding one
+    /// by its friction in N, from F = -k_t s - c_t s'.
     pub fn bent_m(
         &self,
         after_m_s: Vector2<f64>,
@@ -218,7 +222,10 @@ impl Shear {
         dt_s: f64,
     ) -> Vector2<f64> {
         match slides_under_n {
-            Some(friction_n) => -friction_n / self.stiffness_n_m,
+            Some(friction_n) => {
+                let held_m = -friction_n / self.stiffness_n_m;
+                held_m + self.lags * (self.bend_m - held_m)
+            }
             // By the rule of its force: if the deflection of a roller that a step stops at once
             // were the mean of its rates, it would store more energy than the roller had.
             None => {
@@ -343,6 +350,31 @@ mod tests {
                 "{h}: {bend_m} {expected}"
             );
         }
+    }
+
+    /// Under a constant friction F its law F = -k s - c s' lets it approach -F / k as exp(-k t / c),
+    /// in one step or in a hundred; without a damper it is there at once.
+    #[test]
+    fn a_bristle_that_slides_follows_its_friction_no_faster_than_its_damper_lets_it() {
+        let (friction_n, time_s) = (Vector2::new(1.0, -2.0), 2e-4);
+        let slid_m = |law: &TreadLaw, steps: u32| {
+            let h = time_s / f64::from(steps);
+            (0..steps).fold(Vector2::new(3e-5, 1e-5), |bend_m, _| {
+                let moved = (bend_m, Vector2::zeros());
+                let shear = law.shear(moved, [50.0; 2], [30.0; 2], h);
+                shear.bent_m(Vector2::new(0.3, 0.1), Some(friction_n), h)
+            })
+        };
+        let held_m = -friction_n / 4e4;
+        // k t / c = 8 / 3.
+        let expected_m = held_m + (Vector2::new(3e-5, 1e-5) - held_m) * libm::exp(-8.0 / 3.0);
+        for steps in [1, 100] {
+            let off_m = (slid_m(&LAW, steps) - expected_m).norm();
+            assert!(off_m < 1e-18, "{steps}: {off_m}");
+        }
+        let mut undamped = LAW;
+        undamped.shear.damping_n_s_m = 0.0;
+        assert_eq!(slid_m(&undamped, 1), held_m);
     }
 
     #[test]
