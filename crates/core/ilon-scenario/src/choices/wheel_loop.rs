@@ -15,7 +15,8 @@ const PERIOD_S: f64 = 1e-3;
 
 /// Samples a PID whose rates are counted, or whose torques come late and that has a period, and
 /// fills in the period of sampled loops. By counted rates a loop decides when they are read, once a
-/// control period. The period of a passive law is the physics step, which its dampers choose.
+/// control period. The period of a passive law with given dampers is the physics step, which they
+/// choose.
 pub fn choose_timing(scenario: &mut Scenario) {
     let (run, section) = (&scenario.run, &mut scenario.wheel_loop);
     let is_counted = scenario.sensors.encoders.counts_per_turn.is_some();
@@ -25,11 +26,27 @@ pub fn choose_timing(scenario: &mut Scenario) {
     }
     if is_counted {
         section.period_s.get_or_insert(run.control_dt_s);
-    } else if section.is_sampled() && section.law != WheelLaw::Passive {
+    } else if section.is_sampled() && !has_dampers(section) {
         section
             .period_s
             .get_or_insert_with(|| own_period_s(run.control_dt_s, &run.physics_dt_s));
     }
+}
+
+/// Whether a section says how a passive law damps.
+fn has_dampers(section: &scenario::WheelLoop) -> bool {
+    let said = section
+        .passive
+        .as_ref()
+        .filter(|_| section.law == WheelLaw::Passive);
+    said.is_some_and(|said| {
+        let damps = [
+            said.damping_n_s_m,
+            said.heading_damping_n_m_s_rad,
+            said.wheel_damping_n_m_s_rad,
+        ];
+        damps.iter().any(Option::is_some)
+    })
 }
 
 /// The shortest period from `PERIOD_S` on that is a whole number of physics steps and divides the
@@ -281,7 +298,7 @@ mod tests {
             // Three steps are 1.2 ms, which do not divide 25 steps: five do.
             ("run.physics_dt_s = 0.0004", 5.0, 0.01),
         ] {
-            for loops in [law, sampled] {
+            for loops in [law, sampled, "wheel_loop.law = \"passive\"\n"] {
                 let found_s = period_s(&format!("{loops}{lines}")).expect("a period");
                 assert!((found_s - of_s / steps).abs() < 1e-12, "{lines}: {found_s}");
             }
@@ -289,7 +306,7 @@ mod tests {
         let counted = "sensors.encoders.counts_per_turn = 500";
         assert_eq!(period_s(counted), Some(0.01));
         assert_eq!(period_s("wheel_loop.latency_s = 0.01"), None);
-        let passive = "wheel_loop.law = \"passive\"";
+        let passive = "wheel_loop = { law = \"passive\", passive.damping_n_s_m = 100 }";
         assert_eq!([period_s(""), period_s(passive)], [None; 2]);
     }
 }
