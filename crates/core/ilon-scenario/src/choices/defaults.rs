@@ -503,7 +503,7 @@ mod tests {
         let robot = Robot::from_urdf_str(urdf, "skid4").unwrap();
         let falls = "sliding = { friction = 0.2, speed_m_s = 0.1 }";
         let need_s = |lines: &str| {
-            let text = format!("robot.file = \"\"\ntwist = {{}}\n{lines}");
+            let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{lines}");
             let scenario = Scenario::from_toml(&text, "test", "").unwrap();
             sliding_need(&scenario, &robot, &Scale::of(&robot, 9.81)).longest_s
         };
