@@ -15,6 +15,9 @@ pub struct MotorTorque {
     /// Decrease of the torque per rate gained, in N m s/rad, >= 0, throughout the step: a motor
     /// with back-EMF, or a wheel loop that is faster than the step.
     pub droop_n_m_s: f64,
+    /// Decrease of the torque per acceleration, in N m s^2/rad, >= 0, at every moment: the wheel is
+    /// heavier by it, as under the derivative part of a loop.
+    pub per_acceleration_n_m_s2: f64,
     /// The rate beyond which the motor does not drive, in rad/s, > 0; infinite without one. It
     /// brakes at any rate.
     pub rate_limit_rad_s: f64,
@@ -95,6 +98,7 @@ impl MotorTorque {
         Self {
             torque_n_m,
             droop_n_m_s: 0.0,
+            per_acceleration_n_m_s2: 0.0,
             rate_limit_rad_s: f64::INFINITY,
             bounds: TorqueBounds::NONE,
         }
@@ -176,6 +180,8 @@ impl MotorTorque {
     /// / (1 - exp(-z)) - 1 / z of the whole: half in a short time, nearly all in a long one. That
     /// is of second order in the time, and stable for any.
     ///
+    /// What it loses per acceleration has the mean of the gain over the time, however that comes.
+    ///
     /// The limits fall as for a freely spinning wheel: no other approaches their zero as fast, and
     /// none goes beyond it.
     pub(crate) fn over(&self, time_s: f64, inertia: WheelInertia) -> Self {
@@ -183,7 +189,10 @@ impl MotorTorque {
             mean_of_gain(fall_n_m_s * time_s / inertia_kg_m2) * fall_n_m_s
         };
         Self {
-            droop_n_m_s: mean(self.droop_n_m_s, inertia.on_ground_kg_m2),
+            droop_n_m_s: mean(
+                self.droop_n_m_s,
+                inertia.on_ground_kg_m2 + self.per_acceleration_n_m_s2,
+            ) + self.per_acceleration_n_m_s2 / time_s,
             bounds: TorqueBounds {
                 fall_n_m_s: mean(self.bounds.fall_n_m_s, inertia.spinning_kg_m2),
                 ..self.bounds
@@ -214,6 +223,36 @@ mod tests {
             assert!(
                 (gained / exact - 1.0).abs() < 1e-7,
                 "{time_s}: {gained} {exact}"
+            );
+        }
+    }
+
+    /// What a torque loses per acceleration makes its wheel heavier, in a step or in its parts, and
+    /// for a jump of the rate too.
+    #[test]
+    fn a_torque_that_falls_with_the_acceleration_is_an_inertia() {
+        let (inertia, added, torque_n_m, time_s) = (0.02, 0.01, 0.3, 5e-3);
+        let motor = MotorTorque {
+            per_acceleration_n_m_s2: added,
+            ..MotorTorque::constant(torque_n_m)
+        };
+        let felt = WheelInertia {
+            on_ground_kg_m2: inertia,
+            spinning_kg_m2: inertia,
+        };
+        for parts in [1, 7] {
+            let part_s = time_s / f64::from(parts);
+            let gained_rad_s = (0..parts).fold(0.0, |gained_rad_s, part| {
+                let step = motor.after_gaining(gained_rad_s).over(part_s, felt);
+                // A blow of 0.01 N m s in the first part.
+                let blow_n_m_s = if part == 0 { 0.01 } else { 0.0 };
+                let impulse_n_m_s = part_s * step.torque_n_m + blow_n_m_s;
+                gained_rad_s + impulse_n_m_s / (inertia + part_s * step.droop_n_m_s)
+            });
+            let exact = (torque_n_m * time_s + 0.01) / (inertia + added);
+            assert!(
+                (gained_rad_s / exact - 1.0).abs() < 1e-12,
+                "{parts}: {gained_rad_s}"
             );
         }
     }

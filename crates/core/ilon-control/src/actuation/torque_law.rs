@@ -124,6 +124,8 @@ pub struct FallingTorque {
     pub torque_n_m: f64,
     /// Decrease of the torque per rate gained before the next update, in N m s/rad, >= 0.
     pub droop_n_m_s: f64,
+    /// Decrease of the torque per acceleration, in N m s^2/rad, >= 0.
+    pub per_acceleration_n_m_s2: f64,
 }
 
 /// The share of each acceleration task in the last update.

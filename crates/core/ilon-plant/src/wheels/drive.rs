@@ -191,14 +191,16 @@ impl Drive {
         for (torque, falling) in self.torques.iter_mut().zip(self.law.falling()) {
             torque.torque_n_m = falling.torque_n_m;
             torque.droop_n_m_s = falling.droop_n_m_s;
+            torque.per_acceleration_n_m_s2 = falling.per_acceleration_n_m_s2;
         }
         if let Some(on_the_way) = &mut self.on_the_way {
-            on_the_way.pass(&mut self.torques, rates.real_rad_s);
+            on_the_way.pass(&mut self.torques, rates.real_rad_s, dt_s);
         }
         let dead_band_n_m = self.dead_band_n_m;
         let is_swallowed = |torque: &&mut MotorTorque| torque.torque_n_m.abs() < dead_band_n_m;
         for torque in self.torques.iter_mut().filter(is_swallowed) {
             (torque.torque_n_m, torque.droop_n_m_s) = (0.0, 0.0);
+            torque.per_acceleration_n_m_s2 = 0.0;
         }
         &self.torques
     }
@@ -257,8 +259,12 @@ impl OnTheWay {
     /// Stores the torques decided for a step at the wheels' rates in rad/s, and replaces them by
     /// those that arrive in it: in its first part the end of those decided one step before the
     /// rest; the motors get the mean. A torque falls evenly over its step.
-    fn pass(&mut self, torques: &mut [MotorTorque], rates_rad_s: &[f64]) {
+    fn pass(&mut self, torques: &mut [MotorTorque], rates_rad_s: &[f64], dt_s: f64) {
         let p = self.part;
+        for torque in &mut *torques {
+            let per_acceleration_n_m_s2 = std::mem::take(&mut torque.per_acceleration_n_m_s2);
+            torque.droop_n_m_s += 2.0 * per_acceleration_n_m_s2 / dt_s;
+        }
         let newest = self.decided.len() - self.wheel_count;
         for (decided, rate_rad_s) in self.decided.range_mut(newest..).zip(rates_rad_s) {
             decided.fell_n_m = decided.droop_n_m_s * (rate_rad_s - decided.rate_rad_s);

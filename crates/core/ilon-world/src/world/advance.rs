@@ -334,7 +334,8 @@ impl Articulated {
             let [before, mean, after] = [&self.step.before, &self.step.middle, &self.state]
                 .map(|state| state.wheel_rates_rad_s()[index]);
             // The law's droop is that for a steady gain, which is lower than that for a jump.
-            let lower_n_m_s = self.command.motors[index].droop_n_m_s - law.droop_n_m_s;
+            let steady_n_m_s = law.droop_n_m_s - law.per_acceleration_n_m_s2 / dt_s;
+            let lower_n_m_s = self.command.motors[index].droop_n_m_s - steady_n_m_s;
             *owed_n_m_s -= lower_n_m_s * (2.0 * mean - before - after) * dt_s;
         }
     }

@@ -289,6 +289,7 @@ fn the_curve_is_the_drives_own_law_at_every_rate() {
         let motor = MotorTorque {
             torque_n_m: draw(-0.6, 0.6),
             droop_n_m_s: draw(0.0, 0.2),
+            per_acceleration_n_m_s2: 0.0,
             rate_limit_rad_s: f64::INFINITY,
             bounds: TorqueBounds {
                 least_n_m: draw(-0.5, 0.0),
