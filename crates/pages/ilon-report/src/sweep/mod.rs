@@ -26,7 +26,14 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         kind: "study",
         title: shown.name.clone(),
         facts: shown.facts.iter().map(|fact| escape(fact)).collect(),
-        lead: answers(&shown.answers),
+        lead: match shape::trade(shown) {
+            Some(trade) => format!(
+                "<div class=\"beside\">{}{}</div>\n",
+                answers(&shown.answers),
+                chart::card(&trade, leads(shown))
+            ),
+            None => answers(&shown.answers),
+        },
     };
     let mut sections = Vec::new();
     let figures = shape::figures(shown, DRAWN);

@@ -106,7 +106,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
     let mut table = Table::new();
     table.heading(&format!(
         "{name}: speed reached, as share of the command; taken by {}slip; drift from the command and of wheel odometry, per metre or per \
-         turn on the spot, + to the left; most grip used",
+         turn on the spot, + ahead and to the left; most grip used",
         if has_rollers { "roller geometry and by " } else { "" }
     ));
     // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
