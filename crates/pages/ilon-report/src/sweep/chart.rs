@@ -258,8 +258,11 @@ fn lines(drawn: &Figure, leads: bool) -> String {
                     for (place, point) in curve.points.iter().enumerate() {
                         let name = drawn.named.as_ref().and_then(|(names, _)| names.get(place));
                         if let Some(name) = name {
-                            content +=
-                                &text(x.at(point.x) + 9.0, y.at(point.mean) - 7.0, "start", name);
+                            let (at, above) = (x.at(point.x), y.at(point.mean) - 7.0);
+                            content += &match at < 0.85 * right {
+                                true => text(at + 9.0, above, "start", name),
+                                false => text(at - 9.0, above, "end", name),
+                            };
                         }
                         let circle = format!(
                             "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\">\

@@ -30,7 +30,8 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             Some(trade) => format!(
                 "<div class=\"beside\">{}{}</div>\n",
                 answers(&shown.answers),
-                chart::card(&trade, leads(shown))
+                // It stands before all sections.
+                chart::card(&trade, leads(shown)).replace("h3>", "h2>")
             ),
             None => answers(&shown.answers),
         },

@@ -173,9 +173,9 @@ pub(super) fn trade(shown: &StudyInput) -> Option<Figure> {
     let points: Vec<Point> = points.collect();
     let [x, y] = [over, shown.trade?.0[1]].map(|of| shown.quantities[of].name.clone());
     Some(Figure {
-        title: format!("{y} over {x}"),
+        title: "Trade-off".to_owned(),
         caption: format!(
-            "Points are values of {}; lower left is better, a ring marks the compromise.",
+            "{y} upward, {x} to the right. Points are values of {}; lower left is better, a ring marks the compromise.",
             shown.varied[key].key
         ),
         x: Scale {
@@ -553,7 +553,7 @@ mod tests {
             .map(|p| (p.x, p.mean, p.run))
             .collect();
         assert_eq!(points, [(0.0, 4.0, 0), (1.0, 2.0, 1), (2.0, 1.0, 2)]);
-        assert_eq!(drawn.title, "p over q");
+        assert!(drawn.caption.starts_with("p upward, q to the right"));
         assert_eq!(
             drawn.named,
             Some((["0", "1", "2"].map(str::to_owned).to_vec(), 1))
