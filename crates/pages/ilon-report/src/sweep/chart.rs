@@ -259,7 +259,7 @@ fn lines(drawn: &Figure, leads: bool) -> String {
                         let name = drawn.named.as_ref().and_then(|(names, _)| names.get(place));
                         if let Some(name) = name {
                             let (at, above) = (x.at(point.x), y.at(point.mean) - 7.0);
-                            content += &match at < 0.85 * right {
+                            content += &match at < 0.95 * right {
                                 true => text(at + 9.0, above, "start", name),
                                 false => text(at - 9.0, above, "end", name),
                             };
