@@ -35,8 +35,8 @@ impl Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // Six digits, or all where six are equal.
-        let short = |x: f64| significant(x, 6);
+        // Four digits, or all where four are equal.
+        let short = |x: f64| significant(x, 4);
         let is_close = self.run.map(short) == self.baseline.map(short);
         let shown = |x: f64| number(if is_close { x } else { short(x) });
         let value = |value: Option<f64>| value.map_or("nothing".to_owned(), shown);

@@ -489,7 +489,8 @@ impl<'s> Checker<'s> {
         let helps: Vec<String> = helps
             .map(|(meant, names)| format!("{}: {meant}", quoted(names)))
             .collect();
-        self.fault(FaultKind::Key, key.span(), message, helps.join("; "))
+        let helps = helps.join("; ").replace("?; ", "? ");
+        self.fault(FaultKind::Key, key.span(), message, helps)
     }
 
     /// The last part of the key.

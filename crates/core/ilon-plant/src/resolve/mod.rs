@@ -16,7 +16,7 @@ use crate::limits;
 use crate::pilot::{Controller, Idle, Pilot, TwistProfile};
 use ilon_scenario::choices::stability::Stability;
 use ilon_scenario::choices::{
-    bearing_drag, defaults, kinematics_of, loop_stability, wheel_loop, wheels_to_spare, wrong_hands,
+    bearing_drag, defaults, kinematics_of, loop_stability, odd_wheels, wheel_loop, wheels_to_spare,
 };
 use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::{self, Played};
@@ -336,7 +336,7 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<
             world.gravity_m_s2,
         ));
     }
-    remarks.extend(wrong_hands(robot));
+    remarks.extend(odd_wheels(robot));
     remarks.extend_from_slice(of_ground);
     remarks.extend(warnings::of_friction(scenario));
     remarks.extend(warnings::of_what_comes_too_late(scenario));

@@ -14,8 +14,56 @@ use ilon_robot::Robot;
 
 pub use resolved::{Choices, Resolved, kinematics_of};
 
-/// Remarks wheels whose handedness does not fit their places.
-pub fn wrong_hands(robot: &Robot) -> Option<String> {
+/// Remarks wheels whose handedness does not fit their places, and a wheel that is a little larger or
+/// smaller than all others: a controller may take them for equal.
+pub fn odd_wheels(robot: &Robot) -> Vec<String> {
+    /// Radii within this share count as equal; a larger difference than the second is intended.
+    /// Chosen.
+    const SHARES: std::ops::Range<f64> = 2e-3..0.05;
     let wrong = WrongHands::of(&robot.wheels);
-    wrong.map(|wrong| format!("the wheels: {wrong}"))
+    let wrong = wrong.map(|wrong| format!("the wheels: {wrong}"));
+    let odd = robot.wheels.iter().enumerate().filter_map(|(index, wheel)| {
+        let others = robot.wheels.iter().enumerate();
+        let others = others.filter(|(other, _)| *other != index);
+        let radii_m = others.map(|(_, other)| other.radius_m);
+        let least_m = radii_m.clone().fold(f64::INFINITY, f64::min);
+        let most_m = radii_m.clone().fold(0.0, f64::max);
+        let share = wheel.radius_m / least_m - 1.0;
+        let are_equal = most_m < (1.0 + SHARES.start) * least_m && radii_m.count() > 1;
+        (are_equal && SHARES.contains(&share.abs())).then(|| {
+            let way = if share > 0.0 { "larger" } else { "smaller" };
+            format!(
+                "wheel `{}` is {:.1} % {way} than the others: each wheel is commanded by its own radius here; a controller that takes \
+                 all for equal drifts, and `ilon explain` shows how",
+                wheel.name,
+                100.0 * share.abs()
+            )
+        })
+    });
+    wrong.into_iter().chain(odd).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    /// A wheel 2 % larger than three equal ones is remarked; equal wheels, and one that is as large
+    /// as a designer means it to be, are not.
+    #[test]
+    fn a_wheel_a_little_larger_than_the_others_is_remarked() {
+        let mut robot =
+            Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
+        assert_eq!(odd_wheels(&robot), [""; 0]);
+        let radius_m = robot.wheels[0].radius_m;
+        robot.wheels[0].radius_m = 1.02 * radius_m;
+        let remarks = odd_wheels(&robot);
+        let [remark] = &remarks[..] else {
+            panic!("{remarks:?}")
+        };
+        assert!(remark.contains("`front_left` is 2.0 % larger"), "{remark}");
+        robot.wheels[0].radius_m = 1.2 * radius_m;
+        assert_eq!(odd_wheels(&robot), [""; 0]);
+    }
 }

@@ -152,9 +152,7 @@ impl Motion {
         let apart = path.apart(&half);
         // Smaller differences are rounding, in metres and radians.
         let floor = [apart.most_m.max(1e-5), apart.most_rad.max(1e-5)];
-        let turns = summary.turned_rad / TAU;
-        let stands = summary.travelled_m < 0.05 * summary.turned_rad;
-        let amount = if stands { turns } else { summary.travelled_m };
+        let (_, amount) = amount(&summary);
         let floor_each = floor.map(|floor| ilon_trace::effects::FLOORS * floor / amount);
         Ok(Self {
             resolved,
@@ -163,7 +161,7 @@ impl Motion {
             amount,
             healthy: Drift {
                 floor: floor_each,
-                ..drift_from_command(&summary, stands, amount)
+                ..Drift::from_command(&summary)
             },
         })
     }
@@ -183,25 +181,36 @@ impl Motion {
     }
 }
 
-/// The offset of a robot that keeps its mean twist from the end of the commanded twist over
-/// `amount`, per metre or turn.
-fn drift_from_command(summary: &Summary, stands: bool, amount: f64) -> Drift {
-    let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean) else {
-        return Drift::default();
-    };
-    let speed = match stands {
-        true => asked.omega_rad_s.abs() / TAU,
-        false => asked.linear_m_s().norm(),
-    };
-    let lasts_s = amount / speed;
-    let [there, here] = [asked, real].map(|twist| at_constant_twist(twist, lasts_s));
-    let (sin, cos) = libm::sincos(there.heading_rad);
-    let off_m = here.position_m() - there.position_m();
-    Drift {
-        ahead_m: (cos * off_m.x + sin * off_m.y) / amount,
-        left_m: (cos * off_m.y - sin * off_m.x) / amount,
-        turned_rad: (here.heading_rad - there.heading_rad) / amount,
-        ..Drift::default()
+/// Whether a robot turned on the spot, and how often; else its way in metres.
+fn amount(summary: &Summary) -> (bool, f64) {
+    match summary.travelled_m < 0.05 * summary.turned_rad {
+        true => (true, summary.turned_rad / TAU),
+        false => (false, summary.travelled_m),
+    }
+}
+
+impl Drift {
+    /// The offset of a robot that keeps its mean twist from the end of the commanded twist, per
+    /// metre or turn.
+    pub fn from_command(summary: &Summary) -> Self {
+        let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean) else {
+            return Self::default();
+        };
+        let (stands, amount) = amount(summary);
+        let speed = match stands {
+            true => asked.omega_rad_s.abs() / TAU,
+            false => asked.linear_m_s().norm(),
+        };
+        let lasts_s = amount / speed;
+        let [there, here] = [asked, real].map(|twist| at_constant_twist(twist, lasts_s));
+        let (sin, cos) = libm::sincos(there.heading_rad);
+        let off_m = here.position_m() - there.position_m();
+        Self {
+            ahead_m: (cos * off_m.x + sin * off_m.y) / amount,
+            left_m: (cos * off_m.y - sin * off_m.x) / amount,
+            turned_rad: (here.heading_rad - there.heading_rad) / amount,
+            ..Self::default()
+        }
     }
 }
 

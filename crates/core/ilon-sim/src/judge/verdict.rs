@@ -57,11 +57,11 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-/// A value with six digits, or with all digits if six would look equal to the bound.
+/// A value with four digits; with six, or all, where fewer would look equal to the bound.
 pub(super) fn readable(value: f64, bound: &str) -> String {
-    let rounded = number(significant(value, 6));
-    match bound.contains(&rounded) {
-        true => number(value),
-        false => rounded,
-    }
+    let mut texts = [4, 6]
+        .map(|digits| number(significant(value, digits)))
+        .into_iter();
+    let differs = texts.find(|text| !bound.contains(text));
+    differs.unwrap_or_else(|| number(value))
 }

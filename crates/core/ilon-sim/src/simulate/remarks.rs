@@ -41,7 +41,8 @@ pub fn of_joints(robot: &Robot, positions: &[f64]) -> Option<String> {
         .collect();
     (!places.is_empty()).then(|| {
         format!(
-            "at the start springs, stops and ground are in equilibrium, with joints {}",
+            "at the start springs, stops and ground are in equilibrium, with joint{} {}",
+            if places.len() == 1 { "" } else { "s" },
             places.join(", ")
         )
     })

@@ -109,11 +109,12 @@ impl Table {
     }
 }
 
-/// Removes the sign of a zero.
+/// Removes the sign of a zero, with or without a unit.
 fn unsigned_zero(text: String) -> String {
-    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    let number = text.split(' ').next().unwrap_or_default();
+    let is_zero = number.chars().all(|c| matches!(c, '-' | '0' | '.'));
     match text.strip_prefix('-') {
-        Some(digits) if is_zero && !digits.is_empty() => digits.to_owned(),
+        Some(digits) if is_zero && number.len() > 1 => digits.to_owned(),
         _ => text,
     }
 }
@@ -167,6 +168,13 @@ impl fmt::Display for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        let texts = ["-0.000 deg", "-0.00", "-0.01 deg", "-", "-x"];
+        let shown = texts.map(|text| unsigned_zero(text.to_owned()));
+        assert_eq!(shown, ["0.000 deg", "0.00", "-0.01 deg", "-", "-x"]);
+    }
 
     #[test]
     fn names_stay_in_their_line() {

@@ -560,7 +560,7 @@ fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
         "{line}, {expected_j}"
     );
     assert!(
-        line.contains("into friction of the robot's body and of what it pushes"),
+        line.contains("into friction of its chassis, feet and casters, and of what it pushes"),
         "{line}"
     );
     let alone = Told::shipped("[twist]\nvx_m_s = 0.2\n[run]\nduration_s = 1\n");

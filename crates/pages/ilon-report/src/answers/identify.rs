@@ -343,7 +343,7 @@ fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> An
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{model}\" errs by {} mm a stretch {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
+            "The model \"{model}\" errs by {} mm over a stretch of `window_s` {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
             milli(after.position_rms_m),
             milli(before.position_rms_m),
             milli(after.end_position_rms_m),
@@ -520,7 +520,7 @@ mod tests {
             assert_eq!(answer.is_good, is_good, "{}", answer.text);
         }
         let better = judged("rigid", JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
-        let says = "\"rigid\" errs by 6 mm a stretch on unseen runs, the nominal robot by 8 mm";
+        let says = "\"rigid\" errs by 6 mm over a stretch of `window_s` on unseen runs, the nominal robot by 8 mm";
         assert!(better.text.contains(says), "{}", better.text);
     }
 

@@ -38,7 +38,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         }
         Question::Table { .. } => {}
     }
-    plain.extend(trade_offs(&findings.ranges, study));
+    plain.extend(trade_offs(&findings.ranges, study).map(|trade| trade.text));
     // What hardly changes stands last.
     let mut ranges: Vec<&RangeOf> = findings.ranges.iter().collect();
     ranges.sort_by_key(|one| !changes(one));
@@ -130,9 +130,20 @@ fn missing(gap: &Gap, study: &Study) -> Answer {
     })
 }
 
+/// An axis of numbers along which costs change.
+pub struct Trade {
+    /// Its key.
+    pub key: String,
+    /// The value nearest to the least of each cost, as shares of their ranges.
+    pub best: f64,
+    /// The costs.
+    pub quantities: Vec<String>,
+    text: String,
+}
+
 /// Reports, of each axis of numbers, the value that is best for all costs, or between which values
-/// they pull, and a compromise: the value nearest to the least of each, as shares of their ranges.
-fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
+/// they pull, and a compromise.
+pub fn trade_offs(ranges: &[RangeOf], study: &Study) -> impl Iterator<Item = Trade> {
     /// A cost whose means over an axis differ by less than this share is not traded. Chosen.
     const LEAST_GAIN: f64 = 0.1;
     let costs = || ranges.iter().filter(|one| is_cost(&one.quantity));
@@ -174,27 +185,37 @@ fn trade_offs(ranges: &[RangeOf], study: &Study) -> Vec<String> {
         let (name, unit) = key_words(key, study);
         let at = |index: usize| level((key, unit), &axis.levels[index].value, study);
         let mut is_best = true;
+        let quantities = traded
+            .iter()
+            .map(|(one, ..)| one.quantity.clone())
+            .collect();
         let parts = traded.iter().map(|(one, _, means, least, _)| {
             let lies = means.iter().position(|mean| mean == least).unwrap_or(best);
             let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
             let title = title(&one.quantity, &one.scenario, study);
             if lies == best {
-                return format!("least {title}, {here}");
+                return format!("{title} {here}, the least");
             }
             is_best = false;
-            format!("{title} {here}, {there} at {name} {}", at(lies))
+            format!("{title} {here} (least: {there} at {})", at(lies))
         });
         let parts = parts.collect::<Vec<String>>().join("; ");
-        let best = format!("{name} {}", at(best));
-        Some(match is_best {
-            true => format!("Best is {best}: {parts}."),
-            false => format!(
-                "No {name} is best for everything. {} is the compromise: {parts}.",
-                capital(&best)
-            ),
+        let words = format!("{name} {}", at(best));
+        Some(Trade {
+            key: key.to_owned(),
+            best: number_of(&axis.levels[best].value)?,
+            quantities,
+            text: match is_best {
+                true => format!("Best is {words}: {parts}."),
+                false => format!(
+                    "No {name} is best for everything. {} is the compromise: {parts}.",
+                    capital(&words)
+                ),
+            },
         })
     };
-    keys.into_iter().filter_map(of_axis).collect()
+    let trades: Vec<Trade> = keys.into_iter().filter_map(of_axis).collect();
+    trades.into_iter()
 }
 
 /// The least share of the variation that a sentence names, of an axis or of an interaction.
@@ -517,18 +538,17 @@ mod tests {
         let study = Study::load(shipped).unwrap();
         let error = range("position_error_rms_m", [4e-3, 2e-3, 1e-3]);
         let energy = range("slip_energy_j", [1.0, 2.0, 5.0]);
-        assert_eq!(
-            trade_offs(&[error.clone(), energy], &study),
-            [
-                "No gain is best for everything. Gain 2 is the compromise: rms position error 2 mm, 1 mm at gain 3; energy lost to sliding 2 J, 1 J at gain 1."
-            ]
-        );
+        let said = |ranges: &[RangeOf]| -> Vec<(f64, String)> {
+            let trades = trade_offs(ranges, &study);
+            trades.map(|trade| (trade.best, trade.text)).collect()
+        };
+        let words = "No gain is best for everything. Gain 2 is the compromise: rms position error 2 mm (least: 1 mm at 3); energy lost to sliding 2 J \
+                     (least: 1 J at 1).";
+        assert_eq!(said(&[error.clone(), energy]), [(2.0, words.to_owned())]);
         // What varies by less than a tenth pulls nowhere.
         let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
-        assert_eq!(
-            trade_offs(&[error, steady], &study),
-            ["Best is gain 3: least rms position error, 1 mm."]
-        );
+        let words = "Best is gain 3: rms position error 1 mm, the least.";
+        assert_eq!(said(&[error, steady]), [(3.0, words.to_owned())]);
     }
 
     #[test]

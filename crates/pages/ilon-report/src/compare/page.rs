@@ -10,7 +10,7 @@ use super::{Comparison, SettingRow};
 use crate::html_table::{self, cell, row};
 use crate::page::{self, Head, Section, card, escape, grid, panels, side_by_side};
 use crate::story::plain;
-use crate::text::{angle, length};
+use crate::text::{angle, decimals, length};
 use crate::viewer;
 
 /// Returns the results of each run relative to the first, one sentence each.
@@ -187,7 +187,7 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
                 let against = first.and_then(|first| ranking::change(quantity, first, x));
                 let against =
                     against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
-                format!("{x:.*}{against}", quantity.decimals)
+                decimals(x, quantity.decimals) + &against
             }))
         })
         .collect();

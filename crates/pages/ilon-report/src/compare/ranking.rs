@@ -54,13 +54,16 @@ fn is_gain(key: &str, first: f64, other: f64) -> Option<bool> {
     if key.starts_with("twist_ratio") {
         return Some((other - 1.0).abs() < (first - 1.0).abs());
     }
-    quantities::is_cost(key).then(|| other.abs() < first.abs())
+    // Work that a run takes and another gives back is neither.
+    let is_work = key.starts_with("energy.") && first * other < 0.0;
+    (quantities::is_cost(key) && !is_work).then(|| other.abs() < first.abs())
 }
 
-/// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero.
+/// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero, or
+/// of the opposite sign.
 pub fn change(quantity: &Quantity, first: f64, other: f64) -> Option<String> {
     let last_digit = 10f64.powi(-(quantity.decimals as i32));
-    if first.abs() < 10.0 * last_digit {
+    if first.abs() < 10.0 * last_digit || first * other < 0.0 {
         return None;
     }
     let ratio = other / first;
@@ -276,6 +279,8 @@ mod tests {
         assert_eq!(change(quantity, 1.0, 1.5).as_deref(), Some("+50.0 %"));
         assert_eq!(change(quantity, 1.0, 3.0).as_deref(), Some("×3.00"));
         assert_eq!(change(quantity, 0.0009, 3.0), None);
+        // A share of the other sign measures nothing.
+        assert_eq!(change(quantity, -1.0, 3.0), None);
     }
 
     /// Less of an error is better, a ratio is better the closer it is to 1 from either side, and a
@@ -287,6 +292,8 @@ mod tests {
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.01), Some(true));
         assert_eq!(is_gain("twist_ratio_asked.vy", 0.98, 1.03), Some(false));
         assert_eq!(is_gain("end_x_m", 1.0, 2.0), None);
+        assert_eq!(is_gain("energy.motor_j", -15.0, 1.0), None);
+        assert_eq!(is_gain("energy.motor_j", 15.0, 1.0), Some(true));
         assert_eq!(is_gain("position_error_max_at_s", 1.0, 2.0), None);
         assert_eq!(is_gain("ledger.guidance.path_m", 1.0, 2.0), None);
         let compared = comparison(|summary| {

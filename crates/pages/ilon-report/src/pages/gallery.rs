@@ -112,8 +112,9 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
 
 /// The table of all robots.
 fn overview(exhibits: &[Exhibit]) -> String {
-    const COLUMNS: [&str; 7] = [
+    const COLUMNS: [&str; 8] = [
         "wheels",
+        "wheel radius",
         "|γ|",
         "rollers",
         "tyres",
@@ -219,7 +220,8 @@ pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
         }
     };
     let radius = span(&|i| 1e3 * wheels[i].radius_m, 1, " mm");
-    rows.push(("wheels", format!("{} of radius {radius}", wheels.len())));
+    rows.push(("wheels", wheels.len().to_string()));
+    rows.push(("wheel radius", radius));
     let width_m = |i: usize| wheels[i].tyre.map_or(0.0, |tyre| tyre.width_m);
     match seen.tyres {
         Some(_) => rows.push(("tyres", span(&|i| 1e3 * width_m(i), 1, " mm wide"))),
@@ -228,7 +230,7 @@ pub(super) fn figures(seen: &Inspection) -> Vec<(&'static str, String)> {
             rows.push(("|γ|", gamma));
             let count = span(&|i| wheels[i].rollers as f64, 0, "");
             let size = span(&|i| 1e3 * wheels[i].roller_radius_m, 1, " mm");
-            rows.push(("rollers", format!("{count} a wheel, of radius {size}")));
+            rows.push(("rollers", format!("{count} of radius {size}")));
         }
     }
     let condition = match seen.condition {

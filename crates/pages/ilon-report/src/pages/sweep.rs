@@ -5,7 +5,7 @@ use ilon_sweep::{
     Column, Findings, Question, Row, Scale, Status, Study, Values, number_of, text_of,
 };
 
-use crate::answers::sweep::{answers, tables, words};
+use crate::answers::sweep::{answers, tables, trade_offs, words};
 
 /// Returns the page; `command` returns the command that repeats a run.
 pub fn html(
@@ -36,8 +36,24 @@ fn shown(study: &Study, rows: &[Row], findings: &Findings) -> StudyInput {
         varied: varied.into_iter().map(|of| named(study, of)).collect(),
         sensitivity: sensitivity(findings),
         tables: tables(study, findings),
+        trade: trade(study, findings),
         is_sample: file.method != ilon_sweep::Method::Grid || file.minimise.is_some(),
     }
+}
+
+/// Returns the first two costs of a study with one varied key that pull apart along it.
+fn trade(study: &Study, findings: &Findings) -> Option<([usize; 2], usize, f64)> {
+    let mut trades = trade_offs(&findings.ranges, study);
+    let (trade, None) = (trades.next()?, trades.next()) else {
+        return None;
+    };
+    let index = |name: &String| study.quantities().iter().position(|known| known == name);
+    let [first, second, ..] = trade.quantities.as_slice() else {
+        return None;
+    };
+    let mut columns = study.columns().iter();
+    let key = columns.position(|column| column.key == trade.key)?;
+    Some(([index(first)?, index(second)?], key, trade.best))
 }
 
 /// Returns the unit in which a quantity is shown, and how many of it are one SI unit.

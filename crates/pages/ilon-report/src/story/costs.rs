@@ -105,9 +105,9 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     let under_wheels_j = under_wheels_j(summary);
     let rubbed_j = slip_j - under_wheels_j;
     let who = if header.bodies.is_empty() {
-        "friction of the robot's body"
+        "friction of its chassis, feet and casters"
     } else {
-        "friction of the robot's body and of what it pushes"
+        "friction of its chassis, feet and casters, and of what it pushes"
     };
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
@@ -391,7 +391,7 @@ mod tests {
         assert_eq!(
             said(1.0, 0.5, 2.0),
             "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the motors' 10.00 J; <b>1.50 J</b> of the motors' \
-             10.00 J went into friction of the robot's body."
+             10.00 J went into friction of its chassis, feet and casters."
         );
         // Rounding of two sums is no rubbing.
         assert_eq!(said(0.4, 0.09, 0.09 + 1e-3), "No wheel lost grip.");

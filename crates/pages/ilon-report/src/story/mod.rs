@@ -280,12 +280,21 @@ fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> S
     if causes.is_empty() {
         return String::new();
     }
-    let corrected_m = budget.parts_m[0];
-    let back = if !header.storage && corrected_m < -0.15 * budget.error_m {
-        format!("; the guidance asked for {} back", length(-corrected_m))
-    } else {
-        String::new()
-    };
+    let back = grew
+        .iter()
+        .rev()
+        .filter(|(_, m)| *m < -0.15 * budget.error_m);
+    let back: String = back
+        .take(2)
+        .map(|(name, m)| match *name == PARTS[0] && !header.storage {
+            true => format!("; the guidance asked for {} back", length(-m)),
+            false => format!(
+                "; {} took {} back",
+                in_words(name, budget, header),
+                length(-m)
+            ),
+        })
+        .collect();
     format!(
         " From {} on {}{back}.",
         time(budget.from_s),
@@ -307,8 +316,10 @@ fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
         "geometry" => "the rollers' geometry",
         "lift-off" => "wheels in the air, or with little load,",
         "conflict" => "wheels that contradict each other",
-        "servo" if budget.ahead_m > CLEARLY * servo_m => "wheels that run ahead of their targets",
-        "servo" if budget.ahead_m < -CLEARLY * servo_m => "wheels that lag their targets",
+        "servo" if budget.ahead_m > CLEARLY * servo_m.abs() => {
+            "wheels that run ahead of their targets"
+        }
+        "servo" if budget.ahead_m < -CLEARLY * servo_m.abs() => "wheels that lag their targets",
         "servo" => "wheels that are off their targets",
         "compensation" => shortfall::compensation(header),
         "belief" => "what the controller believes of the robot",
@@ -365,11 +376,21 @@ fn tracking(summary: &Summary, start: &Start, floors: Option<(f64, f64)>) -> Opt
 
 /// Reports the obstacles of an open-loop run.
 fn obstacles(events: &[Event]) -> Option<String> {
-    let outside: Vec<String> = events
+    // Of the same kind at several times, all in one.
+    let mut kinds: Vec<(&str, String)> = Vec::new();
+    for event in events
         .iter()
         .filter(|e| e.kind == EventKind::Ground)
         .take(3)
-        .map(|e| format!("{} {}", e.when(), escape(&e.text)))
+    {
+        match kinds.iter_mut().find(|(text, _)| *text == event.text) {
+            Some((_, times)) => *times += &format!(" and {}", event.when()),
+            None => kinds.push((&event.text, event.when())),
+        }
+    }
+    let kinds = kinds.iter();
+    let outside: Vec<String> = kinds
+        .map(|(text, times)| format!("{times} {}", escape(text)))
         .collect();
     (!outside.is_empty()).then(|| format!("{}.", capital(&outside.join("; "))))
 }
@@ -427,6 +448,31 @@ mod tests {
         assert_eq!(
             said,
             "The largest position error was 3.000 m at 8.00 s. From 0.00 s on saturation added 16.000 m; the guidance asked for 13.000 m back."
+        );
+    }
+
+    /// Of 20 mm that contacts slid, lagging wheels took 12 mm back: 8 mm are left.
+    #[test]
+    fn what_took_an_error_back_is_told_beside_what_added_it() {
+        let mut parts_m = [0.0; PARTS.len()];
+        let slip = PARTS
+            .iter()
+            .position(|part| *part == "slip")
+            .expect("a part");
+        (parts_m[slip], parts_m[4]) = (0.02, -0.012);
+        let budget = Budget {
+            from_s: 0.0,
+            at_s: 5.0,
+            error_m: 0.008,
+            before_m: 0.0,
+            parts_m,
+            ahead_m: -0.012,
+            rest_m: 0.0,
+        };
+        let length = |x_m: f64| length_to(x_m, None);
+        assert_eq!(
+            plain(&shares(&budget, &Header::default(), &length)),
+            " From 0.00 s on sliding contacts added 20.00 mm; wheels that lag their targets took 12.00 mm back."
         );
     }
 

@@ -224,11 +224,15 @@ fn lines(drawn: &Figure, leads: bool) -> String {
         Content::Curves(curves) => {
             let points = || curves.iter().flat_map(|curve| &curve.points);
             let least = points().min_by(|a, b| a.mean.total_cmp(&b.mean));
-            if let Some(point) = least.filter(|point| points().any(|p| p.mean > point.mean)) {
+            let (ringed, word) = match &drawn.named {
+                Some((_, ringed)) => (points().nth(*ringed), "compromise"),
+                None => (least, "least"),
+            };
+            if let Some(point) = ringed.filter(|point| points().any(|p| p.mean != point.mean)) {
                 let (x, y) = (x.at(point.x), y.at(point.mean));
                 let _ = write!(
                     content,
-                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"none\" stroke=\"var(--fg)\"><title>least</title></circle>"
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"none\" stroke=\"var(--fg)\"><title>{word}</title></circle>"
                 );
             }
             for (index, curve) in curves.iter().enumerate() {
@@ -251,7 +255,15 @@ fn lines(drawn: &Figure, leads: bool) -> String {
                     );
                 }
                 if curve.points.len() <= 60 {
-                    for point in &curve.points {
+                    for (place, point) in curve.points.iter().enumerate() {
+                        let name = drawn.named.as_ref().and_then(|(names, _)| names.get(place));
+                        if let Some(name) = name {
+                            let (at, above) = (x.at(point.x), y.at(point.mean) - 7.0);
+                            content += &match at < 0.95 * right {
+                                true => text(at + 9.0, above, "start", name),
+                                false => text(at - 9.0, above, "end", name),
+                            };
+                        }
                         let circle = format!(
                             "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{color}\">\
                              <title>{}: {}, run {}</title></circle>",

@@ -26,7 +26,15 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
         kind: "study",
         title: shown.name.clone(),
         facts: shown.facts.iter().map(|fact| escape(fact)).collect(),
-        lead: answers(&shown.answers),
+        lead: match shape::trade(shown) {
+            Some(trade) => format!(
+                "<div class=\"beside\">{}{}</div>\n",
+                answers(&shown.answers),
+                // It stands before all sections.
+                chart::card(&trade, leads(shown)).replace("h3>", "h2>")
+            ),
+            None => answers(&shown.answers),
+        },
     };
     let mut sections = Vec::new();
     let figures = shape::figures(shown, DRAWN);

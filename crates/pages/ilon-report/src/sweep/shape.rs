@@ -23,6 +23,8 @@ pub(super) struct Figure {
     pub content: Content,
     /// Reference value of the quantity.
     pub bound: Option<f64>,
+    /// Names of the points of a trade-off, and the one that is ringed; else the least is.
+    pub named: Option<(Vec<String>, usize)>,
 }
 
 /// An axis of a figure.
@@ -99,7 +101,11 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
     let mut figures = Vec::new();
     let keys = varying(shown);
     for quantity in 0..shown.quantities.len().min(most_quantities) {
-        if shown.runs.iter().all(|run| run.figures[quantity].is_none()) {
+        // What all runs come to, to the shown digits, is a sentence.
+        let values = shown.runs.iter().filter_map(|run| run.figures[quantity]);
+        let mut values = values.map(figure);
+        let first = values.next();
+        if values.all(|value| Some(value) == first) {
             continue;
         }
         if shown.is_sample {
@@ -136,6 +142,55 @@ pub(super) fn figures(shown: &StudyInput, most_quantities: usize) -> Vec<Figure>
         }
     }
     figures
+}
+
+/// Returns the figure of two quantities that pull apart along a key, one over the other.
+pub(super) fn trade(shown: &StudyInput) -> Option<Figure> {
+    let ([across, up], key, best) = shown.trade?;
+    let (over, content) = match (
+        varying(shown).as_slice(),
+        shown.runs.iter().all(|run| run.scenario == 0),
+    ) {
+        ([one], true) if *one == key => (
+            across,
+            [across, up].map(|of| curves(shown, of, key).content),
+        ),
+        _ => return None,
+    };
+    let [Content::Curves(across), Content::Curves(up)] = content else {
+        return None;
+    };
+    let (across, up) = (across.into_iter().next()?, up.into_iter().next()?);
+    let ringed = up.points.iter().position(|point| point.x == best)?;
+    let names = up.points.iter().map(|point| figure(point.x)).collect();
+    let points = up.points.into_iter().zip(across.points);
+    let points = points.map(|(up, across)| Point {
+        x: across.mean,
+        least: up.mean,
+        largest: up.mean,
+        ..up
+    });
+    let points: Vec<Point> = points.collect();
+    let [x, y] = [over, shown.trade?.0[1]].map(|of| shown.quantities[of].name.clone());
+    Some(Figure {
+        title: "Trade-off".to_owned(),
+        caption: format!(
+            "{y} upward, {x} to the right. Points are values of {}; lower left is better, a ring marks the compromise.",
+            shown.varied[key].key
+        ),
+        x: Scale {
+            name: x,
+            is_log: false,
+            words: Vec::new(),
+        },
+        y: None,
+        content: Content::Curves(vec![Curve {
+            name: String::new(),
+            points,
+        }]),
+        bound: None,
+        named: Some((names, ringed)),
+    })
 }
 
 /// Returns the keys with several values, except the seed, which has no order.
@@ -219,6 +274,7 @@ fn over(
         y: None,
         content,
         bound: named.bound.filter(|_| far.is_none()),
+        named: None,
     }
 }
 
@@ -456,11 +512,57 @@ mod tests {
         assert_eq!(figures[0].caption, "One of 3 runs is shown.");
     }
 
+    /// None, or the same to four digits.
     #[test]
-    fn a_quantity_that_no_run_has_is_not_drawn() {
+    fn a_quantity_that_no_run_has_or_that_does_not_change_is_not_drawn() {
         let mut shown = study(&[5], 1);
-        shown.runs.iter_mut().for_each(|run| run.figures[0] = None);
-        assert!(figures(&shown, 1).is_empty());
+        for figure in [None, Some(1.0)] {
+            shown
+                .runs
+                .iter_mut()
+                .for_each(|run| run.figures[0] = figure);
+            shown.runs[0].figures[0] = figure.map(|x| x + 1e-6);
+            assert!(figures(&shown, 1).is_empty());
+        }
+        shown.runs[0].figures[0] = Some(1.001);
+        assert_eq!(figures(&shown, 1).len(), 1);
+    }
+
+    /// Two quantities of three runs, k0 = 0, 1, 2: one over the other, in the order of the key, and
+    /// the ring where the key is 1. A second varied key makes no line.
+    #[test]
+    fn two_quantities_that_pull_apart_are_drawn_one_over_the_other() {
+        let mut shown = study(&[3], 1);
+        shown.quantities.push(Quantity {
+            name: "p".to_owned(),
+            bound: None,
+        });
+        let pairs = [(0.0, 4.0), (1.0, 2.0), (2.0, 1.0)];
+        for (run, (q, p)) in shown.runs.iter_mut().zip(pairs) {
+            run.figures = vec![Some(q), Some(p)];
+        }
+        assert!(trade(&shown).is_none());
+        shown.trade = Some(([0, 1], 0, 1.0));
+        let drawn = trade(&shown).expect("a figure");
+        let Content::Curves(curves) = &drawn.content else {
+            panic!("{drawn:?}")
+        };
+        let points: Vec<_> = curves[0]
+            .points
+            .iter()
+            .map(|p| (p.x, p.mean, p.run))
+            .collect();
+        assert_eq!(points, [(0.0, 4.0, 0), (1.0, 2.0, 1), (2.0, 1.0, 2)]);
+        assert!(drawn.caption.starts_with("p upward, q to the right"));
+        assert_eq!(
+            drawn.named,
+            Some((["0", "1", "2"].map(str::to_owned).to_vec(), 1))
+        );
+        let shown = StudyInput {
+            trade: shown.trade,
+            ..study(&[3, 2], 1)
+        };
+        assert!(trade(&shown).is_none());
     }
 
     /// Nine runs or five are enough for a grid of three by three, four are not; a key with two

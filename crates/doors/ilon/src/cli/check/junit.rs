@@ -58,7 +58,8 @@ fn status(one: &Checked) -> TestCaseStatus {
                 };
                 let mut status = non_success(NonSuccessKind::Failure, &message);
                 // One line per bound: viewers show the body unchanged.
-                status.set_description(failures.join("\n"));
+                let lines = judged.moved.iter().chain(&failures).map(String::as_str);
+                status.set_description(lines.collect::<Vec<_>>().join("\n"));
                 status
             }
         },

@@ -123,7 +123,7 @@ fn begun(
         changes.push_str(&format!(
             "         {}: {bound} (measured {}{widened})\n",
             quantity.key,
-            number(significant(measured, 6))
+            number(significant(measured, 4))
         ));
         let mut table = document.as_table_mut() as &mut dyn TableLike;
         let mut parts: Vec<&str> = std::iter::once("expect")
@@ -214,7 +214,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
                 changes.push_str(&format!(
                     "         {}.{key}: {old} -> {new} (measured {})\n",
                     verdict.quantity,
-                    significant(measured, 6)
+                    significant(measured, 4)
                 ));
             }
         }

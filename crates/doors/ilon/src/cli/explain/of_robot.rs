@@ -21,8 +21,10 @@ use crate::inspect::conditions;
 const MOST_SHOWN: usize = 8;
 /// Share of the observed drift; chosen. If none explains as much, no single cause does.
 const MOST_OF_IT: f64 = 0.7;
-/// Share of the observed drift; chosen. A suspect that explains less is not shown.
+/// Shares of the observed drift, and of what the best suspect explains; chosen. A suspect that
+/// explains less is not shown.
 const LEAST_OF_IT: f64 = 0.05;
+const LEAST_OF_BEST: f64 = 0.25;
 
 pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, Failure> {
     let mut options = arguments.reading.options();
@@ -188,7 +190,8 @@ fn drifts<'s>(
 ) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{robot}: what each usual cause adds, per metre or per turn on the spot: mm ahead, mm to the left, degrees to the left (· = too small to tell)"
+        "{robot}: what each usual cause adds, per metre or per turn on the spot: mm ahead, mm to the left, degrees to the left (· = too small to tell). \
+         Rank them by what you measured: --seen \"left 20 mm/m, turn 1 deg/m\""
     ));
     // Motions that the robot cannot drive have no column.
     let of_driven = |drifts: &[Option<Drift>]| -> Vec<String> {
@@ -212,9 +215,12 @@ fn in_words(drift: &Option<Drift>) -> String {
     let Some(drift) = drift else {
         return "refused".to_owned();
     };
-    let told = |x: f64, floor: f64, per_si: f64, decimals: usize| match x.abs() > floor {
-        true => format!("{:+.decimals$}", per_si * x),
-        false => "·".to_owned(),
+    let told = |x: f64, floor: f64, per_si: f64, decimals: usize| {
+        let text = format!("{:+.decimals$}", per_si * x);
+        match x.abs() > floor && text.contains(|c| matches!(c, '1'..='9')) {
+            true => text,
+            false => "·".to_owned(),
+        }
     };
     [
         told(drift.ahead_m, drift.floor[0], 1e3, 1),
@@ -228,9 +234,12 @@ fn in_words(drift: &Option<Drift>) -> String {
 fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
     let mut table = Table::new();
     let fitting = ranked.iter().filter_map(|(one, fit)| Some((one, (*fit)?)));
-    let fitting = fitting.filter(|(_, fit)| fit.share >= LEAST_OF_IT);
-    let rows: Vec<(&Suspect, Fit)> = fitting.take(MOST_SHOWN).collect();
-    let best = rows.iter().map(|(_, fit)| fit.share).fold(0.0, f64::max);
+    let fitting: Vec<(&Suspect, Fit)> = fitting.take(MOST_SHOWN).collect();
+    let best = fitting.iter().map(|(_, fit)| fit.share).fold(0.0, f64::max);
+    let least = LEAST_OF_IT.max(LEAST_OF_BEST * best);
+    let rows = fitting.iter().filter(|(_, fit)| fit.share >= least);
+    let rows: Vec<&(&Suspect, Fit)> = rows.collect();
+    let best = if rows.is_empty() { 0.0 } else { best };
     table.heading(match best {
         0.0 if is_nothing => "nothing to explain: the robot without faults drifts as much",
         0.0 => "no usual cause looks like it",
@@ -244,7 +253,7 @@ fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
             &[("explains", &|(_, fit)| {
                 format!("{:.0} %", 100.0 * fit.share)
             })],
-            rows.iter().map(|row| (row.0.words.as_str(), row)),
+            rows.into_iter().map(|row| (row.0.words.as_str(), row)),
         );
     }
     table

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_sim::causes::Drift;
 use ilon_sim::standard_motions::{StandardMotion, standard_motions};
 use ilon_trace::Summary;
 use ilon_trace::file::write_text;
@@ -89,7 +90,7 @@ pub(super) fn run(
     if !arguments.json {
         let robot = flags::shell(&robot.display().to_string());
         console::lines(&format!(
-            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario, or see what would look like a drift: `ilon explain {robot}{}`\n",
+            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario; if your real robot drifts, see which causes look like it: `ilon explain {robot}{}`\n",
             table(&name, &told, has_rollers),
             path_in_line(&folder),
             arguments.settings.words()
@@ -99,48 +100,83 @@ pub(super) fn run(
     Ok(Outcome::Done)
 }
 
-/// The speed that the robot reached in each motion, the friction used, and the drift of odometry.
+/// The speed that the robot reached in each motion, what took the rest, its drift, and the friction
+/// used.
 fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{name}: speed reached, in % of the command and of the ideal kinematics; most grip used, %; odometry drift, \
-         mm per metre{}",
-        if has_rollers { "; speed in % of the kinematics of the touching rollers" } else { "" }
+        "{name}: speed reached, as share of the command; taken by {}slip; drift from the command and of wheel odometry, per metre or per \
+         turn on the spot, + ahead and to the left; most grip used",
+        if has_rollers { "roller geometry and by " } else { "" }
     ));
-    let percent =
-        |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{:.1}", 1e2 * share));
     // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
     // that.
-    let least = |motion: &StandardMotion, ratio: &TwistRatio| {
+    let asked = |motion: &StandardMotion, ratio: &TwistRatio| {
         let asked = motion.twist_in_body;
-        let parts = [
+        [
             ratio.vx.filter(|_| asked.vx_m_s != 0.0),
             ratio.vy.filter(|_| asked.vy_m_s != 0.0),
             ratio.omega.filter(|_| asked.omega_rad_s != 0.0),
-        ];
-        percent(parts.into_iter().flatten().reduce(f64::min))
+        ]
+    };
+    let least = |motion: &StandardMotion, ratio: &TwistRatio| {
+        asked(motion, ratio).into_iter().flatten().reduce(f64::min)
+    };
+    // Of the ideal speed the kinematics of the touching rollers leave `ideal / contact`.
+    let lost = |motion: &StandardMotion, of: &Summary, loss: fn(f64, f64) -> f64| {
+        let ideal = asked(motion, &of.twist_ratio_ideal).into_iter();
+        let ratios = ideal.zip(asked(motion, &of.twist_ratio_contact));
+        let losses = ratios.filter_map(|(ideal, contact)| {
+            Some(loss(ideal?, if has_rollers { contact? } else { ideal? }))
+        });
+        losses.reduce(f64::max)
     };
     type Cell<'a> = (&'a str, &'a dyn Fn(&&(StandardMotion, Summary)) -> String);
-    let columns: [Cell; 5] = [
-        ("command", &|(motion, of)| {
-            least(motion, &of.twist_ratio_asked)
+    let drift = |of: &Summary| Drift::from_command(of);
+    let mm = |x_m: f64| with_sign(1e3 * x_m, 1, " mm");
+    let columns: [Cell; 8] = [
+        ("speed", &|(motion, of)| {
+            percent(least(motion, &of.twist_ratio_asked))
         }),
-        ("ideal", &|(motion, of)| {
-            least(motion, &of.twist_ratio_ideal)
+        ("rollers", &|(motion, of)| {
+            percent(lost(motion, of, |ideal, contact| 1.0 - ideal / contact))
         }),
-        ("grip", &|(_, of)| percent(of.friction_used_max)),
+        ("slip", &|(motion, of)| match has_rollers {
+            true => percent(lost(motion, of, |ideal, contact| ideal / contact - ideal)),
+            false => percent(lost(motion, of, |ideal, _| 1.0 - ideal)),
+        }),
+        ("ahead", &|(_, of)| mm(drift(of).ahead_m)),
+        ("left", &|(_, of)| mm(drift(of).left_m)),
+        ("turn", &|(_, of)| {
+            with_sign(drift(of).turned_rad.to_degrees(), 2, "°")
+        }),
         ("odometry", &|(_, of)| {
             let drift = of.odometry_ideal.m_per_m;
-            drift.map_or("-".to_owned(), |drift| format!("{:.1}", 1e3 * drift))
+            drift.map_or("-".to_owned(), |drift| format!("{:.1} mm", 1e3 * drift))
         }),
-        ("contact", &|(motion, of)| {
-            least(motion, &of.twist_ratio_contact)
-        }),
+        ("grip", &|(_, of)| percent(of.friction_used_max)),
     ];
     // Tyres have no kinematics of rollers that touch.
-    let columns = &columns[..if has_rollers { 5 } else { 4 }];
-    table.columns(columns, told.iter().map(|told| (told.0.name, told)));
+    let columns = columns
+        .into_iter()
+        .filter(|(name, _)| has_rollers || *name != "rollers");
+    let columns: Vec<Cell> = columns.collect();
+    table.columns(&columns, told.iter().map(|told| (told.0.name, told)));
     table
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or("-".to_owned(), |share| {
+        format!("{:.1} %", 1e2 * share.max(0.0))
+    })
+}
+
+/// A number with its sign, but a zero.
+fn with_sign(x: f64, decimals: usize, unit: &str) -> String {
+    match format!("{x:+.decimals$}") {
+        zero if !zero.contains(|c| matches!(c, '1'..='9')) => format!("0{unit}"),
+        number => number + unit,
+    }
 }
 
 #[cfg(test)]
@@ -164,5 +200,37 @@ mod tests {
         }
         let shown = table("robot", &[(turn, summary)], false).to_string();
         assert!(shown.contains("57.6") && !shown.contains("279"), "{shown}");
+    }
+
+    /// A mecanum robot that moves to the left at 0.29 m/s where 0.3 m/s are commanded, and to the
+    /// right of the command by 0.003 m/s, is 10 mm/0.29 m short and 3 mm/0.29 m off; what its
+    /// rollers take is in their kinematics, which it follows to 0.5 %.
+    #[test]
+    fn drifts_and_what_takes_the_rest_have_columns_of_their_own() {
+        let robot =
+            ilon_robot::Robot::load("../../../assets/robots/mecanum4.toml").expect("a robot");
+        let left = standard_motions(&robot).expect("four wheels")[1].expect("on rollers");
+        let mut summary = Summary::default();
+        summary.travelled_m = 1.0;
+        summary.twist_asked_mean = Some(ilon_robot::Twist::new(0.0, 0.3, 0.0));
+        summary.twist_mean = Some(ilon_robot::Twist::new(0.003, 0.29, 0.0));
+        summary.twist_ratio_asked.vy = Some(0.29 / 0.3);
+        summary.twist_ratio_ideal.vy = Some(0.29 / 0.3);
+        summary.twist_ratio_contact.vy = Some(0.995);
+        let shown = table("robot", &[(left, summary)], true).to_string();
+        let row = shown.lines().last().expect("a row");
+        let cells: Vec<&str> = row
+            .split("  ")
+            .map(str::trim)
+            .filter(|cell| !cell.is_empty())
+            .collect();
+        // 1 - 0.9667 / 0.995 and 0.9667 / 0.995 - 0.9667; over 1 m of the command.
+        assert_eq!(
+            cells,
+            [
+                "left", "96.7 %", "2.8 %", "0.5 %", "+10.0 mm", "-33.3 mm", "0°", "-", "-"
+            ],
+            "{shown}"
+        );
     }
 }
