@@ -130,6 +130,11 @@ fn begun(
         .iter()
         .flat_map(|bound| [bound, end_of_line])
         .collect();
+    let ended = match text.is_empty() || text.ends_with('\n') {
+        true => text.to_owned(),
+        false => format!("{text}{end_of_line}"),
+    };
+    let text = ended.as_str();
     let file = document(text)?;
     let place = match file.get("expect") {
         // Within a heading's table, directly below the heading.
@@ -156,14 +161,7 @@ fn begun(
     };
     let text = match place {
         Some(place) => format!("{}{lines}{}", &text[..place], &text[place..]),
-        None => {
-            let ended = if text.is_empty() || text.ends_with('\n') {
-                ""
-            } else {
-                end_of_line
-            };
-            format!("{text}{ended}{end_of_line}[expect]{end_of_line}{lines}")
-        }
+        None => format!("{text}{end_of_line}[expect]{end_of_line}{lines}"),
     };
     Ok([text, changes, String::new()])
 }
@@ -347,6 +345,7 @@ mod tests {
             ),
             ("[expect] # CI\r\n[a]\r\n", "[expect] # CI\r\n"),
             ("expect.tolerances.x = 1\r\n", "expect."),
+            ("[expect]", "[expect]\r\n"),
         ] {
             let written = first(&format!("{without}{before}")).expect("it is TOML");
             let start = format!("{without}{after}");
