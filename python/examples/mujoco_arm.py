@@ -3,7 +3,7 @@
 ilon moves the base on its rollers, MuJoCo the arm and the box. At the end both engines' accounts of energy are laid side by side: what the
 motors gave, where it went, and what passed between the engines.
 
-    pip install "ilon[mujoco]"
+    pip install "./python[mujoco]"
     python python/examples/mujoco_arm.py [--viewer] [--friction 0.6]
 """
 

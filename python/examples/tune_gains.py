@@ -2,7 +2,7 @@
 
 A trial is a run of a scenario with the gains that Optuna proposes; Tune runs as many side by side as there are cores.
 
-    pip install "ilon[tune]"
+    pip install "./python[tune]"
     python python/examples/tune_gains.py [--trials 40]
 """
 

@@ -104,6 +104,25 @@ def test_the_base_recoils_as_where_one_engine_moves_both(assets, base, friction,
     np.testing.assert_allclose(np.abs(poses).max(axis=0), np.abs(expected).max(axis=0), rtol=0.01)
 
 
+# A multiple of the plant's step of 0.1 ms; the centre of mass lies in the body's frame, so that MuJoCo's mass matrix is diagonal.
+@pytest.mark.parametrize("step_s", [0.001, 0.003, 0.005, 0.0073])
+def test_a_base_to_which_nothing_is_attached_moves_as_the_robot_alone(base, step_s):
+    about = scenario(base, 0.6)
+    about["run"]["physics_dt_s"] = 0.0001
+    alone = ilon.Simulation(about)
+    rates = alone.wheel_rates([0.2, 0.1, 0.3])
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><option timestep="{step_s}"/><worldbody><body name="base_link"><freejoint/>
+        <inertial pos="0 0 0" mass="5" diaginertia=".1 .1 .1"/></body></worldbody></mujoco>"""
+    )
+    under = ilon.mujoco.Base(model, mujoco.MjData(model), ilon.Simulation(about), body="base_link")
+    for _ in range(round(0.219 / step_s)):
+        under.step(rates)
+        alone.advance(rates, period_s=step_s)
+    # The added mass of 1000 kg is taken out again, with an error of 1e-13 kg beside the robot's kilograms.
+    np.testing.assert_allclose(under.simulation.truth().pose, alone.truth().pose, rtol=0, atol=1e-9)
+
+
 def test_no_energy_comes_or_goes_between_the_engines(base):
     under = coupled(base, 0.6)
     begins_j = sum(under.scene_energy_j())

@@ -62,7 +62,7 @@ def _ray() -> ModuleType:
     try:
         import ray
     except ImportError as missing:
-        raise ImportError('studies on Ray need it: pip install "ilon[ray]"') from missing
+        raise ImportError("studies on Ray need it: pip install ray") from missing
     return ray
 
 

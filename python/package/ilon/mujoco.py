@@ -9,6 +9,8 @@ weigh many times what the base weighs.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco as mj
@@ -101,6 +103,8 @@ class Base:
         model.body_subtreemass[[0, index]] -= model.body_mass[index]
         model.body_mass[index] = 0.0
         model.body_inertia[index] = 0.0
+        # Of a body to which nothing is attached, MuJoCo takes the masses from here.
+        model.dof_M0[self._dofs] = model.dof_armature[self._dofs]
         scene_kg = max(float(model.body_subtreemass[0]), 1.0)
         self._armature = _HEAVY * scene_kg * np.ones(6)
         self._acceleration = np.zeros(6)
@@ -115,13 +119,21 @@ class Base:
         self.data.qpos[at + 3 : at + 7] = body.quaternion_wxyz
         self.data.qvel[self._dofs] = _rates(body)
         self.model.opt.gravity[:] = body.gravity_in_world_m_s2
-        lent = self.model.dof_armature[self._dofs].copy()
-        # MuJoCo could not move a base without mass.
-        self.model.dof_armature[self._dofs] = self._armature
-        try:
+        with self._heavy():
             mj.mj_forward(self.model, self.data)
+
+    @contextmanager
+    def _heavy(self) -> Iterator[None]:
+        """Adds mass to the base: MuJoCo cannot move one without."""
+        added = (self.model.dof_armature, self.model.dof_M0)
+        before = [of[self._dofs].copy() for of in added]
+        for of in added:
+            of[self._dofs] = self._armature
+        try:
+            yield
         finally:
-            self.model.dof_armature[self._dofs] = lent
+            for of, values in zip(added, before, strict=True):
+                of[self._dofs] = values
 
     def step(self, wheel_rates: npt.ArrayLike | None = None, *, torques: npt.ArrayLike | None = None) -> Outcome:
         """Lets both go on by `dt_s`: the robot by wheel rates in rad/s or torques in N m, the scene by what is in `data`. Raises
@@ -198,22 +210,20 @@ class Base:
         model, data, dofs = self.model, self.data, self._dofs
         wrench, inertia = np.zeros(6), np.zeros((6, 6))
         applied = data.qfrc_applied[dofs].copy()
-        lent = model.dof_armature[dofs].copy()
-        model.dof_armature[dofs] = self._armature
         pushes = self._armature * acceleration - self._wrench
         data.qfrc_applied[dofs] = applied + pushes
         try:
-            for step in range(self._model_steps):
-                rates = data.qvel.copy()
-                mj.mj_step(model, data)
-                gained = (data.qvel - rates) / model.opt.timestep
-                masses = self._masses()
-                acted = data.qfrc_smooth[dofs] + data.qfrc_constraint[dofs] - pushes
-                wrench += (acted - masses[dofs] @ gained) / self._model_steps
-                if step == 0:
-                    inertia = self._tangent(masses, held)
+            with self._heavy():
+                for step in range(self._model_steps):
+                    rates = data.qvel.copy()
+                    mj.mj_step(model, data)
+                    gained = (data.qvel - rates) / model.opt.timestep
+                    masses = self._masses()
+                    acted = data.qfrc_smooth[dofs] + data.qfrc_constraint[dofs] - pushes
+                    wrench += (acted - masses[dofs] @ gained) / self._model_steps
+                    if step == 0:
+                        inertia = self._tangent(masses, held)
         finally:
-            model.dof_armature[dofs] = lent
             data.qfrc_applied[dofs] = applied
         return wrench, inertia
 

@@ -392,6 +392,17 @@ fn a_bag_of_trajectories_drives_joints() {
     assert!((run.summary.duration_s - 1.5).abs() < 1e-9);
 }
 
+/// A trajectory says positions alone: at rates that it does not say, nothing may be driven.
+#[test]
+fn a_trajectory_drives_by_no_rate() {
+    let by_rate = BAG_ALONE.replace("[twist]", "joints_by = \"rate\"\n[twist]");
+    let said = [(0.0, trajectory(&[(0.0, 0.0), (1.0, 0.8)]))];
+    let Err(error) = of_bag(&said, &by_rate) else {
+        panic!("not refused");
+    };
+    assert!(error.to_string().contains("it drives no joint"), "{error}");
+}
+
 #[test]
 fn a_trajectory_whose_points_lack_a_joint_is_refused_in_words() {
     let mut lacks = trajectory(&[(0.0, 0.0), (1.0, 0.8)]);

@@ -193,6 +193,18 @@ mod tests {
         .take(count)
     }
 
+    /// Whichever way it is solved: the second column of zeros leaves nothing to divide by.
+    #[test]
+    fn a_system_with_a_column_of_zeros_is_no_regular_one() {
+        let matrix = [2.0, 0.0, 1.0, 0.0];
+        assert!(!eliminate(&mut matrix.to_vec(), &mut [1.0, 1.0]));
+        assert!(!eliminate_square::<2>(
+            &mut matrix.to_vec(),
+            &mut [1.0, 1.0]
+        ));
+        assert!(!solve_for_all(&mut [2.0, 0.0, 1.0, 1.0, 0.0, 1.0], 2));
+    }
+
     /// The loops of known length give the result of the general one, to the bit.
     #[test]
     fn a_square_of_a_known_size_is_eliminated_as_any_other() {

@@ -60,8 +60,8 @@ pub struct Mixer {
 }
 
 impl Mixer {
-    /// Returns the frame that fits a robot best; `None` if none fits: another number of wheels, or
-    /// wheels that turn against the mix.
+    /// Returns the frame that fits a robot best; `None` if none fits: another number of wheels,
+    /// wheels that turn against the mix, or a mix that drives the robot elsewhere.
     pub fn of(kinematics: &Kinematics) -> Option<Self> {
         let wheels = parts(kinematics);
         let fits = FRAMES
@@ -69,30 +69,59 @@ impl Mixer {
             .filter(|frame| frame.motors.len() == wheels.len());
         let found = fits.filter_map(|frame| {
             let (cost, wheels) = assigned(frame.motors, &wheels, &mut Vec::new())?;
-            Some((
-                cost,
-                Self {
-                    frame: *frame,
-                    wheels,
-                },
-            ))
+            let frame = *frame;
+            let mixer = Self { frame, wheels };
+            mixer.drives(kinematics).then_some((cost, mixer))
         });
         let best = found.min_by(|(a, _), (b, _)| a.total_cmp(b));
         best.map(|(_, mixer)| mixer)
     }
+
+    /// Whether throttle and lateral move a robot along their axes, and steering turns it to the
+    /// right. Lateral may turn it too: in Omni3 it does, and Rover steers against it.
+    fn drives(&self, kinematics: &Kinematics) -> bool {
+        /// Of the motion, across the axis: 6 degrees. Chosen.
+        const ASIDE: f64 = 0.1;
+        let mut rates = vec![0.0; self.wheels.len()];
+        // As they stand, tyres roll not each way, and wheels that swivel none.
+        let is_rolled = ways().into_iter().all(|way| {
+            kinematics.wheel_rates(way, &mut rates);
+            let rolled = kinematics.twist(&rates);
+            let short = [
+                rolled.vx_m_s - way.vx_m_s,
+                rolled.vy_m_s - way.vy_m_s,
+                rolled.omega_rad_s - way.omega_rad_s,
+            ];
+            short.iter().all(|short| short.abs() < ASIDE)
+        });
+        let [throttle, steering, lateral] = [0, 1, 2].map(|way| {
+            for (motor, (wheel, sign)) in self.frame.motors.iter().zip(&self.wheels) {
+                rates[*wheel] = sign * motor[way];
+            }
+            kinematics.twist(&rates)
+        });
+        is_rolled
+            && throttle.vy_m_s.abs() < ASIDE * throttle.vx_m_s
+            && lateral.vx_m_s.abs() < -ASIDE * lateral.vy_m_s
+            && steering.omega_rad_s < 0.0
+    }
+}
+
+/// Returns unit twists of throttle, steering and lateral. To the right means -y, and clockwise seen
+/// from above.
+fn ways() -> [Twist; 3] {
+    [
+        Twist::new(1.0, 0.0, 0.0),
+        Twist::new(0.0, 0.0, -1.0),
+        Twist::new(0.0, -1.0, 0.0),
+    ]
 }
 
 /// Returns each wheel's part in throttle, steering and lateral; the largest part in each is 1.
 fn parts(kinematics: &Kinematics) -> Vec<Factors> {
     let count = kinematics.wheel_count();
     let mut parts = vec![[0.0; 3]; count];
-    // To the right means -y, and clockwise seen from above.
-    let ways = [
-        Twist::new(1.0, 0.0, 0.0),
-        Twist::new(0.0, 0.0, -1.0),
-        Twist::new(0.0, -1.0, 0.0),
-    ];
-    for (way, twist) in ways.into_iter().enumerate() {
+    for (way, twist) in ways().into_iter().enumerate() {
         let mut rates = vec![0.0; count];
         kinematics.wheel_rates(twist, &mut rates);
         let most = rates

@@ -269,8 +269,26 @@ fn what_is_no_frame_is_left_alone_and_32_outputs_are_taken() {
 
 #[test]
 fn a_robot_that_no_frame_fits_is_refused_in_words() {
-    let refused = |scenario: &Scenario| Vehicle::new(scenario).map(|_| ()).unwrap_err().to_string();
-    assert!(refused(&scenario("mecanum6.urdf")).contains("6 wheels"));
+    let refused = |robot: &str| match Vehicle::new(&scenario(robot)) {
+        Ok(vehicle) => panic!("{robot} is taken as {:?}", vehicle.mixer()),
+        Err(error) => error.to_string(),
+    };
+    assert!(refused("mecanum6.urdf").contains("6 wheels"));
+    // As many wheels as a frame has motors; but tyres and swivelling wheels do not follow lateral,
+    // and of the last one no wheel points ahead or back: throttle would move it 30 degrees off.
+    for (robot, wheels) in [
+        ("skid4.urdf", 4),
+        ("swerve4.urdf", 4),
+        ("omni4_steered.urdf", 4),
+        ("tricycle.urdf", 3),
+        ("volksbot.urdf", 3),
+    ] {
+        let words = refused(robot);
+        assert!(
+            words.contains(&format!("{wheels} wheels")),
+            "{robot}: {words}"
+        );
+    }
     let vehicle = Vehicle::new(&scenario("mecanum4.urdf")).unwrap();
     let wheels: Vec<&str> = vehicle.wheels().collect();
     // ArduPilot's OmniX numbers front right, rear right, rear left, front left.

@@ -222,8 +222,8 @@ fn write_parameters(
         path.map_err(|error| Failure::usage(error.to_string(), "go to a folder that exists"))?;
     let text = vehicle.parameters();
     let first = text.lines().next().unwrap_or_default();
-    let there = std::fs::read_to_string(&path).unwrap_or_default();
-    if !there.is_empty() && !there.starts_with(first) {
+    let there = std::fs::read(&path).unwrap_or_default();
+    if !there.is_empty() && !there.starts_with(first.as_bytes()) {
         return Err(Failure::usage(
             format!(
                 "`{}` is there already, and was not written for this robot",

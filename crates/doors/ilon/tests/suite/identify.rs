@@ -147,7 +147,7 @@ fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
          [[models]]\nname = \"radius and lever\"\nfree = [\"radius_m\", \"lever_m\"]\n",
     );
     let found = folder.ilon(&["identify", "study.toml", "--out", "found", "--json"]);
-    ended_with(0, &found);
+    let said_of_whole = ended_with(0, &found);
     let json: serde_json::Value = serde_json::from_str(&stdout(&found)).expect("nothing but JSON");
     // Rows of the bag are simultaneous, so that only hand-overs remain: far below a thousandth. Two
     // rows of rollers at 0 mm distance do not change the arm.
@@ -170,6 +170,14 @@ fn a_proposed_course_recorded_as_a_bag_makes_the_robot_known() {
             "again",
         ]),
     );
+    // A recorder that is killed leaves no footer: the fit says so, as a run of the bag does.
+    let bag = folder.path("driven/bag/bag_0.mcap");
+    let whole = std::fs::read(&bag).expect("a bag");
+    std::fs::write(&bag, &whole[..whole.len() - 20]).expect("a place");
+    let cut = ended_with(0, &folder.ilon(&["identify", "study.toml", "--out", "cut"]));
+    for (said, is_said) in [(said_of_whole, false), (cut, true)] {
+        assert_eq!(said.contains("was cut short"), is_said, "{said}");
+    }
 }
 
 #[test]

@@ -181,28 +181,43 @@ pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Rejects an OBJ file whose faces have impossible indices, which its reader would multiply. They
-/// count from 1, or backwards from the last one so far.
+/// Rejects an OBJ file that is no text, or whose faces have too few points or impossible indices,
+/// which its reader would multiply. They count from 1, or backwards from the last one so far.
 pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
     /// A file of 64 MB contains fewer of anything.
     const MOST: i64 = 1_000_000_000;
     const KINDS: [&str; 3] = ["v", "vt", "vn"];
-    let text = String::from_utf8_lossy(bytes);
+    let text = str::from_utf8(bytes).map_err(|_| "it is not UTF-8 text")?;
     let mut counts = [0; 3];
-    for line in text.lines() {
+    for (line, number) in text.lines().zip(1..) {
         let mut words = line.split_whitespace();
         let first = words.next().unwrap_or_default();
         if let Some(kind) = KINDS.iter().position(|kind| *kind == first) {
             counts[kind] += 1;
         }
-        let indices = words.filter(|_| ["f", "l", "p"].contains(&first));
-        let mut indices = indices.flat_map(|corner| corner.split('/').zip(counts));
-        let is_impossible = |(index, count): (&str, i64)| {
-            let index = index.parse::<i64>();
-            index.is_ok_and(|index| index == 0 || index < -count || index > MOST)
-        };
-        if indices.any(is_impossible) {
-            return Err("a face names a point that is not there".to_owned());
+        if !["f", "l", "p"].contains(&first) {
+            continue;
+        }
+        if first == "f" && words.clone().count() < 3 {
+            return Err(format!(
+                "on line {number}, a face has fewer than three points"
+            ));
+        }
+        for (index, count) in words.flat_map(|corner| corner.split('/').zip(counts)) {
+            match index.parse::<i64>() {
+                Err(_) if index.is_empty() => {}
+                Err(_) => {
+                    return Err(format!(
+                        "on line {number}, `{index:.20}` is no index of a point"
+                    ));
+                }
+                Ok(index) if index == 0 || index < -count || index > MOST => {
+                    return Err(format!(
+                        "on line {number}, a face names a point that is not there"
+                    ));
+                }
+                Ok(_) => {}
+            }
         }
     }
     Ok(())

@@ -514,6 +514,24 @@ mod tests {
         assert!(!is_at_end(1.0 + 1e-12, 1.4));
     }
 
+    /// From a hundredth of the larger of both ends on, also below zero.
+    #[test]
+    fn a_quantity_changes_by_more_than_a_hundredth() {
+        let changes_from = |least: f64, largest: f64| {
+            let end = |value: f64| serde_json::json!({ "value": value, "run": 0, "values": {} });
+            changes(
+                &serde_json::from_value(serde_json::json!({
+                    "quantity": "end_x_m", "scenario": "a.toml", "runs": 2, "mean": 1.0,
+                    "least": end(least), "largest": end(largest), "axes": [],
+                }))
+                .unwrap(),
+            )
+        };
+        assert!(changes_from(1.0, 1.02) && changes_from(-1.02, -1.0));
+        assert!(!changes_from(1.0, 1.009) && !changes_from(-1.009, -1.0));
+        assert!(changes_from(-0.001, 0.001) && !changes_from(0.0, 0.0));
+    }
+
     /// The error falls from 4 to 1 mm over the axis, the energy rises from 1 to 5 J: at 2 they are
     /// (2 - 1)/3 and (2 - 1)/4 above the least, at the ends 1; what falls with both is best at 3.
     #[test]

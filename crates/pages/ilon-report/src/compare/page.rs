@@ -300,6 +300,22 @@ mod tests {
         }
     }
 
+    /// 3 m after 2 m is half as much again; the first run has nothing beside its figure.
+    #[test]
+    fn figures_stand_beside_their_change_from_the_first_run() {
+        let mut compared = comparison(["one", "two"]);
+        for (run, end_m) in compared.runs.iter_mut().zip([2.0, 3.0]) {
+            run.summary.end_x_m = Some(end_m);
+        }
+        let quantity = ilon_trace::quantities::by_key("end_x_m").expect("it is a figure");
+        let row = figure_row(&compared, quantity, None);
+        let cells = [
+            cell(Some("2.0000".to_owned())),
+            cell(Some("3.0000 <small>+50.0 %</small>".to_owned())),
+        ];
+        assert!(row.contains(&cells.concat()), "{row}");
+    }
+
     #[test]
     fn names_cannot_break_out_of_the_page() {
         let page = html(&comparison(["<b>one</b>", "two & </script>"]));

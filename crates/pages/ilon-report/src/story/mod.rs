@@ -23,7 +23,7 @@ use crate::accumulate::OfRobot;
 use crate::input::RunInput;
 use crate::page::escape;
 use crate::text::{angle, angle_known, capital, length, length_to, time};
-use posture::Stance;
+pub(crate) use posture::Stance;
 
 /// Number of sentences at which further costs are omitted.
 const MOST_LINES: usize = 5;

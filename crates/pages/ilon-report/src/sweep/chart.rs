@@ -473,4 +473,41 @@ mod tests {
         assert!((start + left - zero).abs() < 0.16, "{found:?}");
         assert!(left > 0.0 && (right - 2.0 * left).abs() < 0.16, "{found:?}");
     }
+
+    /// Two by two fields of a plot 484 wide and 246 high: each spans a half, the smaller values to
+    /// the left and below, and a label of y lies beside the middle of its field.
+    #[test]
+    fn a_field_lies_where_its_values_do_and_labels_stand_beside_their_fields() {
+        let scale = Scale {
+            name: String::new(),
+            is_log: false,
+            words: Vec::new(),
+        };
+        let drawn = Figure {
+            title: String::new(),
+            caption: String::new(),
+            x: scale.clone(),
+            y: Some(scale),
+            content: Content::Cloud(Vec::new()),
+            bound: None,
+        };
+        let fields = [
+            (1.0, 3.0, Some((0.0, 0))),
+            (2.0, 3.0, Some((1.0, 1))),
+            (1.0, 4.0, Some((2.0, 2))),
+        ];
+        let html = heat(&drawn, &fields, false);
+        for place in [
+            "x=\"64.0\" y=\"133.0\"",
+            "x=\"306.0\" y=\"133.0\"",
+            "x=\"64.0\" y=\"10.0\"",
+        ] {
+            assert!(html.contains(&format!("<rect {place} ")), "{place}: {html}");
+        }
+        // 4 px below the middles, which are at 133 -+ 61.5 px.
+        for (y, label) in [("75.5", "4"), ("198.5", "3")] {
+            let text = format!("<text x=\"58.0\" y=\"{y}\" text-anchor=\"end\">{label}</text>");
+            assert!(html.contains(&text), "{text}: {html}");
+        }
+    }
 }

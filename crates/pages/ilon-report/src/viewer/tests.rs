@@ -16,6 +16,28 @@ fn an_event_lasts_from_its_begin_to_its_end() {
     assert!(table.contains("<td>2.50 s</td>"), "{table}");
 }
 
+/// What was done on purpose stands above what came of it, whichever began first.
+#[test]
+fn lanes_stand_in_the_order_of_cause_and_effect() {
+    let kinds = [
+        EventKind::Touch,
+        EventKind::Ground,
+        EventKind::Stance(crate::story::Stance::Tipped),
+        EventKind::Fault,
+    ];
+    let events = kinds.into_iter().zip(0_u8..).map(|(kind, at)| Event {
+        from_s: f64::from(at),
+        until_s: 9.0,
+        kind,
+        text: String::new(),
+        slid_m: 0.0,
+        lost_j: 0.0,
+    });
+    let html = track(&Header::default(), [0.0, 9.0], &events.collect::<Vec<_>>());
+    let places = ["faults", "posture", "ground", "bodies"].map(|lane| html.find(lane));
+    assert!(places.is_sorted() && places[0].is_some(), "{html}");
+}
+
 #[test]
 fn a_run_beside_others_shares_their_slider_and_offers_them_as_ghosts_first() {
     let page = stage(&Viewer {

@@ -14,6 +14,8 @@ use crate::motion::GAP;
 pub enum AnomalyKind {
     /// Rows are missing.
     Gap,
+    /// The recording was cut short.
+    Cut,
     /// The unit of time cannot be right.
     TimeUnit,
     /// A wheel's counter was reset.
@@ -82,6 +84,14 @@ pub fn of_rows(log: &Log, robot: &Robot) -> Vec<Anomaly> {
             format!("such times are impossible: {cause}? Then `log.time` has the unit {unit}"),
         ));
         return anomalies;
+    }
+    if log.is_cut_short {
+        anomalies.push(anomaly(
+            AnomalyKind::Cut,
+            false,
+            format!("a file of the bag was cut short, and messages may be missing: it is read up to {:.2} s", log.duration_s()),
+            "the recorder was killed, or the disk was full: record again, or fit what there is",
+        ));
     }
     gaps(log, period_s, &mut anomalies);
     resets(log, robot, period_s, &mut anomalies);

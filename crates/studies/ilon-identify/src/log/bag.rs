@@ -31,7 +31,7 @@ pub(super) fn read(
     };
     let mut recorded = Recorded::new(path, topics, robot);
     let mut failed = None;
-    bag::read(path, files, &mut |message| {
+    let is_whole = bag::read(path, files, &mut |message| {
         failed = recorded.take(message).err();
         failed.is_none()
     })
@@ -42,6 +42,7 @@ pub(super) fn read(
             "name a table, an MCAP file, or the folder of a bag with MCAP files",
         )
     })?;
+    recorded.log.is_cut_short = !is_whole;
     match failed {
         Some(failed) => Err(failed),
         None => recorded.into_log(),

@@ -23,6 +23,8 @@ pub struct Log {
     pub currents_a: Vec<Vec<f64>>,
     /// Rows without a tracked pose: their poses are interpolated.
     pub unseen: Vec<bool>,
+    /// Whether its recording was cut short: it is read as far as it goes.
+    pub is_cut_short: bool,
 }
 
 impl Log {
@@ -66,6 +68,7 @@ impl Log {
                 false => self.currents_a[first..end].to_vec(),
             },
             unseen: self.unseen[first..end].to_vec(),
+            is_cut_short: self.is_cut_short,
         };
         part.count_from_zero();
         part

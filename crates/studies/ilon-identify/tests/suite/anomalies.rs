@@ -23,6 +23,7 @@ fn steady() -> Log {
             .collect(),
         currents_a: rows.clone().map(|row| vec![0.3 * at_s(row); 4]).collect(),
         unseen: rows.map(|_| false).collect(),
+        is_cut_short: false,
     }
 }
 
@@ -53,6 +54,15 @@ fn doubt(log: &Log) -> (AnomalyKind, bool, String) {
 #[test]
 fn a_steady_log_is_not_doubted() {
     assert_eq!(doubts(&steady()), []);
+}
+
+#[test]
+fn a_recording_that_was_cut_short_is_said() {
+    let mut log = steady();
+    log.is_cut_short = true;
+    let (kind, is_fatal, said) = doubt(&log);
+    assert_eq!((kind, is_fatal), (AnomalyKind::Cut, false));
+    assert!(said.contains("read up to 10.00 s"), "{said}");
 }
 
 #[test]

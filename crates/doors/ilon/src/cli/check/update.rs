@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ilon_files::FileAccess;
 use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, least_change, limits};
 use ilon_trace::{Header, Summary, number, significant};
-use toml_edit::{DocumentMut, InlineTable, Item, TableLike, value};
+use toml_edit::{Document, InlineTable, Item, Key, TableLike, Value};
 
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
@@ -57,14 +57,10 @@ impl Update {
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
-        let [mut rewritten, changes, left] = rewrite(&text)?;
-        // The TOML library writes only LF line ends.
-        if text.contains("\r\n") {
-            rewritten = rewritten.replace('\n', "\r\n");
-        }
+        let [text, changes, left] = rewrite(&text)?;
         Ok(Self {
             path: file,
-            text: rewritten,
+            text,
             changes,
             left,
         })
@@ -82,11 +78,14 @@ impl Update {
     }
 }
 
-fn document(text: &str) -> Result<DocumentMut, Failure> {
-    let document = text.parse().map_err(|error: toml_edit::TomlError| {
-        ilon_sim::Error::invalid(error.to_string(), "correct the file")
-    });
-    Ok(document?)
+/// A scenario's file with the places of its values. It is not written by the TOML library, which
+/// would sort keys with dots.
+fn document(text: &str) -> Result<Document<&str>, Failure> {
+    let document = Document::parse(text);
+    Ok(
+        document
+            .map_err(|error| ilon_sim::Error::invalid(error.to_string(), "correct the file"))?,
+    )
 }
 
 /// Shows a changed wheel radius or gear, which no ratio shows.
@@ -99,8 +98,7 @@ fn begun(
     header: &Header,
     margin: f64,
 ) -> Result<[String; 3], Failure> {
-    let mut document = document(text)?;
-    let mut changes = String::new();
+    let (mut bounds, mut changes) = (Vec::new(), String::new());
     for quantity in headlines(summary).into_iter().chain(by_key(RATE)) {
         let Some(measured) = quantity.value(summary) else {
             continue;
@@ -125,27 +123,47 @@ fn begun(
             quantity.key,
             number(significant(measured, 4))
         ));
-        let mut table = document.as_table_mut() as &mut dyn TableLike;
-        let mut parts: Vec<&str> = std::iter::once("expect")
-            .chain(quantity.key.split('.'))
-            .collect();
-        let last = parts.pop().unwrap_or_default();
-        for part in parts {
-            let new = || toml_edit::table();
-            let Some(inner) = table.entry(part).or_insert_with(new).as_table_like_mut() else {
-                return Err(ilon_sim::Error::invalid(
-                    format!("`expect` of the scenario has a `{part}` that is no table"),
-                    "write `[expect]` with bounds in it",
-                )
-                .into());
-            };
-            // `twist_ratio_ideal.vx` on one line, below the one heading.
-            inner.set_dotted(part != "expect");
-            table = inner;
-        }
-        table.insert(last, value(bound));
+        bounds.push(format!("{} = {bound}", quantity.key));
     }
-    Ok([document.to_string(), changes, String::new()])
+    let end_of_line = if text.contains("\r\n") { "\r\n" } else { "\n" };
+    let mut lines: String = bounds
+        .iter()
+        .flat_map(|bound| [bound, end_of_line])
+        .collect();
+    let ended = match text.is_empty() || text.ends_with('\n') {
+        true => text.to_owned(),
+        false => format!("{text}{end_of_line}"),
+    };
+    let text = ended.as_str();
+    let file = document(text)?;
+    let place = match file.get("expect") {
+        // Within a heading's table, directly below the heading.
+        Some(Item::Table(table)) if !table.is_implicit() && !table.is_dotted() => {
+            let heading = table.span().map_or(text.len(), |span| span.end);
+            text[heading..].find('\n').map(|end| heading + end + 1)
+        }
+        // Above the first key that says `expect` itself.
+        Some(Item::Table(table)) if table.is_dotted() => {
+            lines = bounds
+                .iter()
+                .flat_map(|bound| ["expect.", bound, end_of_line])
+                .collect();
+            let key = file.key("expect").and_then(Key::span);
+            key.map(|span| text[..span.start].rfind('\n').map_or(0, |end| end + 1))
+        }
+        Some(Item::Table(_)) | None => None,
+        Some(_) => {
+            let message = "`expect` of the scenario is no table";
+            return Err(
+                ilon_sim::Error::invalid(message, "write `[expect]` with bounds in it").into(),
+            );
+        }
+    };
+    let text = match place {
+        Some(place) => format!("{}{lines}{}", &text[..place], &text[place..]),
+        None => format!("{text}{end_of_line}[expect]{end_of_line}{lines}"),
+    };
+    Ok([text, changes, String::new()])
 }
 
 /// A bound with some room; `None` for a share whose bound no run could exceed.
@@ -168,10 +186,11 @@ fn first_bound(quantity: &Quantity, measured: f64, room: f64) -> Option<InlineTa
     Some(bound)
 }
 
-/// The file with changed bounds, the changes, and the bounds left unchanged.
+/// The file with changed bounds, the changes, and the bounds left unchanged. All else, and the side
+/// of a bound that holds, stays to the byte.
 fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3], Failure> {
-    let mut document = document(text)?;
-    let (mut changes, mut left) = (String::new(), String::new());
+    let document = document(text)?;
+    let (mut edits, mut changes, mut left) = (Vec::new(), String::new(), String::new());
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         let name = &verdict.quantity;
         let (Some(quantity), Some(measured)) = (by_key(name), verdict.measured) else {
@@ -183,52 +202,68 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
             continue;
         };
         let room = (margin * measured.abs()).max(least_change(quantity));
-        if let Some(bound) = bound_of(&mut document, name) {
-            if let Some(limits) = limits(name)
-                && limits.is_certain
-                && (bound.get("min").is_none() || measured - room <= limits.least)
-                && (bound.get("max").is_none() || measured + room >= limits.most)
-                && bound.get("equal").is_none()
-            {
-                left.push_str(&format!(
-                    "         {name}: no bound around {measured} could fail: change it by hand, or leave it out\n"
-                ));
+        let Some(bound) = bound_of(&document, name) else {
+            left.push_str(&format!(
+                "         {name}: a bound on its change is left: change it by hand, or save the baseline anew\n"
+            ));
+            continue;
+        };
+        let old = |key: &str| {
+            let item = bound.get(key)?;
+            item.as_float().or(item.as_integer().map(|old| old as f64))
+        };
+        let fails = |key: &str| {
+            let holds = match key {
+                "min" => old(key)? <= measured,
+                "max" => old(key)? >= measured,
+                _ => (old("equal")? - measured).abs() <= old("within").unwrap_or_default(),
+            };
+            bound.get(key)?.span().filter(|_| !holds)
+        };
+        if let Some(limits) = limits(name)
+            && limits.is_certain
+            && (fails("min").is_none() || measured - room <= limits.least)
+            && (fails("max").is_none() || measured + room >= limits.most)
+            && fails("equal").is_none()
+        {
+            left.push_str(&format!(
+                "         {name}: no bound around {measured} could fail: change it by hand, or leave it out\n"
+            ));
+            continue;
+        }
+        for (key, new) in [
+            ("min", rounded(measured - room, f64::floor)),
+            ("max", rounded(measured + room, f64::ceil)),
+            ("equal", measured),
+            ("within", rounded(room, f64::ceil)),
+        ] {
+            let Some(place) = fails(key) else {
                 continue;
-            }
-            let wanted = [
-                ("min", rounded(measured - room, f64::floor)),
-                ("max", rounded(measured + room, f64::ceil)),
-                ("equal", measured),
-                ("within", rounded(room, f64::ceil)),
-            ];
-            for (key, new) in wanted {
-                let Some(item) = bound.get_mut(key) else {
-                    continue;
-                };
-                let old = item.to_string().trim().to_owned();
-                let decor = item.as_value().map(|value| value.decor().clone());
-                *item = value(new);
-                if let (Some(value), Some(decor)) = (item.as_value_mut(), decor) {
-                    *value.decor_mut() = decor;
-                }
-                changes.push_str(&format!(
-                    "         {}.{key}: {old} -> {new} (measured {})\n",
-                    verdict.quantity,
-                    significant(measured, 4)
-                ));
-            }
+            };
+            let new = Value::from(new).to_string();
+            changes.push_str(&format!(
+                "         {name}.{key}: {} -> {new} (measured {})\n",
+                &text[place.clone()],
+                significant(measured, 4)
+            ));
+            edits.push((place, new));
         }
     }
-    Ok([document.to_string(), changes, left])
+    edits.sort_by_key(|(place, _)| place.start);
+    let mut text = text.to_owned();
+    for (place, new) in edits.into_iter().rev() {
+        text.replace_range(place, &new);
+    }
+    Ok([text, changes, left])
 }
 
 /// The table of a bound, by the quantity's dotted name.
-fn bound_of<'d>(document: &'d mut DocumentMut, quantity: &str) -> Option<&'d mut dyn TableLike> {
-    let mut item: &mut Item = document.get_mut("expect")?;
+fn bound_of<'d>(document: &'d Document<&str>, quantity: &str) -> Option<&'d dyn TableLike> {
+    let mut item = document.get("expect")?;
     for part in quantity.split('.') {
-        item = item.as_table_like_mut()?.get_mut(part)?;
+        item = item.as_table_like()?.get(part)?;
     }
-    item.as_table_like_mut()
+    item.as_table_like()
 }
 
 /// A number to three digits, rounded away from the bounded value.
@@ -259,8 +294,8 @@ mod tests {
 
     #[test]
     fn bounds_move_around_what_was_measured_and_the_rest_of_the_file_stays() {
-        let text = "# why\n[expect]\nslip_energy_j = { max = 9.0 } # joules\n\
-                    twist_ratio_contact.vx = { min = 0.5, max = 2 }\n[run]\nduration_s = 1\n";
+        let text = "# why\n[expect]\nslip_energy_j = { max = 0.009 } # joules\n\
+                    twist_ratio_contact.vx = { min = 0.5, max = 0.75 }\n[run]\nduration_s = 1\n";
         let verdicts = [
             verdict("slip_energy_j", 0.012_34),
             verdict("twist_ratio_contact.vx", 1.0),
@@ -270,20 +305,59 @@ mod tests {
             },
         ];
         let [updated, changes, left] = updated(text, &verdicts, 0.1).expect("it is TOML");
-        // 0.01234 * 1.1 = 0.013574, to three digits upwards; 1 -+ 0.1.
+        // 0.01234 * 1.1 = 0.013574, to three digits upwards; 1 + 0.1. The lower bound holds.
         assert_eq!(
             updated,
             "# why\n[expect]\nslip_energy_j = { max = 0.0136 } # joules\n\
-             twist_ratio_contact.vx = { min = 0.9, max = 1.1 }\n[run]\nduration_s = 1\n"
+             twist_ratio_contact.vx = { min = 0.5, max = 1.1 }\n[run]\nduration_s = 1\n"
         );
         assert!(
-            changes.contains("slip_energy_j.max: 9.0 -> 0.0136 (measured 0.01234)"),
+            changes.contains("slip_energy_j.max: 0.009 -> 0.0136 (measured 0.01234)"),
             "{changes}"
         );
         assert!(
             left.contains("truth_x_m: bounds on signals are left"),
             "{left}"
         );
+    }
+
+    /// Keys with dots between others, as hands write them, and the line ends of Windows.
+    #[test]
+    fn all_but_what_changes_stays_to_the_byte() {
+        let text = "robot.file = 'a'\r\nrun.duration_s = 1\r\n  robot.x_m = 0x10 # far\r\n[expect]\r\n\
+                    energy.motor_j={max=1e0}\r\nslip_energy_j = { max = 9 }\r\nenergy.outside_j = {min=-1, max=1_0}";
+        let verdicts = [verdict("energy.outside_j", 20.0)];
+        let [after, changes, left] = updated(text, &verdicts, 0.5).expect("it is TOML");
+        assert_eq!(after, text.replace("max=1_0", "max=30.0"), "{left}");
+        assert!(changes.contains("outside_j.max: 1_0 -> 30.0 "), "{changes}");
+
+        let without = &text[..text.find("[expect]").expect("it is there")];
+        let mut summary = Summary::default();
+        summary.slip_energy_j = Some(1.0);
+        let first =
+            |text: &str| begun(text, &summary, &Header::default(), 0.1).map(|of| of[0].clone());
+        let bound = "slip_energy_j = { max = 1.1 }\r\n";
+        for (before, after) in [
+            ("", "\r\n[expect]\r\n"),
+            (
+                "[expect.tolerances]\r\nx = 1",
+                "[expect.tolerances]\r\nx = 1\r\n\r\n[expect]\r\n",
+            ),
+            ("[expect] # CI\r\n[a]\r\n", "[expect] # CI\r\n"),
+            ("expect.tolerances.x = 1\r\n", "expect."),
+            ("[expect]", "[expect]\r\n"),
+        ] {
+            let written = first(&format!("{without}{before}")).expect("it is TOML");
+            let start = format!("{without}{after}");
+            assert!(
+                written.starts_with(&start) && written.contains(bound),
+                "{written}"
+            );
+            assert_eq!(written.replace("\r\n", "").find('\n'), None, "{written}");
+            written
+                .parse::<toml_edit::DocumentMut>()
+                .expect("it is TOML");
+        }
     }
 
     #[test]

@@ -360,6 +360,9 @@ fn packages_are_found_by_option_and_beside_the_file() {
 #[test_case("empty.obj", Some(&b""[..]), "it holds no vertices"; "empty")]
 #[test_case("zero.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n"[..]), "a face names a point that is not there"; "counted from zero")]
 #[test_case("behind.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//-2 2//1 3//1\n"[..]), "a face names a point that is not there"; "further back than the first")]
+#[test_case("two.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n"[..]), "on line 5, a face has fewer than three points"; "a face of two points")]
+#[test_case("huge.obj", Some(&b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n"[..]), "on line 4, `99999999999999999999` is no index of a point"; "an index beyond all numbers")]
+#[test_case("wide.obj", Some(&b"\xff\xfev\0 \x000\0\n\0"[..]), "it is not UTF-8 text"; "utf 16")]
 fn a_mesh_that_cannot_be_read_is_told(file: &str, bytes: Option<&[u8]>, expected: &str) {
     let folder = folder("bad_meshes");
     if let Some(bytes) = bytes {
