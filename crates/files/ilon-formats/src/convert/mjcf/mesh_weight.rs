@@ -180,7 +180,38 @@ mod tests {
         let expected = solid(&sides, MeshInertia::Exact).expect("a volume");
         assert!((found.mass_kg - expected.mass_kg).abs() < 1e-12);
         assert!((found.inertia_kg_m2 - expected.inertia_kg_m2).norm() < 1e-12);
-        assert_eq!(super::hull(&vec![Point3::origin(); 151]), None);
+        assert_eq!(super::hull(&[Point3::origin(); 151]), None);
+        // Eight points, of which one lies within: MuJoCo's mass, centre and principal moments.
+        let points = [
+            [0.0, 0.0, 0.0],
+            [3.0, 0.5, 0.0],
+            [2.5, 2.0, 0.2],
+            [-0.5, 1.5, -0.3],
+            [0.2, 0.1, 1.8],
+            [2.0, 0.4, 1.1],
+            [1.0, 1.7, 1.4],
+            [1.0, 0.8, 0.6],
+        ];
+        let hull = super::hull(&points.map(Point3::from)).expect("few points");
+        let found = solid(&hull, MeshInertia::Exact).expect("a volume");
+        assert!(
+            (found.mass_kg - 4.877_666_69).abs() < 1e-5,
+            "{}",
+            found.mass_kg
+        );
+        let center_m = Vector3::new(1.058_679_02, 0.924_827_45, 0.548_611_01);
+        assert!(
+            (found.center_of_mass_m - center_m).norm() < 1e-5,
+            "{}",
+            found.center_of_mass_m
+        );
+        let moments = found.principal_moments_kg_m2();
+        for (is, should) in moments
+            .iter()
+            .zip([1.740_965_56, 3.155_459_25, 3.441_733_36])
+        {
+            assert!((is - should).abs() < 1e-5, "{moments:?}");
+        }
     }
 
     #[test]
