@@ -301,11 +301,14 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
 /// Returns an element of xacro that remains in an expansion because it lacks its prefix: its result
 /// is missing.
 fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand::Place)> {
-    const TAG: &str = "insert_block";
-    let at = expanded.text.find(&format!("<{TAG}"))?;
+    const TAGS: [&str; 4] = ["insert_block ", "if value=", "unless value=", "macro name="];
+    let mut found = TAGS
+        .iter()
+        .filter_map(|tag| Some((expanded.text.find(&format!("<{tag}"))?, tag)));
+    let (at, tag) = found.next()?;
     let after = expanded.origins.partition_point(|(start, _)| *start <= at);
     let (_, place) = expanded.origins.get(after.checked_sub(1)?)?;
-    Some((TAG.to_owned(), place))
+    Some((tag.split(' ').next()?.to_owned(), place))
 }
 
 /// Line numbers of places in files.

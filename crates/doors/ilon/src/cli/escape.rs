@@ -45,6 +45,16 @@ pub(super) fn folded(line: &str) -> String {
     }
     let copied = COPIED.iter().filter_map(|words| line.find(words)).min();
     let (line, copied) = line.split_at(copied.unwrap_or(line.len()));
+    // Words before a command, and a second command, stand on lines of their own.
+    let copied = copied.replacen("; on tyres: ", ";\non tyres: ", 1);
+    let apart = |line: &str| match line.split_once(": `") {
+        Some((words, command)) if line.starts_with("fill in") && line.chars().count() > WHOLE => {
+            format!("{words}:\n`{command}")
+        }
+        _ => line.to_owned(),
+    };
+    let copied: Vec<String> = copied.split('\n').map(apart).collect();
+    let copied = copied.join("\n");
     let mut folded = String::with_capacity(line.len());
     let (mut length, mut is_quoted) = (0, false);
     for (i, word) in line.split(' ').enumerate() {
@@ -65,7 +75,7 @@ pub(super) fn folded(line: &str) -> String {
         folded.truncate(folded.trim_end().len());
         folded.push('\n');
     }
-    folded + copied
+    folded + &copied
 }
 
 /// Escapes a sentence for the user, and folds it if it is long: later lines are indented.
@@ -173,6 +183,16 @@ mod tests {
             "{last}"
         );
         assert!(!folded(&"::error:: ".repeat(60)).contains('\n'));
+        let words = "a word ".repeat(15);
+        let two = format!(
+            "fill in {words}: `a{}`; on tyres: `b{}`",
+            " c".repeat(60),
+            " d".repeat(60)
+        );
+        let lines: Vec<String> = folded(&two).lines().map(str::to_owned).collect();
+        assert_eq!(lines.len(), 3, "words, and two commands: {lines:?}");
+        assert!(lines.iter().all(|line| line.len() <= 220), "{lines:?}");
+        assert!(lines[1].starts_with("`a c") && lines[2].starts_with("on tyres: `b"));
         let keys = format!(
             "{long}; this works, in `[robot]`: {}",
             "`a = 1`, ".repeat(40)

@@ -2,7 +2,7 @@
 //!
 //! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names,
 //! and every joint one of its child link. A URDF hangs links by their joints: here a link's frame
-//! is that of the joint above it.
+//! is that of the joint above it, and that of the root the model's, whose x is ahead.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;
@@ -146,12 +146,15 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         let links: Vec<Node> = self.all("link").collect();
         let hinges = self.hinges(remarks)?;
         let above: HashMap<&str, &Hinge> = hinges.iter().map(|h| (h.child.as_str(), h)).collect();
-        // The frame of each link in the model: that of the joint above it, or its own.
+        // The frame of each link in the model: that of the joint above it; of the only root the
+        // model's, and of one of several its own.
+        let roots = links.len() - above.len().min(links.len());
         let mut frames: HashMap<&str, Isometry3<f64>> = HashMap::new();
         for link in &links {
             let name = link.attribute("name").unwrap_or_default();
             let frame = match above.get(name) {
                 Some(hinge) => self.pose_of(hinge.node, &hinge.child, 0)?,
+                None if roots == 1 => Isometry3::identity(),
                 None => self.pose_of(*link, "__model__", 0)?,
             };
             frames.insert(name, frame);
@@ -163,7 +166,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         for hinge in &hinges {
             self.write_joint(&mut writer, hinge, &frames)?;
         }
-        self.write_settings(&mut writer, &links, remarks);
+        self.write_settings(&mut writer, &links, &frames, remarks)?;
         Ok(writer.finish())
     }
 
@@ -485,27 +488,59 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     }
 
     /// What speaks of the wheels' rollers: directions of friction, and the plug-ins' names.
-    fn write_settings(&self, writer: &mut Writer, links: &[Node], remarks: &mut Vec<Remark>) {
+    fn write_settings(
+        &self,
+        writer: &mut Writer,
+        links: &[Node],
+        frames: &HashMap<&str, Isometry3<f64>>,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<(), RobotError> {
         for link in links {
-            let name = escaped(link.attribute("name").unwrap_or_default());
-            let ode = link
-                .descendants()
-                .find(|n| n.has_tag_name("ode") && child(*n, "fdir1").is_some());
-            let Some((ode, fdir1)) = ode.and_then(|ode| Some((ode, child(ode, "fdir1")?))) else {
+            let called = link.attribute("name").unwrap_or_default();
+            let found = link.descendants().find_map(|n| {
+                let names = match n.tag_name().name() {
+                    "ode" => ["mu", "mu2"],
+                    "bullet" => ["friction", "friction2"],
+                    _ => return None,
+                };
+                Some((n, child(n, "fdir1")?, names))
+            });
+            let Some((engine, fdir1, names)) = found else {
                 continue;
             };
             let frame = fdir1.attributes().find(|a| a.name() == "expressed_in");
-            let frame = frame.map_or("", |frame| frame.value());
-            let number = |tag: &str| number_of(ode, tag).unwrap_or(1.0);
+            let mut frame = frame.map_or("", |frame| frame.value());
+            let mut direction = fdir1.text().unwrap_or_default().to_owned();
+            // A frame that stands is said by the root's, which is the model's here.
+            let root = links.iter().find_map(|n| {
+                let name = n.attribute("name")?;
+                (frames[name] == Isometry3::identity()).then_some(name)
+            });
+            let turn = match frame {
+                "" => None,
+                "__model__" => Some(UnitQuaternion::identity()),
+                _ if frame == called => None,
+                _ => {
+                    let of = self.frames.get(frame).copied();
+                    let pose = of.map(|of| self.pose_of(of, "__model__", 0)).transpose()?;
+                    pose.map(|pose| pose.rotation)
+                }
+            };
+            let xyz = numbers(&direction).and_then(|v| <[f64; 3]>::try_from(v).ok());
+            if let (Some(turn), Some(xyz), Some(root)) = (turn, xyz, root) {
+                let turned = turn * Vector3::from(xyz);
+                direction = format!("{} {} {}", turned.x, turned.y, turned.z);
+                frame = root;
+            }
+            let [first, second] = names.map(|tag| number_of(engine, tag).unwrap_or(1.0));
             writer.raw(
                 fdir1,
                 "gazebo",
                 &format!(
-                    " reference=\"{name}\"><mu>{}</mu><mu2>{}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
-                    number("mu"),
-                    number("mu2"),
+                    " reference=\"{}\"><mu>{first}</mu><mu2>{second}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
+                    escaped(called),
                     escaped(frame),
-                    escaped(fdir1.text().unwrap_or_default())
+                    escaped(&direction)
                 ),
             );
         }
@@ -529,6 +564,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 &format!("><plugin filename=\"{file}\" name=\"{name}\"/></gazebo>"),
             );
         }
+        Ok(())
     }
 }
 

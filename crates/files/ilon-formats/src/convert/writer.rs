@@ -151,6 +151,8 @@ impl Writer {
     }
 
     pub(super) fn joint(&mut self, node: Node, joint: &JointOf) {
+        /// Where a slide without limits ends: nothing goes as far.
+        const FAR_M: f64 = 100.0;
         self.begin("joint", node);
         self.attribute("name", joint.name);
         self.attribute("type", joint.kind);
@@ -165,7 +167,9 @@ impl Writer {
         let a = joint.axis;
         let _ = write!(self.out, "<axis xyz=\"{} {} {}\"/>", a.x, a.y, a.z);
         self.out.push_str("<limit");
-        if let Some([lower, upper]) = joint.range {
+        // URDF takes a slide without limits for one that cannot move.
+        let endless = (joint.kind == "prismatic").then_some([-FAR_M, FAR_M]);
+        if let Some([lower, upper]) = joint.range.or(endless) {
             let _ = write!(self.out, " lower=\"{lower}\" upper=\"{upper}\"");
         }
         for (name, value) in [("effort", joint.effort), ("velocity", joint.velocity)] {

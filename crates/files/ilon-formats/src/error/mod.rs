@@ -71,6 +71,8 @@ struct Inner {
     others: Vec<RobotError>,
     /// Number of other elements from the same place with the same fault.
     alike: usize,
+    /// Other elements with the same fault, by their lines.
+    also: Vec<String>,
     /// The first byte of the faulty element in the text that was read, which may be derived from
     /// the file's.
     loaded: Option<usize>,
@@ -88,6 +90,7 @@ impl RobotError {
             trail: Vec::new(),
             others: Vec::new(),
             alike: 0,
+            also: Vec::new(),
             loaded: None,
         }))
     }
@@ -148,7 +151,8 @@ impl RobotError {
     }
 
     /// Merges equal errors of one place: a line of a macro is reported once, however often it is
-    /// called.
+    /// called. So are wheels of unknown size whose geometry tells nothing for the same reason, such
+    /// as a mesh that all of them show.
     pub fn by_place(errors: impl IntoIterator<Item = Self>) -> Vec<Self> {
         let mut found: Vec<Self> = Vec::new();
         for error in errors {
@@ -156,9 +160,19 @@ impl RobotError {
                 let (p, q) = (&known.0, &error.0);
                 p.at.is_some() && p.file == q.file && p.fault == q.fault && p.at == q.at
             };
-            match found.iter_mut().find(is_alike) {
-                Some(known) => known.0.alike += 1,
-                None => found.push(error),
+            let reason = |of: &Self| match &of.0.fault {
+                Fault::WheelSizeUnknown { reason, .. } => reason.clone(),
+                _ => None,
+            };
+            if let Some(known) = found.iter_mut().find(is_alike) {
+                known.0.alike += 1;
+            } else if let Some(known) = (found.iter_mut())
+                .find(|known| reason(known).is_some() && reason(known) == reason(&error))
+                && let (Some(element), Some(line)) = (&error.0.element, error.line())
+            {
+                known.0.also.push(format!("{element} (line {line})"));
+            } else {
+                found.push(error);
             }
         }
         found
@@ -238,6 +252,9 @@ impl fmt::Display for RobotError {
                 0 => {}
                 1 => f.write_str(" and another of the same place")?,
                 count => write!(f, " and {count} others of the same place")?,
+            }
+            for other in &self.0.also {
+                write!(f, ", {other}")?;
             }
         }
         write!(f, ": {}", self.0.fault)?;

@@ -234,9 +234,12 @@ pub(super) fn chassis(
     if meshes > 0 {
         loading.remarks.push(Remark::new(
             format!("link `{name}`"),
-            format!(
-                "{meshes} collision meshes of the chassis are not read: it touches nothing there"
-            ),
+            match meshes {
+                1 => "a collision mesh of the chassis is not read: it touches nothing there".to_owned(),
+                _ => format!(
+                    "{meshes} collision meshes of the chassis are not read: it touches nothing there"
+                ),
+            },
         ));
     }
     Ok(Chassis {

@@ -168,7 +168,7 @@ pub(super) fn decide(
             })
         };
         let options = loading.options.joints.get(&tree.joints[joint].name);
-        roles[joint] = match options {
+        let role = match options {
             Some(options) => asked(loading, joint, options)?,
             None => match springs.get(&tree.joints[joint].name) {
                 Some(spring) => sprung(loading, joint, spring),
@@ -196,6 +196,9 @@ pub(super) fn decide(
                 }
             },
         };
+        // A joint to the world, below which all that weighs hangs, is held.
+        let carries_robot = || tree.rigid_body(tree.root, |j| j == joint).mass.is_none();
+        roles[joint] = role.filter(|_| options.is_some() || !carries_robot());
         if options.is_none() && roles[joint].is_none() {
             open.push((joint, carried));
         }

@@ -4,6 +4,7 @@
 //! line numbers stay the same.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
@@ -87,13 +88,22 @@ pub(crate) fn repaired(
     options: &LoadOptions,
 ) -> Option<UrdfText> {
     let source = Source::parse(prepared).ok()?;
-    let mut edits = Vec::new();
+    let mut edits: Vec<Edit> = Vec::new();
     let mut remarks = Vec::new();
     for error in std::iter::once(error).chain(error.others()) {
         let Some(node) = source.node_of(error) else {
             continue;
         };
         if let Some((edit, said)) = repair(&source, node, error.fault(), options) {
+            // One change may repair several faults of an element.
+            let end = |range: &Range<usize>| range.end.max(range.start + 1);
+            let is_changed = |(new, _): &Edit| {
+                let known = |(old, _): &Edit| old.start < end(new) && new.start < end(old);
+                edits.iter().any(known)
+            };
+            if edit.iter().any(is_changed) {
+                continue;
+            }
             let mut remark = Remark::new(describe(node), format!("repaired: {said}"));
             source.place_at(&mut remark, node);
             edits.extend(edit);

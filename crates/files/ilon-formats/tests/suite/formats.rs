@@ -917,8 +917,8 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
         found.windows(2).all(|pair| pair[0] == pair[1]),
         "{found:#?}"
     );
-    // Its frame is that of the base, 50 mm up.
-    assert_eq!(found[0][0].1, [0.2, 0.18, -0.05]);
+    // Its frame is the model's, not that of the base, 50 mm up.
+    assert_eq!(found[0][0].1, [0.2, 0.18, 0.0]);
     // A fault in an included file is shown there.
     std::fs::write(at("wheel/model.sdf"), "<sdf version=\"1.9\">\n<model name=\"w\">\n<link name=\"hub\"><pose>1 2</pose></link></model></sdf>").unwrap();
     let error = Robot::load(at("included.sdf")).unwrap_err();

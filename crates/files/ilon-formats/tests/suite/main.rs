@@ -1,6 +1,7 @@
 //! The tests of `ilon-formats` from outside, one module per subject, in one program.
 
 mod as_built;
+mod as_drawn;
 mod asked;
 mod assets;
 mod assets_load;

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use mjcf_rs::compiler::InertiaFromGeom;
 use mjcf_rs::equality::Equality;
 use mjcf_rs::{body as mj, extras};
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::geoms::{shapes_of, tensor, weight_of};
 use super::model::{Robot, pose};
@@ -68,6 +68,8 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         id: usize,
         above: Option<(usize, Isometry3<f64>)>,
     ) -> Result<Isometry3<f64>, RobotError> {
+        /// A root body that leans by less, in rad, is upright.
+        const LEVEL: f64 = 1e-6;
         let body = &self.robot.model.bodies[id].body;
         let link_from_body = match above {
             Some((parent, link_from_parent)) => {
@@ -78,7 +80,18 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
                 if !body.joints.is_empty() {
                     self.remark(id, "its joints to the world are not read");
                 }
-                Isometry3::identity()
+                // The robot stands in the world as drawn: a body that leans there, as drawn by
+                // programs whose y is up, has not its own z for upright.
+                let turn = pose(&body.pose).rotation;
+                let leans = (turn * Vector3::z() - Vector3::z()).norm() > LEVEL;
+                Isometry3::from_parts(
+                    Translation3::identity(),
+                    if leans {
+                        turn
+                    } else {
+                        UnitQuaternion::identity()
+                    },
+                )
             }
         };
         let name = self.robot.name(id);

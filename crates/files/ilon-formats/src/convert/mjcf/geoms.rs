@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use mjcf_rs::assets::{Mesh, MeshInertia};
+use mjcf_rs::assets::Mesh;
 use mjcf_rs::body as mj;
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
@@ -61,7 +61,7 @@ pub(super) fn shapes_of(geom: &mj::Geom, model: &mjcf_rs::Model) -> Result<Place
             .ok_or("an ellipsoid is not read that is not round across its longest axis"),
         mj::GeomType::Mesh => match mesh(geom, model) {
             Some(shape) => here(shape),
-            None => Err("a mesh without a file is not read"),
+            None => Err("a mesh without a file weighs, but touches nothing"),
         },
         _ => Err(
             "a geom is not read: it is neither sphere, box, cylinder, capsule, ellipsoid nor mesh, or has no size",
@@ -129,9 +129,8 @@ pub(super) fn weight_of(
 /// A geom's mesh for the density of 1 kg/m^3, in the geom's frame.
 fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProperties, String> {
     let name = geom.mesh.as_deref().unwrap_or_default();
-    let Some(ShapeOf::Mesh { file, scale }) = mesh(geom, robot.model) else {
-        return Err(format!("the mesh `{name}` has no file"));
-    };
+    let not_there = || format!("the mesh `{name}` has no file");
+    let asset = called(robot.model, name).ok_or_else(not_there)?;
     // mjcf-rs does not tell what is said from MuJoCo's default.
     let said = robot
         .root_node
@@ -142,16 +141,29 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
     if let Some(said) = said {
         return Err(format!("`inertia=\"{said}\"` of a mesh is not read"));
     }
-    let kind = called(robot.model, name).map_or(MeshInertia::Legacy, |mesh| mesh.inertia);
-    let path = meshes.find(&file).map_err(|fault| fault.to_string())?;
-    let triangles = mesh_triangles(&path, meshes.files())
-        .map_err(|reason| format!("the mesh `{}` cannot be read: {reason}", path.display()))?;
-    let corner = |[x, y, z]: [f32; 3]| {
-        Point3::from(Vector3::new(x, y, z).cast::<f64>().component_mul(&scale))
+    let scale = Vector3::from(asset.scale);
+    let triangles = if let Some(ShapeOf::Mesh { file, .. }) = mesh(geom, robot.model) {
+        let path = meshes.find(&file).map_err(|fault| fault.to_string())?;
+        let triangles = mesh_triangles(&path, meshes.files())
+            .map_err(|reason| format!("the mesh `{}` cannot be read: {reason}", path.display()))?;
+        let corner = |[x, y, z]: [f32; 3]| {
+            Point3::from(Vector3::new(x, y, z).cast::<f64>().component_mul(&scale))
+        };
+        triangles.into_iter().map(|t| t.map(corner)).collect()
+    } else {
+        let numbers = asset.inline_vertices.as_deref().ok_or_else(not_there)?;
+        let corner = |p: &[f64; 3]| Point3::from(Vector3::from(*p).component_mul(&scale));
+        let corners: Vec<Point3<f64>> = numbers.as_chunks().0.iter().map(corner).collect();
+        let at = |i: &u32| corners.get(*i as usize).copied();
+        let side = |[a, b, c]: &[u32; 3]| Some([at(a)?, at(b)?, at(c)?]);
+        let of_faces = |faces: &[u32]| faces.as_chunks().0.iter().map(side).collect();
+        let faces = asset.inline_faces.as_deref().map(of_faces);
+        faces
+            .unwrap_or_else(|| mesh_weight::hull(&corners))
+            .ok_or_else(|| format!("the `face` of mesh `{name}` names vertices that it lacks, or it has too many without"))?
     };
-    let triangles: Vec<_> = triangles.into_iter().map(|t| t.map(corner)).collect();
-    mesh_weight::solid(&triangles, kind)
-        .ok_or_else(|| format!("the mesh `{file}` encloses nothing"))
+    mesh_weight::solid(&triangles, asset.inertia)
+        .ok_or_else(|| format!("the mesh `{name}` encloses nothing"))
 }
 
 /// A geom that is no mesh for the density of 1 kg/m^3, in its frame; `None` of one without a

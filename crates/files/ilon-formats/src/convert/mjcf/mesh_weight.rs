@@ -1,5 +1,7 @@
 //! What a mesh weighs, as MuJoCo works it out: its triangles make tetrahedra with one point within.
 
+use std::collections::HashSet;
+
 use mjcf_rs::assets::MeshInertia;
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -56,6 +58,62 @@ pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassPro
     })
 }
 
+/// The triangles of the convex hull of some points, which MuJoCo takes where a file gives points
+/// without faces; `None` of more points than are tried, three at a time.
+pub(super) fn hull(points: &[Point3<f64>]) -> Option<Vec<Triangle>> {
+    /// Most points: what is typed into a file has some dozens.
+    const MOST: usize = 150;
+    /// Points this close to a plane, as a share of the hull's size, lie in it.
+    const FLAT: f64 = 1e-9;
+    let mean =
+        |of: &[Point3<f64>]| of.iter().map(|p| p.coords).sum::<Vector3<f64>>() / of.len() as f64;
+    let middle = mean(points);
+    let size_m = points
+        .iter()
+        .map(|p| (p.coords - middle).norm())
+        .fold(0.0, f64::max);
+    let count = points.len();
+    let triples = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    let triples = triples.flat_map(|(i, j)| (j + 1..count).map(move |k| [i, j, k]));
+    let (mut sides, mut triangles) = (HashSet::new(), Vec::new());
+    for triple in triples.filter(|_| count <= MOST) {
+        let [a, b, c] = triple.map(|i| points[i]);
+        let normal = (b - a)
+            .cross(&(c - a))
+            .try_normalize(FLAT * size_m * size_m);
+        let Some(normal) = normal else { continue };
+        let above = |p: &Point3<f64>| normal.dot(&(p - a)) / size_m;
+        let outwards = match (
+            points.iter().any(|p| above(p) < -FLAT),
+            points.iter().any(|p| above(p) > FLAT),
+        ) {
+            (true, false) => normal,
+            (false, true) => -normal,
+            _ => continue,
+        };
+        let of_side: Vec<usize> = (0..count)
+            .filter(|&i| above(&points[i]).abs() <= FLAT)
+            .collect();
+        let mut corners: Vec<Point3<f64>> = of_side.iter().map(|&i| points[i]).collect();
+        if !sides.insert(of_side) {
+            continue;
+        }
+        // A side may have many corners: in the order of a walk around it they make a fan.
+        let (centre, along) = (mean(&corners), b - a);
+        let across = outwards.cross(&along);
+        let angle = |p: &Point3<f64>| {
+            let from = p.coords - centre;
+            libm::atan2(from.dot(&across), from.dot(&along))
+        };
+        corners.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
+        let fan = corners[1..]
+            .windows(2)
+            .map(|pair| [corners[0], pair[0], pair[1]]);
+        triangles.extend(fan);
+    }
+    (count <= MOST).then_some(triangles)
+}
+
 /// The mean of the triangles' middles by their areas.
 fn middle(triangles: &[Triangle]) -> Option<Point3<f64>> {
     let (mut area, mut sum) = (0.0, Vector3::zeros());
@@ -107,6 +165,52 @@ mod tests {
                 moment(half.x, half.y),
             ));
             assert!((found.inertia_kg_m2 - expected).norm() < 1e-12 * expected.norm());
+        }
+    }
+
+    #[test]
+    fn points_without_faces_weigh_what_their_hull_does() {
+        let half = Vector3::new(0.1, 0.2, 0.3);
+        let sides = cuboid(half, Vector3::zeros());
+        let mut points: Vec<Point3<f64>> = sides.concat();
+        // The middle of a side and of the whole are no corners.
+        points.extend([Point3::new(0.1, 0.0, 0.0), Point3::origin()]);
+        let hull = hull(&points).expect("few points");
+        let found = solid(&hull, MeshInertia::Exact).expect("a volume, wound outwards");
+        let expected = solid(&sides, MeshInertia::Exact).expect("a volume");
+        assert!((found.mass_kg - expected.mass_kg).abs() < 1e-12);
+        assert!((found.inertia_kg_m2 - expected.inertia_kg_m2).norm() < 1e-12);
+        assert_eq!(super::hull(&[Point3::origin(); 151]), None);
+        // Eight points, of which one lies within: MuJoCo's mass, centre and principal moments.
+        let points = [
+            [0.0, 0.0, 0.0],
+            [3.0, 0.5, 0.0],
+            [2.5, 2.0, 0.2],
+            [-0.5, 1.5, -0.3],
+            [0.2, 0.1, 1.8],
+            [2.0, 0.4, 1.1],
+            [1.0, 1.7, 1.4],
+            [1.0, 0.8, 0.6],
+        ];
+        let hull = super::hull(&points.map(Point3::from)).expect("few points");
+        let found = solid(&hull, MeshInertia::Exact).expect("a volume");
+        assert!(
+            (found.mass_kg - 4.877_666_69).abs() < 1e-5,
+            "{}",
+            found.mass_kg
+        );
+        let center_m = Vector3::new(1.058_679_02, 0.924_827_45, 0.548_611_01);
+        assert!(
+            (found.center_of_mass_m - center_m).norm() < 1e-5,
+            "{}",
+            found.center_of_mass_m
+        );
+        let moments = found.principal_moments_kg_m2();
+        for (is, should) in moments
+            .iter()
+            .zip([1.740_965_56, 3.155_459_25, 3.441_733_36])
+        {
+            assert!((is - should).abs() < 1e-5, "{moments:?}");
         }
     }
 

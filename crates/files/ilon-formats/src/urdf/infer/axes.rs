@@ -4,7 +4,7 @@ use nalgebra::{Unit, Vector3};
 use roxmltree::Node;
 
 use crate::urdf::candidates::{WheelLike, in_place_of_rollers};
-use crate::urdf::source::{Source, child};
+use crate::urdf::source::Source;
 use crate::urdf::tree::Tree;
 use crate::xml::numbers;
 
@@ -93,82 +93,99 @@ fn by_directions(
     let of_wheel = |wheel: &WheelLike| {
         let body = tree.lone_body(tree.joints[wheel.joint].child);
         let link = &tree.links[body.link].name;
-        let grip = friction_direction(source, tree, link, may_turn)?;
+        let grip = friction_direction(source, tree, link, may_turn)?.ok()?;
         gamma_deg(&wheel.axis, &grip)
     };
     wheels.iter().map(of_wheel).collect()
 }
 
-/// Returns a friction direction that turns with its wheel, as text: in a fixed frame it would show
-/// the rollers' direction.
-pub(super) fn turning_friction(
+/// Returns why the friction directions of wheels say nothing of rollers, as text: why the first of
+/// them cannot be used.
+pub(super) fn unused_friction(
     source: &Source,
     tree: &Tree,
     wheels: &[WheelLike],
 ) -> Option<String> {
-    let of_link = |wheel: &WheelLike| tree.links[tree.joints[wheel.joint].child].name.as_str();
-    let turning = wheels.iter().find(|wheel| {
-        let fdir1 = friction_settings(source, of_link(wheel)).and_then(|ode| child(ode, "fdir1"));
-        fdir1.is_some_and(|fdir1| {
-            let frame = frame_of(&fdir1);
-            frame.is_none_or(|frame| frame == of_link(wheel))
-        })
-    })?;
-    Some(format!(
-        "the `<fdir1>` of `{}` names no frame but the wheel's own, with which it turns, so that it says nothing of rollers: name one that stands, as \
-         `expressed_in`",
-        of_link(turning)
-    ))
+    let why_unused = |wheel: &WheelLike| {
+        let link = &tree.links[tree.joints[wheel.joint].child].name;
+        let why = match friction_direction(source, tree, link, false)? {
+            Err(why) => why,
+            Ok(grip) if gamma_deg(&wheel.axis, &grip).is_none() => {
+                "with `mu` and `mu2` grips along the axle, as plain wheels do".to_owned()
+            }
+            Ok(_) => return None,
+        };
+        Some(format!("the `<fdir1>` of `{link}` {why}"))
+    };
+    wheels.iter().find_map(why_unused)
 }
 
-/// Returns the element with a link's directional friction.
-fn friction_settings<'a, 'i>(source: &'a Source<'i>, link: &str) -> Option<Node<'a, 'i>> {
-    let settings = source
+/// Returns an element of what a file says of a link's friction. Blocks of one link add up.
+fn friction_setting<'a, 'i>(
+    source: &'a Source<'i>,
+    link: &str,
+    tags: &[&str],
+) -> Option<Node<'a, 'i>> {
+    let of_link = source
         .robot()
         .children()
         .filter(|n| n.has_tag_name("gazebo") && n.attribute("reference") == Some(link));
-    settings
-        .flat_map(|n| n.descendants())
-        .find(|n| child(*n, "fdir1").is_some())
-}
-
-/// Returns the frame of a direction.
-fn frame_of<'a>(fdir1: &Node<'a, '_>) -> Option<&'a str> {
-    let mut attributes = fdir1.attributes();
-    let of = attributes.find(|a| a.name() == "expressed_in")?;
-    Some(of.value()).filter(|frame| !frame.is_empty())
+    let mut settings = of_link.flat_map(|n| n.descendants());
+    settings.find(|n| tags.contains(&n.tag_name().name()))
 }
 
 /// Returns the direction in which a link grips, in the body frame: the first direction or the one
-/// across it on the ground, whichever has more friction. In the wheel's own frame, which turns with
-/// it, the direction is meaningless, unless it `may_turn`.
+/// across it on the ground, whichever has more friction; or why that is not known, as text. In the
+/// wheel's own frame, which turns with it, the direction is meaningless, unless it `may_turn`.
+/// `None` if the file says none.
 fn friction_direction(
     source: &Source,
     tree: &Tree,
     link: &str,
     may_turn: bool,
-) -> Option<Vector3<f64>> {
-    let ode = friction_settings(source, link)?;
-    let number = |tag: &str| child(ode, tag)?.text()?.trim().parse::<f64>().ok();
-    let first = number("mu").or_else(|| number("mu1")).unwrap_or(1.0);
-    let second = number("mu2")?;
-    if first.max(second) <= 0.0 || first.min(second) > 0.1 * first.max(second) {
-        return None;
-    }
-    let fdir1 = child(ode, "fdir1")?;
-    let frame = frame_of(&fdir1).unwrap_or(link);
-    if frame == link && !may_turn {
-        return None;
-    }
-    let [x, y, z] = numbers(fdir1.text()?)?[..] else {
-        return None;
+) -> Option<Result<Vector3<f64>, String>> {
+    /// Largest share of the friction along a roller's axis that is left across it.
+    const SLIDES: f64 = 0.1;
+    let text_of = |node: Node<'_, '_>| {
+        node.attribute("value")
+            .or(node.text())
+            .unwrap_or_default()
+            .to_owned()
     };
-    let frame = tree.links.iter().find(|l| l.name == frame)?;
-    let direction = frame.body_from_link.rotation * Vector3::new(x, y, z);
-    Some(match first > second {
+    let fdir1 = friction_setting(source, link, &["fdir1"])?;
+    let number = |tags: &[&str]| {
+        let said = friction_setting(source, link, tags);
+        said.and_then(|of| text_of(of).trim().parse::<f64>().ok())
+            .unwrap_or(1.0)
+    };
+    let (first, second) = (number(&["mu", "mu1"]), number(&["mu2"]));
+    if first.max(second) <= 0.0 || first.min(second) > SLIDES * first.max(second) {
+        let why = format!(
+            "is of no use, for `mu` {first} and `mu2` {second} are too alike: across their axes rollers slide with less than {SLIDES} of what they grip with along them"
+        );
+        return Some(Err(why));
+    }
+    let mut attributes = fdir1.attributes();
+    let named = attributes
+        .find(|a| a.name() == "expressed_in")
+        .map(|a| a.value());
+    let frame = named.filter(|frame| !frame.is_empty()).unwrap_or(link);
+    if frame == link && !may_turn {
+        let why = "names no frame but the wheel's own, with which it turns, so that it says nothing of rollers: name one that stands, as `expressed_in`";
+        return Some(Err(why.to_owned()));
+    }
+    let Some([x, y, z]) = numbers(&text_of(fdir1)).and_then(|v| <[f64; 3]>::try_from(v).ok())
+    else {
+        return Some(Err("is not three numbers".to_owned()));
+    };
+    let Some(of) = tree.links.iter().find(|l| l.name == frame) else {
+        return Some(Err(format!("names the frame `{frame}`, which is no link")));
+    };
+    let direction = of.body_from_link.rotation * Vector3::new(x, y, z);
+    Some(Ok(match first > second {
         true => direction,
         false => Vector3::z().cross(&direction),
-    })
+    }))
 }
 
 /// Returns gamma of a wheel whose roller on the ground has its axis along `grip`: the rolling

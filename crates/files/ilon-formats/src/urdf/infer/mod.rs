@@ -24,7 +24,7 @@ use crate::model::{MassProperties, Remark};
 use crate::options::{Handedness, TyreOptions, WheelOptions};
 use axes::{
     are_aligned, are_parallel, by_friction, by_joints, by_turning_friction, stand_in_x,
-    turning_friction,
+    unused_friction,
 };
 use called::{
     Kind, are_of_two_kinds, called, free_name, heading, hint, is_called_in_short, is_called_omni,
@@ -249,7 +249,7 @@ pub(super) fn fitting(
     {
         (in_x(), format!("{mover}, {BY_AXES}"))
     } else {
-        let why = turning_friction(source, tree, &wheels).or_else(|| hint(source));
+        let why = unused_friction(source, tree, &wheels).or_else(|| hint(source));
         return (Proposed::NothingSaid, why);
     };
     let Some(gamma) = gamma else {
