@@ -235,7 +235,7 @@ pub(super) fn chassis(
         loading.remarks.push(Remark::new(
             format!("link `{name}`"),
             format!(
-                "{meshes} collision meshes of the chassis are not read: it touches nothing there"
+                "collision meshes of the chassis are not read ({meshes} in all): it touches nothing there"
             ),
         ));
     }
