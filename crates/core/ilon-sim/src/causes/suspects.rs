@@ -599,7 +599,11 @@ mod tests {
                 0.9 * asked.vy_m_s,
                 0.9 * asked.omega_rad_s,
             ));
-            drift_from_command(&summary, stands, amount)
+            match stands {
+                true => summary.turned_rad = TAU * amount,
+                false => summary.travelled_m = amount,
+            }
+            Drift::from_command(&summary)
         };
         for amount in [1.0, 2.5] {
             let turned = drift(Twist::new(0.0, 0.0, 0.7), true, amount);
