@@ -119,8 +119,8 @@ impl Simulation {
     }
 
     /// Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's
-    /// order, for a time in seconds, by default a control period; with sampled wheel loops a whole
-    /// number of physics steps.
+    /// order, for a time in seconds, by default a control period; with sampled or late wheel loops
+    /// a whole number of physics steps.
     ///
     /// Raises ValueError or TypeError for numbers that are not finite or of another count, before
     /// anything happens; `ilon.DivergedError` where the robot's motion is no number afterwards;
@@ -479,11 +479,11 @@ fn advanced(
 ) -> Result<Outcome, Stopped> {
     let physics_dt_s = plant.resolved().physics_dt_s();
     let at_once_s = STEPS_AT_ONCE * physics_dt_s;
-    // A short or invalid period, or one that is no whole number of steps where sampled loops need
+    // A short or invalid period, or one that is no whole number of steps where wheel loops need
     // it, goes to the plant at once, which accepts or refuses it.
     let steps = period_s / physics_dt_s;
     let is_whole = (steps - steps.round()).abs() <= 1e-6 * steps;
-    let takes_parts = !plant.resolved().scenario().wheel_loop.is_sampled();
+    let takes_parts = !(plant.resolved().scenario().wheel_loop).takes_whole_steps();
     if !(period_s > at_once_s && steps <= MOST_STEPS && (is_whole || takes_parts)) {
         let outcome = plant.advance(command, period_s)?;
         return Ok(Outcome {

@@ -466,8 +466,8 @@ class Simulation:
     def advance(self, /, wheel_rates: _Array | None=None, *, torques: _Array | None=None, period_s: SupportsFloat | SupportsIndex | None=None) -> Outcome:
         """
         Lets the robot act on wheel rates in rad/s, or torques in N m, one a wheel in the robot's
-        order, for a time in seconds, by default a control period; with sampled wheel loops a whole
-        number of physics steps.
+        order, for a time in seconds, by default a control period; with sampled or late wheel loops
+        a whole number of physics steps.
 
         Raises ValueError or TypeError for numbers that are not finite or of another count, before
         anything happens; `ilon.DivergedError` where the robot's motion is no number afterwards;

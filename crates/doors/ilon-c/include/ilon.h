@@ -58,7 +58,8 @@ typedef struct {
   uint32_t wheel_count;
   // The number of joints between bodies: the length of every array of joints.
   uint32_t joint_count;
-  // The physics step, in seconds. With sampled wheel loops a period is a whole number of them.
+  // The physics step, in seconds. With sampled or late wheel loops a period is
+  // a whole number of them.
   double physics_dt_s;
   // The control period of the scenario, in seconds.
   double control_dt_s;

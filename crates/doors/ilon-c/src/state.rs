@@ -26,7 +26,8 @@ pub struct IlonAbout {
     pub wheel_count: u32,
     /// The number of joints between bodies: the length of every array of joints.
     pub joint_count: u32,
-    /// The physics step, in seconds. With sampled wheel loops a period is a whole number of them.
+    /// The physics step, in seconds. With sampled or late wheel loops a period is
+    /// a whole number of them.
     pub physics_dt_s: f64,
     /// The control period of the scenario, in seconds.
     pub control_dt_s: f64,

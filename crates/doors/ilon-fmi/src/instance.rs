@@ -288,7 +288,7 @@ impl Instance {
     }
 
     /// Advances from a time by a step, both in seconds, with the current inputs. Any step is
-    /// allowed; with sampled wheel loops a whole number of physics steps.
+    /// allowed; with sampled or late wheel loops a whole number of physics steps.
     ///
     /// # Errors
     /// In another phase, for a time other than the current one, for a step that is not positive and

@@ -24,7 +24,7 @@
 //! long. A wheel of inertia J under k_p approaches its target as exp(-z), z = k_p dt / J, which
 //! gives theta = 1 / (1 - exp(-z)) - 1 / z. The mean torque is then tau(q') - theta D x, with theta
 //! D = theta k_p + (5 theta - 2) / 3 k_i dt + k_d / (T + dt), T the derivative's time constant
-//! (without one k_d adds to the wheel's inertia): in
+//! (its part, k_d dt / (T + dt), adds to the wheel's inertia): in
 //! a short step the integral counts half of the initial error and a sixth of the rate gained; in a
 //! long one all of both. A plant that solves its step with that mean is stable for any gains and
 //! any dt (theta is at least one half), exact for one pole, and of second order in dt. Where the
@@ -406,18 +406,11 @@ impl WheelState {
             true => (0.0, settings.held(grown_n_m) - self.integral_n_m),
             false => (gains.integral_n_m * dt_s, 0.0),
         };
-        // Without a filter the derivative acts at once, however the rate is gained.
-        let (at_once, filtered) = match settings.derivative_filter_s == 0.0 {
-            true => (gains.derivative_n_m_s2, 0.0),
-            false => (0.0, gains.derivative_n_m_s2),
-        };
         let (held, droop, counted) = match settings.timing {
             LoopTiming::Sampled => (acceleration_rad_s2, 0.0, 1.0),
             LoopTiming::Continuous => (
                 (1.0 - weight) * acceleration_rad_s2,
-                gains.proportional_n_m_s
-                    + (5.0 * theta - 2.0) / (3.0 * theta) * step_n_m_s
-                    + filtered * weight / (theta * dt_s),
+                gains.proportional_n_m_s + (5.0 * theta - 2.0) / (3.0 * theta) * step_n_m_s,
                 theta,
             ),
         };
@@ -446,7 +439,7 @@ impl WheelState {
         FallingTorque {
             torque_n_m: wanted,
             droop_n_m_s: droop,
-            per_acceleration_n_m_s2: at_once,
+            per_acceleration_n_m_s2: weight * gains.derivative_n_m_s2,
         }
     }
 }

@@ -250,7 +250,8 @@ impl Plant {
 
     /// Advances the robot under a command by a time in seconds. If it ends within a physics step, a
     /// part of that step is taken, and the next advance first takes the rest: the plant's steps
-    /// stay in place, whatever the host's steps are. Sampled wheel loops take only whole steps.
+    /// stay in place, whatever the host's steps are. Sampled and late wheel loops take
+    /// only whole steps.
     ///
     /// Sensors with a rate or a delay continue meanwhile; others are sampled at multiples of the
     /// scenario's control period.

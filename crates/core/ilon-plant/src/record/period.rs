@@ -21,7 +21,8 @@ pub(crate) struct Period {
 /// How far a wheel's rate is from the commanded one.
 #[derive(Clone, Copy, Default)]
 struct LoopTally {
-    target_rad_s: f64,
+    /// `None` where nothing commands the wheel.
+    target_rad_s: Option<f64>,
     /// The rate after the last physics step.
     rate_rad_s: f64,
     /// The time integral of the squared difference, in rad^2/s.
@@ -31,10 +32,11 @@ struct LoopTally {
 impl LoopTally {
     /// Adds a physics step in which the rate changed evenly.
     fn add(&mut self, rate_rad_s: f64, dt_s: f64) {
-        let [before, after] =
-            [self.rate_rad_s, rate_rad_s].map(|rate_rad_s| rate_rad_s - self.target_rad_s);
-        self.off_rad2_s += (before * before + before * after + after * after) / 3.0 * dt_s;
-        self.rate_rad_s = rate_rad_s;
+        let before_rad_s = std::mem::replace(&mut self.rate_rad_s, rate_rad_s);
+        if let Some(target_rad_s) = self.target_rad_s {
+            let [before, after] = [before_rad_s, rate_rad_s].map(|rate| rate - target_rad_s);
+            self.off_rad2_s += (before * before + before * after + after * after) / 3.0 * dt_s;
+        }
     }
 }
 
@@ -155,11 +157,10 @@ impl Period {
         self.carried.means(self.time_s, heading_rad)
     }
 
-    /// Begins to compare a wheel's rate with the rate that its sample says is commanded from now
-    /// on.
-    pub fn command(&mut self, wheel: usize, sample: &WheelSample) {
+    /// Begins to compare a wheel's rate with the rate that is commanded from now on, if any is.
+    pub fn command(&mut self, wheel: usize, target_rad_s: Option<f64>, rate_rad_s: f64) {
         let of = &mut self.loops[wheel];
-        (of.target_rad_s, of.rate_rad_s) = (sample.target_rad_s, sample.rate_rad_s);
+        (of.target_rad_s, of.rate_rad_s) = (target_rad_s, rate_rad_s);
     }
 
     /// Writes a wheel's means and extremes into its sample, which already has the state.

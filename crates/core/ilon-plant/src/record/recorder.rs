@@ -329,10 +329,8 @@ impl Recorder {
         for (sample, (wheel, contact)) in self.samples.iter_mut().zip(contacts) {
             let rate_rad_s = robot.wheel_rates_rad_s()[wheel];
             // Nothing commands a caster.
-            let target_rad_s = match self.kinematics.swivels(wheel) {
-                true => rate_rad_s,
-                false => targets_rad_s[wheel],
-            };
+            let commanded = (!self.kinematics.swivels(wheel)).then(|| targets_rad_s[wheel]);
+            let target_rad_s = commanded.unwrap_or(rate_rad_s);
             *sample = WheelSample {
                 target_rad_s,
                 target_peak_rad_s: target_rad_s.abs(),
@@ -351,7 +349,7 @@ impl Recorder {
                 sample.roller_spin_ideal_rad_s = contact.roller_spin_ideal_rad_s;
             }
             self.period.put_wheel(wheel, sample);
-            self.period.command(wheel, sample);
+            self.period.command(wheel, commanded, rate_rad_s);
         }
     }
 }

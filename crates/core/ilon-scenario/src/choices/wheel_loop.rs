@@ -9,8 +9,8 @@ use ilon_robot::Robot;
 use crate::Error;
 use crate::scenario::{self, Passive, Scenario, Step, WheelLaw};
 
-/// The shortest period of a sampled wheel loop whose period the scenario leaves open, in seconds.
-/// Chosen: that of usual motor controllers.
+/// The period of a sampled wheel loop whose period the scenario leaves open, in seconds. Chosen:
+/// that of usual motor controllers.
 const PERIOD_S: f64 = 1e-3;
 
 /// Samples a PID whose rates are counted, or whose torques come late and that has a period, and
@@ -49,20 +49,19 @@ fn has_dampers(section: &scenario::WheelLoop) -> bool {
     })
 }
 
-/// The shortest period from `PERIOD_S` on that is a whole number of physics steps and divides the
-/// control period, in seconds; if there is none, the control period.
+/// The period nearest to `PERIOD_S`, by ratio, that is a whole number of physics steps and divides
+/// the control period, in seconds.
 fn own_period_s(control_dt_s: f64, step: &Step) -> f64 {
-    // Rounding shall not lengthen it.
-    const SLACK: f64 = 1e-9;
-    match *step {
-        Step::Auto(_) => control_dt_s / (control_dt_s / PERIOD_S + SLACK).floor().max(1.0),
-        Step::Seconds(dt_s) => {
-            let steps = (control_dt_s / dt_s).round().max(1.0) as u64;
-            let least = (PERIOD_S / dt_s - SLACK).ceil().max(1.0) as u64;
-            let of = (least.min(steps)..=steps).find(|of| steps.is_multiple_of(*of));
-            dt_s * of.unwrap_or(steps) as f64
-        }
-    }
+    let Step::Seconds(dt_s) = *step else {
+        return control_dt_s / (control_dt_s / PERIOD_S).round().max(1.0);
+    };
+    let steps = (control_dt_s / dt_s).round().max(1.0) as u64;
+    let off = |parts: u64| libm::log(control_dt_s / parts as f64 / PERIOD_S).abs();
+    let parts = (1..=steps.isqrt())
+        .filter(|parts| steps.is_multiple_of(*parts))
+        .flat_map(|parts| [parts, steps / parts])
+        .min_by(|a, b| off(*a).total_cmp(&off(*b)));
+    control_dt_s / parts.unwrap_or(1) as f64
 }
 
 /// How late on average a rate is that is counted over the last control period and held until the
@@ -76,10 +75,12 @@ pub fn counted_lag_s(scenario: &Scenario, period_s: f64) -> f64 {
 /// The period and the lag of a sampled loop that is as stable as one that acts all the time with a
 /// latency, in seconds: a period that is short against it, of which half is part of it.
 pub(super) fn as_sampled_s(latency_s: f64) -> (f64, f64) {
-    /// Periods in a latency. Chosen.
+    /// Periods in a latency, and the shortest, below which the loop's polynomial has no digits
+    /// left. Chosen.
     const PERIODS: f64 = 10.0;
-    let period_s = latency_s / PERIODS;
-    (period_s, latency_s - 0.5 * period_s)
+    const SHORTEST_S: f64 = 1e-5;
+    let period_s = (latency_s / PERIODS).max(SHORTEST_S);
+    (period_s, (latency_s - 0.5 * period_s).max(0.0))
 }
 
 /// Fills in the period and the gains that a `[wheel_loop]` section leaves open. Returns the period,
@@ -180,13 +181,10 @@ pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Erro
             "leave `wheel_loop.law` out",
         ));
     }
-    let dt_s = match (scenario.wheel_loop.period_s, scenario.run.physics_dt_s) {
-        (Some(period_s), _) => period_s,
-        (None, Step::Seconds(dt_s)) => dt_s,
-        // A chosen step is short enough for dampers of this period.
-        (None, Step::Auto(_)) => scenario.run.control_dt_s.min(LONGEST_FOR_SPRINGS_S),
-    };
-    let own = passive_settings(scenario, robot, dt_s)?;
+    let run = &scenario.run;
+    let period_s = scenario.wheel_loop.period_s;
+    let period_s = period_s.unwrap_or_else(|| own_period_s(run.control_dt_s, &run.physics_dt_s));
+    let own = passive_settings(scenario, robot, period_s)?;
     scenario.wheel_loop.passive = Some(Passive {
         stiffness_n_m: Some(own.stiffness_n_m),
         damping_n_s_m: Some(own.damping_n_s_m),
@@ -200,10 +198,6 @@ pub fn choose_springs(scenario: &mut Scenario, robot: &Robot) -> Result<(), Erro
     scenario.guidance.heading_gain_per_s = own.heading_gain_per_s();
     Ok(())
 }
-
-/// The longest physics step for which open springs are chosen, if the step is chosen too, in
-/// seconds. Chosen.
-const LONGEST_FOR_SPRINGS_S: f64 = 1e-3;
 
 /// The settings of a scenario's passive law, about the body's origin.
 pub fn passive_settings(
@@ -278,7 +272,7 @@ impl From<scenario::Priority> for ilon_control::Priority {
 mod tests {
     use super::*;
 
-    /// A millisecond, or the next whole number of steps that divides the control period.
+    /// A millisecond, or the nearest whole number of steps that divides the control period.
     #[test]
     fn a_sampled_loop_has_a_period_that_the_chosen_step_does_not_change() {
         let period_s = |lines: &str| {
@@ -291,12 +285,18 @@ mod tests {
         let sampled = "wheel_loop.timing = \"sampled\"\n";
         for (lines, steps, of_s) in [
             ("", 10.0, 0.01),
-            ("run.control_dt_s = 0.0125", 12.0, 0.0125),
+            ("run.control_dt_s = 0.0125", 13.0, 0.0125),
             ("run.control_dt_s = 0.0004", 1.0, 0.0004),
             ("run.physics_dt_s = 0.00025", 10.0, 0.01),
             ("run.physics_dt_s = 0.0025", 4.0, 0.01),
-            // Three steps are 1.2 ms, which do not divide 25 steps: five do.
+            // 2 ms are 5 of 25 steps, 0.4 ms are one: 2 and 2.5 times off.
             ("run.physics_dt_s = 0.0004", 5.0, 0.01),
+            // 101 steps of 0.1 ms: one of them is ten times off, all are as much.
+            (
+                "run = { physics_dt_s = 0.0001, control_dt_s = 0.0101, duration_s = 1.01 }",
+                101.0,
+                0.0101,
+            ),
         ] {
             for loops in [law, sampled, "wheel_loop.law = \"passive\"\n"] {
                 let found_s = period_s(&format!("{loops}{lines}")).expect("a period");

@@ -20,8 +20,8 @@ pub struct WheelLoop {
     /// Whether the PID is sampled, or acts within the step.
     pub timing: LoopTiming,
     /// Period of a sampled PID or a torque law, in seconds: a multiple of the physics step that
-    /// divides the control period [default: a millisecond or the least above it; the control period
-    /// if encoders count; the physics step if a passive law has dampers].
+    /// divides the control period [default: a millisecond, or the nearest that fits; the control
+    /// period if encoders count; the physics step if a passive law has dampers].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub period_s: Option<f64>,
     /// Time from the reading of a wheel's rate to the torque that follows from it, in seconds; with

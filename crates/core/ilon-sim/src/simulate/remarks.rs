@@ -156,7 +156,7 @@ pub fn of_summary(summary: &Summary, has_unstable_loops: bool) -> Vec<String> {
     {
         remarks.push(format!(
             "the wheel loops swung: wheels were {off_rad_s:.2} rad/s off their targets (rms) of up to {most_rad_s:.2} rad/s; what slid, and how far \
-             the robot was off, comes from gains that are unstable at this step, and not from the floor"
+             the robot was off, comes from gains that are unstable with this period or latency, and not from the floor"
         ));
     }
     remarks.extend(of_wheels_in_the_air(summary));

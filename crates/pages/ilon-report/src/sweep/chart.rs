@@ -490,6 +490,7 @@ mod tests {
             y: Some(scale),
             content: Content::Cloud(Vec::new()),
             bound: None,
+            named: None,
         };
         let fields = [
             (1.0, 3.0, Some((0.0, 0))),

@@ -269,8 +269,10 @@ pub(super) fn steering_joints(robot: &Robot) -> Vec<usize> {
 /// The control period.
 pub(super) fn of_control(scenario: &Scenario, physics_dt_s: f64, list: &mut List) {
     let period_s = scenario.run.control_dt_s;
-    // A control period is a whole number of steps.
-    let steps = (period_s / physics_dt_s).round() as u32;
+    // A control period is a whole number of steps, and of periods of a loop that has shorter ones.
+    let loop_s = scenario.wheel_loop.period_s;
+    let unit_s = loop_s.filter(|loop_s| *loop_s < period_s);
+    let steps = (period_s / unit_s.unwrap_or(physics_dt_s)).round() as u32;
     let parts = (2..=10).rev().find(|parts| steps.is_multiple_of(*parts));
     let Some(parts) = parts else {
         return;
