@@ -71,7 +71,7 @@ pub(super) fn folded(line: &str) -> String {
         length += of_word;
         is_quoted ^= word.matches('`').count() % 2 == 1;
     }
-    if !copied.is_empty() {
+    if !folded.is_empty() && !copied.is_empty() {
         folded.truncate(folded.trim_end().len());
         folded.push('\n');
     }
