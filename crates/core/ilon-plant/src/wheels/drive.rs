@@ -165,7 +165,6 @@ impl Drive {
                 // Nothing that a loop decided before is held, or on the way, when rates are
                 // commanded again.
                 self.held_n_m.fill(0.0);
-                self.until_due = 0;
                 self.law.pause();
                 if let Some(on_the_way) = &mut self.on_the_way {
                     on_the_way.forget();

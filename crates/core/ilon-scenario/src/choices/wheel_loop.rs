@@ -293,7 +293,7 @@ mod tests {
             ("run.physics_dt_s = 0.0004", 5.0, 0.01),
             // 101 steps of 0.1 ms: one of them is ten times off, all are as much.
             (
-                "run = { physics_dt_s = 0.0001, control_dt_s = 0.0101, duration_s = 1.01 }",
+                "run.physics_dt_s = 0.0001\nrun.control_dt_s = 0.0101",
                 101.0,
                 0.0101,
             ),

@@ -67,7 +67,7 @@ fn what_is_no_time_is_called_so_whatever_the_wheel_loops_are() {
         sampled.advance(&[1.0; 4], within_a_step_s),
         IlonStatus::Value
     );
-    assert!(last_error().contains("sampled"), "{}", last_error());
+    assert!(last_error().contains("act in steps"), "{}", last_error());
 }
 
 #[test]

@@ -106,6 +106,20 @@ pub(super) fn hull(points: &[Point3<f64>]) -> Option<Vec<Triangle>> {
             libm::atan2(from.dot(&across), from.dot(&along))
         };
         corners.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
+        // Points within the side, and those that stand twice, turn no corner.
+        let turns = |around: [Point3<f64>; 3]| {
+            let [p, q, r] = around;
+            outwards.dot(&(q - p).cross(&(r - q))) > FLAT * size_m * size_m
+        };
+        while let Some(inner) = (0..corners.len()).find(|&i| {
+            let n = corners.len();
+            !turns([i + n - 1, i, i + 1].map(|at| corners[at % n]))
+        }) {
+            corners.remove(inner);
+        }
+        if corners.len() < 3 {
+            continue;
+        }
         let fan = corners[1..]
             .windows(2)
             .map(|pair| [corners[0], pair[0], pair[1]]);

@@ -76,7 +76,7 @@ fn all_unknown_keys_of_a_table_are_named() {
     );
     assert_eq!(
         help,
-        "`slop_deg`: did you mean `slope_deg`?; `frction`: did you mean `friction`?"
+        "`slop_deg`: did you mean `slope_deg`? `frction`: did you mean `friction`?"
     );
     assert_eq!(at, text.find("slop_deg").unwrap());
     // What is said of several is said once.
