@@ -323,9 +323,9 @@ fn pose_need(scenario: &Scenario) -> Need {
     }
 }
 
-/// The limit by the wheel loop: torques that come late come in a later step, or soon enough, and a
-/// passive law is sampled once a step. Other loops have a period of their own or act within the
-/// step.
+/// The limit by the wheel loop: torques with a latency shall arrive in a later step than that of
+/// their decision, and a passive law with given dampers is sampled once a step. Other loops have a
+/// period of their own or act within the step.
 fn loop_need(scenario: &Scenario, model: &DynamicModel, scale: &Scale) -> Option<Need> {
     let section = &scenario.wheel_loop;
     if section.law == WheelLaw::Passive && section.period_s.is_none() {

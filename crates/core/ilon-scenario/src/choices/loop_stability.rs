@@ -19,8 +19,8 @@
 //!
 //! g = T / (J + d T). A rate counted over the last control period lags by half of it, and by the
 //! time for which it is held on average if the loop's period is shorter: a part of n + p, exact if
-//! the periods are equal and nothing else is late. A filter on it multiplies the first product by 1 - (1 - h) q and the
-//! second by h, its weight of the newest count.
+//! the periods are equal and nothing else is late. A filter on it multiplies the first product by 1
+//! - (1 - h) q and the second by h, its weight of the newest count.
 //!
 //! The loop is stable if and only if its roots in 1 / q lie within the unit circle. Without
 //! derivative and latency this is Jury's 2 k_p T / J + k_i T^2 / J < 4 (`ilon_control`, wheel
@@ -29,14 +29,14 @@
 //! / 2. J is the inertia that the wheel feels: its own in the air and while it slides, plus a share
 //! of the robot's on the ground, which depends on the direction of motion.
 //!
-//! A continuous loop with a latency is judged as a sampled one of a tenth of that period, which is
-//! half a period less late.
+//! A continuous loop with a latency counts as a sampled one whose period is a tenth of the latency
+//! and whose torques are half a period less late.
 //!
-//! **A continuous loop** without is stable at any gain, but its torque falls within the step as the wheel
-//! gains rate. If that fall is `STIFFEST` times the torque that the wheel's inertia takes, the
-//! difference of the two loses its digits, and motors and bearings get wrong energies. A wheel that
-//! follows within a thousandth of a step follows practically at once, so a lower limit loses
-//! nothing.
+//! **A continuous loop without latency** is stable at any gain, but its torque falls within the
+//! step as the wheel gains rate. If that fall is `STIFFEST` times the torque that the wheel's
+//! inertia takes, the difference of the two loses its digits, and motors and bearings get wrong
+//! energies. A wheel that follows within a thousandth of a step follows practically at once, so a
+//! lower limit loses nothing.
 
 use ilon_control::DynamicModel;
 

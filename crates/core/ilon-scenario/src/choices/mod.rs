@@ -14,8 +14,8 @@ use ilon_robot::Robot;
 
 pub use resolved::{Choices, Resolved, kinematics_of};
 
-/// Remarks wheels whose handedness does not fit their places, and a wheel that is a little larger or
-/// smaller than all others: a controller may take them for equal.
+/// Remarks wheels whose handedness does not fit their places, and a wheel that is a little larger
+/// or smaller than all others: a controller may take them for equal.
 pub fn odd_wheels(robot: &Robot) -> Vec<String> {
     /// Radii within this share count as equal; a larger difference than the second is intended.
     /// Chosen.

@@ -198,6 +198,23 @@ fn torques_that_come_late_let_the_loop_swing_from_its_phase_margin_on() {
     }
 }
 
+/// What a latency does is the same in steps of 2.5 and of 0.25 ms, although the torques of a step
+/// are decided once: held for it they came half a step later.
+#[test]
+fn torques_are_as_late_as_said_in_long_steps_and_in_short_ones() {
+    let end_m = |dt_s: f64| {
+        let done = driven(&format!(
+            "wheel_loop = {{ latency_s = 0.01, bandwidth_rad_s = 5 }}\nrun.physics_dt_s = {dt_s}\n\
+             twist = {{ vx_m_s = 0.2, vy_m_s = -0.1, omega_rad_s = 0.5, rest_s = 0.0, ramp_s = 0.0 }}"
+        ));
+        [done.summary.end_x_m, done.summary.end_y_m].map(|end_m| end_m.expect("an end"))
+    };
+    let [long, short] = [2.5e-3, 2.5e-4].map(end_m);
+    let off_m = (long[0] - short[0]).hypot(long[1] - short[1]);
+    // A tenth of what half a step of 2.5 ms takes of 0.22 m/s: 0.28 mm.
+    assert!(off_m < 1e-4, "{off_m} m");
+}
+
 /// Default gains allow for the latency: no warning, and 0.1 m/s as commanded. A gain too high for
 /// it is reported with a suitable one, and the effect of the latency has its own cause.
 #[test]
@@ -337,8 +354,8 @@ fn loops_on_coarse_encoders_decide_when_these_are_read() {
     }
 }
 
-/// Gains that are left out bear the wait for counts too: a loop of 1 ms acts on rates that are up to
-/// 10 ms old. With the gains of a loop that reads new ones wheels in the air swing.
+/// Gains that are left out bear the wait for counts too: a loop of 1 ms acts on rates that are up
+/// to 10 ms old. With the gains of a loop that reads new ones wheels in the air swing.
 #[test]
 fn gains_of_fast_loops_bear_the_wait_for_counts() {
     let found = driven(
@@ -346,8 +363,8 @@ fn gains_of_fast_loops_bear_the_wait_for_counts() {
     );
     let unstable = |text: &String| text.contains("loops are unstable");
     assert!(!found.warnings.iter().any(unstable), "{:?}", found.warnings);
-    // Wheels that swing reach the motors' 1.8 N m. The start takes 11.36 kg x 0.6 m/s^2 x 0.05 m / 4
-    // = 0.085 N m of each, and an overshoot of a critically damped loop a seventh more.
+    // Wheels that swing reach the motors' 1.8 N m. The start takes 11.36 kg x 0.6 m/s^2 x 0.05 m /
+    // 4 = 0.085 N m of each, and an overshoot of a critically damped loop a seventh more.
     let most_n_m = found.summary.wheel_torque_max_n_m.expect("torques");
     assert!(most_n_m < 0.2, "{most_n_m}");
 }

@@ -183,8 +183,8 @@ pub fn known_to(quantity: &Quantity, value: f64, summary: &Summary, header: &Hea
     stated.unwrap_or(0.0).max(scales.floor(quantity))
 }
 
-/// The smallest change of a quantity that is one: ten of its last shown digit, in SI units; 0 of one
-/// that counts. A smaller margin makes a bound brittle.
+/// The smallest change of a quantity that is one: ten of its last shown digit, in SI units; 0 of
+/// one that counts. A smaller margin makes a bound brittle.
 pub fn least_change(quantity: &Quantity) -> f64 {
     let digits = i32::try_from(quantity.decimals).unwrap_or(0);
     if digits == 0 {

@@ -96,7 +96,8 @@ impl Linkage {
 }
 
 /// By how much the moment that turns a steered tyre on the spot turns its servo, in rad: the circle
-/// of a wheel that stands at s is larger by twice this over sin(2 s), a thousandth at 45 degrees (chosen).
+/// of a wheel that stands at s is larger by twice this over sin(2 s), a thousandth at 45 degrees
+/// (chosen).
 const SCRUBBED_RAD: f64 = 0.0005;
 
 /// Returns the moment that turns the tyres which a joint steers on the spot at friction 1, with an

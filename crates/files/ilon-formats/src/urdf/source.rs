@@ -23,8 +23,8 @@ pub(super) struct Source<'a> {
     by_name: OnceCell<HashMap<(&'static str, String), roxmltree::NodeId>>,
 }
 
-/// Largest number of links and joints: those of seventy thousand rollers, and read in seconds. 64 MB
-/// could hold three million.
+/// Largest number of links and joints: those of seventy thousand rollers, and read in seconds. 64
+/// MB could hold three million.
 const MOST_PARTS: usize = 150_000;
 
 /// The reason why a file that is not XML is rejected.

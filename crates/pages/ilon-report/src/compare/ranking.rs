@@ -59,8 +59,8 @@ fn is_gain(key: &str, first: f64, other: f64) -> Option<bool> {
     (quantities::is_cost(key) && !is_work).then(|| other.abs() < first.abs())
 }
 
-/// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero, or
-/// of the opposite sign.
+/// Returns a figure relative to the first run's, as text; `None` if that one is too close to zero,
+/// or of the opposite sign.
 pub fn change(quantity: &Quantity, first: f64, other: f64) -> Option<String> {
     let last_digit = 10f64.powi(-(quantity.decimals as i32));
     if first.abs() < 10.0 * last_digit || first * other < 0.0 {

@@ -24,8 +24,8 @@ pub struct StudyInput {
     pub sensitivity: Vec<Sensitivity>,
     /// Tables of figures, such as quantiles.
     pub tables: Vec<Table>,
-    /// Two quantities that pull apart along a key: their indices, the key's, and its value that is a
-    /// compromise.
+    /// Two quantities that pull apart along a key: their indices, the key's, and its value that is
+    /// a compromise.
     pub trade: Option<([usize; 2], usize, f64)>,
     /// Whether the points are random draws, which are shown as a cloud instead of curves.
     pub is_sample: bool,

@@ -352,8 +352,8 @@ mod tests {
         }
     }
 
-    /// Under a constant friction F its law F = -k s - c s' lets it approach -F / k as exp(-k t / c),
-    /// in one step or in a hundred; without a damper it is there at once.
+    /// Under a constant friction F its law F = -k s - c s' lets it approach -F / k as exp(-k t /
+    /// c), in one step or in a hundred; without a damper it is there at once.
     #[test]
     fn a_bristle_that_slides_follows_its_friction_no_faster_than_its_damper_lets_it() {
         let (friction_n, time_s) = (Vector2::new(1.0, -2.0), 2e-4);

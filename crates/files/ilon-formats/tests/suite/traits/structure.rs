@@ -252,7 +252,8 @@ fn a_long_chain_of_fixed_links_ends_soon() {
     assert!(took < 20.0, "{took} s");
 }
 
-/// 64 MB may hold three million links, with which each stage takes minutes: they are refused before.
+/// 64 MB may hold three million links, with which each stage takes minutes: they are refused
+/// before.
 #[test_case("<link name=\"l{}\"/>", 1; "links alone")]
 #[test_case("<joint name=\"j{}\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>", 3; "joints alone")]
 fn more_links_and_joints_than_are_read_in_seconds_are_refused(part: &str, elements: usize) {
