@@ -301,14 +301,30 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
 /// Returns an element of xacro that remains in an expansion because it lacks its prefix: its result
 /// is missing.
 fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand::Place)> {
-    const TAGS: [&str; 4] = ["insert_block ", "if value=", "unless value=", "macro name="];
-    let mut found = TAGS
-        .iter()
-        .filter_map(|tag| Some((expanded.text.find(&format!("<{tag}"))?, tag)));
-    let (at, tag) = found.next()?;
+    const TAGS: [(&str, &str); 4] = [
+        ("insert_block", ""),
+        ("if", "value="),
+        ("unless", "value="),
+        ("macro", "name="),
+    ];
+    let text = &expanded.text;
+    let (mut at, mut found) = (0, None);
+    while found.is_none() && at < text.len() {
+        // What stands in a plugin is the plugin's.
+        let end = text[at..]
+            .find("<gazebo")
+            .map_or(text.len(), |more| at + more);
+        found = TAGS.iter().find_map(|(tag, attribute)| {
+            let more = text[at..end].find(&format!("<{tag} {attribute}"))?;
+            Some((at + more, *tag))
+        });
+        let closed = text[end..].find("</gazebo>");
+        at = closed.map_or(text.len(), |more| end + more + 1);
+    }
+    let (at, tag) = found?;
     let after = expanded.origins.partition_point(|(start, _)| *start <= at);
     let (_, place) = expanded.origins.get(after.checked_sub(1)?)?;
-    Some((tag.split(' ').next()?.to_owned(), place))
+    Some((tag.to_owned(), place))
 }
 
 /// Line numbers of places in files.

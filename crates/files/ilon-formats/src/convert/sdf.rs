@@ -16,7 +16,7 @@ use super::choice::with_most_wheels;
 use super::ellipsoid::{Placed, ellipsoid};
 use super::malformed::of_xml;
 use super::nested;
-use super::writer::{JointOf, ShapeOf, Writer};
+use super::writer::{FAR_M, JointOf, ShapeOf, Writer};
 use crate::error::RobotError;
 use crate::generate::elements::attribute as escaped;
 use crate::model::{JointSpring, Remark};
@@ -146,15 +146,24 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         let links: Vec<Node> = self.all("link").collect();
         let hinges = self.hinges(remarks)?;
         let above: HashMap<&str, &Hinge> = hinges.iter().map(|h| (h.child.as_str(), h)).collect();
-        // The frame of each link in the model: that of the joint above it; of the only root the
-        // model's, and of one of several its own.
-        let roots = links.len() - above.len().min(links.len());
+        // The frame of each link in the model: that of the joint above it; of the only root that
+        // holds others, or of the only link, the model's, and of one of several its own.
+        let is_root = |name: &&str| !above.contains_key(name);
+        let holds: HashSet<&str> = hinges
+            .iter()
+            .map(|h| h.parent.as_str())
+            .filter(is_root)
+            .collect();
+        let is_model = |name: &str| match holds.len() {
+            0 => links.len() == 1,
+            roots => roots == 1 && holds.contains(name),
+        };
         let mut frames: HashMap<&str, Isometry3<f64>> = HashMap::new();
         for link in &links {
             let name = link.attribute("name").unwrap_or_default();
             let frame = match above.get(name) {
                 Some(hinge) => self.pose_of(hinge.node, &hinge.child, 0)?,
-                None if roots == 1 => Isometry3::identity(),
+                None if is_model(name) => Isometry3::identity(),
                 None => self.pose_of(*link, "__model__", 0)?,
             };
             frames.insert(name, frame);
@@ -366,9 +375,11 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             let value = limit.and_then(|limit| number_of(limit, tag));
             value.filter(|x| x.abs() < NO_LIMIT)
         };
-        let range = [within("lower"), within("upper")];
-        let range = match range {
+        let range = match [within("lower"), within("upper")] {
             [Some(lower), Some(upper)] => Some([lower, upper]),
+            // A slide with one stop moves freely on the other side.
+            [Some(lower), None] if sdf_type == "prismatic" => Some([lower, lower.max(FAR_M)]),
+            [None, Some(upper)] if sdf_type == "prismatic" => Some([upper.min(-FAR_M), upper]),
             _ => None,
         };
         let turns = range.is_none_or(|[lower, upper]| upper - lower >= TAU);

@@ -12,6 +12,9 @@ use crate::urdf::Origin;
 use crate::xml;
 use ilon_robot::roll_pitch_yaw;
 
+/// Where a slide without limits ends, in metres: nothing goes as far. Chosen.
+pub(super) const FAR_M: f64 = 100.0;
+
 /// A URDF that is being written.
 pub(super) struct Writer {
     source: Rc<Assembled>,
@@ -151,8 +154,6 @@ impl Writer {
     }
 
     pub(super) fn joint(&mut self, node: Node, joint: &JointOf) {
-        /// Where a slide without limits ends: nothing goes as far.
-        const FAR_M: f64 = 100.0;
         self.begin("joint", node);
         self.attribute("name", joint.name);
         self.attribute("type", joint.kind);

@@ -166,9 +166,11 @@ impl RobotError {
             };
             if let Some(known) = found.iter_mut().find(is_alike) {
                 known.0.alike += 1;
-            } else if let Some(known) = (found.iter_mut())
-                .find(|known| reason(known).is_some() && reason(known) == reason(&error))
-                && let (Some(element), Some(line)) = (&error.0.element, error.line())
+            } else if let Some(known) = (found.iter_mut()).find(|known| {
+                known.0.file == error.0.file
+                    && reason(known).is_some()
+                    && reason(known) == reason(&error)
+            }) && let (Some(element), Some(line)) = (&error.0.element, error.line())
             {
                 known.0.also.push(format!("{element} (line {line})"));
             } else {

@@ -130,14 +130,28 @@ fn directions_of_friction_are_said_in_frames(
     }
 }
 
-/// A slide without limits goes as far as its spring lets it: URDF would take it for one that cannot
-/// move.
+/// A link that nothing joins leaves the frame to the root that carries the robot.
 #[test]
-fn a_slide_of_sdf_without_limits_moves() {
+fn a_stray_link_of_sdf_moves_no_wheel() {
+    let stray = "<link name=\"sticker\"><pose>1 0 0 0 0 0</pose></link></model>";
+    let mut trimmed = LoadOptions::default();
+    trimmed.leave_out_missing = true;
+    let plain = sdf("0 0 0 0 0 -1.57", |_| String::new());
+    let [alone, with] = [plain.clone(), plain.replace("</model>", stray)]
+        .map(|text| read("r.sdf", &text, &trimmed).unwrap_or_else(|e| panic!("{e}")));
+    assert_eq!(stand(&with.robot), stand(&alone.robot));
+}
+
+/// A slide goes as far as its spring lets it on a side without a stop: URDF would take it for one
+/// that cannot move.
+#[test_case("", |l| l[0] < -10.0 && l[1] > 10.0; "without stops")]
+#[test_case("<limit><lower>-0.02</lower></limit>", |l| l[0] == -0.02 && l[1] > 10.0; "with a lower one")]
+#[test_case("<limit><upper>0.03</upper></limit>", |l| l[0] < -10.0 && l[1] == 0.03; "with an upper one")]
+fn a_slide_of_sdf_moves_where_no_stop_is(limit: &str, holds: fn([f64; 2]) -> bool) {
     let inertial = "<inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial>";
     let hung = format!(
         "<link name=\"hung\">{inertial}</link><joint name=\"slide\" type=\"prismatic\"><parent>base</parent><child>hung</child>\
-         <axis><xyz>0 0 1</xyz><dynamics><damping>5</damping><spring_stiffness>400</spring_stiffness></dynamics></axis></joint></model>"
+         <axis><xyz>0 0 1</xyz><dynamics><damping>5</damping><spring_stiffness>400</spring_stiffness></dynamics>{limit}</axis></joint></model>"
     );
     let text = sdf("0 0 0 0 0 0", |_| String::new()).replace("</model>", &hung);
     let loaded = read("r.sdf", &text, &LoadOptions::default()).unwrap();
@@ -148,11 +162,7 @@ fn a_slide_of_sdf_without_limits_moves() {
         .find(|of| of.name == "slide")
         .expect("it moves");
     assert!(matches!(joint.role, JointRole::Sprung(_)));
-    assert!(
-        joint.limits[0] < -10.0 && joint.limits[1] > 10.0,
-        "{:?}",
-        joint.limits
-    );
+    assert!(holds(joint.limits), "{:?}", joint.limits);
 }
 
 // --- MJCF.
@@ -187,6 +197,55 @@ fn a_root_body_of_mjcf_stands_as_in_the_world() {
         read("r.xml", &text, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
     });
     assert_eq!(stand(&drawn.robot), stand(&up.robot));
+}
+
+/// Where a robot starts to is not which way it faces: a root body that leans by rounding keeps its
+/// own x ahead.
+#[test_case("0 0 180"; "upright")]
+#[test_case("0 0.001 180"; "leaning by rounding")]
+fn a_root_body_of_mjcf_keeps_its_heading(euler: &str) {
+    let at = |x: f64, y: f64| format!("pos=\"{x} {y} 0\" euler=\"-90 0 0\"");
+    let base = "<geom type=\"box\" size=\".15 .1 .02\" mass=\"8\"/>";
+    let root = format!("pos=\"0 0 .05\" euler=\"{euler}\"");
+    let [ahead, turned] = ["", &root].map(|root| {
+        let text = mjcf(root, "", base, at);
+        let loaded = read("r.xml", &text, &LoadOptions::default());
+        stand(&loaded.unwrap_or_else(|e| panic!("{e}")).robot)
+    });
+    for ((name, is), (_, should)) in turned.iter().zip(&ahead) {
+        // A lever of 0.3 m times the lean of 2e-5 rad.
+        let off = is.iter().zip(should).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-5, "{name}: {is:?} {should:?}");
+    }
+}
+
+/// What of a typed mesh cannot be read weighs nothing in secret: the message says what it is.
+#[test_case(
+    "vertex=\"0 0 0 1 0 0 0 1 0 0 0 1 5\"",
+    "the `vertex` of mesh `m` is not in threes"
+)]
+#[test_case(
+    "vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" face=\"0 2 1 0\"",
+    "the `face` of mesh `m` is not in threes"
+)]
+#[test_case(
+    "vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" face=\"0 2 4\"",
+    "the `face` of mesh `m` names a vertex that it lacks"
+)]
+#[test_case("vertex=\"0 0 0 1 0 0 2 0 0\"", "the mesh `m` encloses nothing")]
+#[test_case(
+    "vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" refpos=\"1 0 0\"",
+    "`refpos` and `refquat` of the mesh `m` are not read"
+)]
+fn a_mesh_of_mjcf_that_is_not_read_is_named(typed: &str, why: &str) {
+    let at = |x: f64, y: f64| format!("pos=\"{x} {y} 0\" euler=\"-90 0 0\"");
+    let asset = format!("<asset><mesh name=\"m\" {typed}/></asset>");
+    let text = mjcf("", &asset, "<geom type=\"mesh\" mesh=\"m\"/>", at);
+    let said = match read("r.xml", &text, &LoadOptions::default()) {
+        Ok(loaded) => remarks(&loaded).concat(),
+        Err(error) => error.to_string(),
+    };
+    assert!(said.contains(why), "{said}");
 }
 
 /// A mesh of points without faces is their hull, with faces what these enclose: a box either way.
@@ -246,8 +305,8 @@ fn bare(_: &str, _: f64) -> String {
 #[test_case("<mu1 value=\"1\"/><mu2 value=\"0\"/><fdir1 value=\"1 S 0\" expressed_in=\"base\"/>", None; "as values")]
 #[test_case("<mu1>1</mu1><mu2>0</mu2></gazebo><gazebo reference=\"N\"><fdir1 expressed_in=\"base\">1 S 0</fdir1>", None; "in two blocks")]
 #[test_case("<fdir1 expressed_in=\"base\">1 S 0</fdir1><mu2>0.01</mu2><mu1>0.5</mu1>", None; "in another order")]
-#[test_case("<mu1>1</mu1><mu2>0.5</mu2><fdir1 expressed_in=\"base\">1 S 0</fdir1>", Some("`mu` 1 and `mu2` 0.5 are too alike"); "alike")]
-#[test_case("<mu1>1</mu1><fdir1 expressed_in=\"base\">1 S 0</fdir1>", Some("`mu` 1 and `mu2` 1 are too alike"); "without mu2")]
+#[test_case("<mu1>1</mu1><mu2>0.5</mu2><fdir1 expressed_in=\"base\">1 S 0</fdir1>", Some("`mu` 1 and `mu2` 0.5: rollers need"); "alike")]
+#[test_case("<mu1>1</mu1><fdir1 expressed_in=\"base\">1 S 0</fdir1>", Some("`mu` 1 and `mu2` 1: rollers need"); "without mu2")]
 #[test_case("<mu1>1</mu1><mu2>0</mu2><fdir1 expressed_in=\"nowhere\">1 S 0</fdir1>", Some("names the frame `nowhere`, which is no link"); "in no frame")]
 #[test_case("<mu1>1</mu1><mu2>0</mu2><fdir1 expressed_in=\"base\">1 S</fdir1>", Some("is not three numbers"); "of two numbers")]
 #[test_case("<mu1>1</mu1><mu2>0</mu2><fdir1 expressed_in=\"base\">0 1 0</fdir1>", Some("grips along the axle, as plain wheels do"); "along the axle")]

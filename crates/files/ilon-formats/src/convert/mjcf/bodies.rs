@@ -1,6 +1,6 @@
 //! Bodies and their joints, written as links and joints.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::rc::Rc;
 
 use mjcf_rs::compiler::InertiaFromGeom;
@@ -68,8 +68,6 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
         id: usize,
         above: Option<(usize, Isometry3<f64>)>,
     ) -> Result<Isometry3<f64>, RobotError> {
-        /// A root body that leans by less, in rad, is upright.
-        const LEVEL: f64 = 1e-6;
         let body = &self.robot.model.bodies[id].body;
         let link_from_body = match above {
             Some((parent, link_from_parent)) => {
@@ -81,17 +79,13 @@ impl<'a, 'i> Bodies<'_, 'a, 'i> {
                     self.remark(id, "its joints to the world are not read");
                 }
                 // The robot stands in the world as drawn: a body that leans there, as drawn by
-                // programs whose y is up, has not its own z for upright.
+                // programs whose y is up, has not its own z for upright. Its heading is where it
+                // starts, not which way is ahead.
                 let turn = pose(&body.pose).rotation;
-                let leans = (turn * Vector3::z() - Vector3::z()).norm() > LEVEL;
-                Isometry3::from_parts(
-                    Translation3::identity(),
-                    if leans {
-                        turn
-                    } else {
-                        UnitQuaternion::identity()
-                    },
-                )
+                let up = turn.inverse() * Vector3::z();
+                let lean = UnitQuaternion::rotation_between(&up, &Vector3::z());
+                let over = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+                Isometry3::from_parts(Translation3::identity(), lean.unwrap_or_else(over))
             }
         };
         let name = self.robot.name(id);

@@ -61,7 +61,7 @@ pub(super) fn shapes_of(geom: &mj::Geom, model: &mjcf_rs::Model) -> Result<Place
             .ok_or("an ellipsoid is not read that is not round across its longest axis"),
         mj::GeomType::Mesh => match mesh(geom, model) {
             Some(shape) => here(shape),
-            None => Err("a mesh without a file weighs, but touches nothing"),
+            None => Err("a mesh without a file counts for the mass, but touches nothing"),
         },
         _ => Err(
             "a geom is not read: it is neither sphere, box, cylinder, capsule, ellipsoid nor mesh, or has no size",
@@ -141,6 +141,12 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
     if let Some(said) = said {
         return Err(format!("`inertia=\"{said}\"` of a mesh is not read"));
     }
+    let reference = pose(&asset.refpose);
+    if reference.translation.vector.norm() + reference.rotation.angle() > 0.0 {
+        return Err(format!(
+            "`refpos` and `refquat` of the mesh `{name}` are not read"
+        ));
+    }
     let scale = Vector3::from(asset.scale);
     let triangles = if let Some(ShapeOf::Mesh { file, .. }) = mesh(geom, robot.model) {
         let path = meshes.find(&file).map_err(|fault| fault.to_string())?;
@@ -153,14 +159,27 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
     } else {
         let numbers = asset.inline_vertices.as_deref().ok_or_else(not_there)?;
         let corner = |p: &[f64; 3]| Point3::from(Vector3::from(*p).component_mul(&scale));
-        let corners: Vec<Point3<f64>> = numbers.as_chunks().0.iter().map(corner).collect();
+        let odd = |what: &str| format!("the `{what}` of mesh `{name}` is not in threes");
+        let (points, []) = numbers.as_chunks() else {
+            return Err(odd("vertex"));
+        };
+        let corners: Vec<Point3<f64>> = points.iter().map(corner).collect();
         let at = |i: &u32| corners.get(*i as usize).copied();
         let side = |[a, b, c]: &[u32; 3]| Some([at(a)?, at(b)?, at(c)?]);
-        let of_faces = |faces: &[u32]| faces.as_chunks().0.iter().map(side).collect();
-        let faces = asset.inline_faces.as_deref().map(of_faces);
-        faces
-            .unwrap_or_else(|| mesh_weight::hull(&corners))
-            .ok_or_else(|| format!("the `face` of mesh `{name}` names vertices that it lacks, or it has too many without"))?
+        match asset.inline_faces.as_deref().map(<[u32]>::as_chunks) {
+            Some((faces, [])) => {
+                faces
+                    .iter()
+                    .map(side)
+                    .collect::<Option<_>>()
+                    .ok_or_else(|| {
+                        format!("the `face` of mesh `{name}` names a vertex that it lacks")
+                    })?
+            }
+            Some(_) => return Err(odd("face")),
+            None => mesh_weight::hull(&corners)
+                .ok_or_else(|| format!("the mesh `{name}` encloses nothing"))?,
+        }
     };
     mesh_weight::solid(&triangles, asset.inertia)
         .ok_or_else(|| format!("the mesh `{name}` encloses nothing"))

@@ -1,9 +1,9 @@
 //! What a mesh weighs, as MuJoCo works it out: its triangles make tetrahedra with one point within.
 
-use std::collections::HashSet;
-
 use mjcf_rs::assets::MeshInertia;
 use nalgebra::{Matrix3, Point3, Vector3};
+use parry3d::math::Vector;
+use parry3d::transformation::try_convex_hull;
 
 use crate::model::MassProperties;
 
@@ -59,73 +59,15 @@ pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassPro
 }
 
 /// The triangles of the convex hull of some points, which MuJoCo takes where a file gives points
-/// without faces; `None` of more points than are tried, three at a time.
+/// without faces; `None` of points that have none.
 pub(super) fn hull(points: &[Point3<f64>]) -> Option<Vec<Triangle>> {
-    /// Most points: what is typed into a file has some dozens.
-    const MOST: usize = 150;
-    /// Points this close to a plane, as a share of the hull's size, lie in it.
-    const FLAT: f64 = 1e-9;
-    let mean =
-        |of: &[Point3<f64>]| of.iter().map(|p| p.coords).sum::<Vector3<f64>>() / of.len() as f64;
-    let middle = mean(points);
-    let size_m = points
-        .iter()
-        .map(|p| (p.coords - middle).norm())
-        .fold(0.0, f64::max);
-    let count = points.len();
-    let triples = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
-    let triples = triples.flat_map(|(i, j)| (j + 1..count).map(move |k| [i, j, k]));
-    let (mut sides, mut triangles) = (HashSet::new(), Vec::new());
-    for triple in triples.filter(|_| count <= MOST) {
-        let [a, b, c] = triple.map(|i| points[i]);
-        let normal = (b - a)
-            .cross(&(c - a))
-            .try_normalize(FLAT * size_m * size_m);
-        let Some(normal) = normal else { continue };
-        let above = |p: &Point3<f64>| normal.dot(&(p - a)) / size_m;
-        let outwards = match (
-            points.iter().any(|p| above(p) < -FLAT),
-            points.iter().any(|p| above(p) > FLAT),
-        ) {
-            (true, false) => normal,
-            (false, true) => -normal,
-            _ => continue,
-        };
-        let of_side: Vec<usize> = (0..count)
-            .filter(|&i| above(&points[i]).abs() <= FLAT)
-            .collect();
-        let mut corners: Vec<Point3<f64>> = of_side.iter().map(|&i| points[i]).collect();
-        if !sides.insert(of_side) {
-            continue;
-        }
-        // A side may have many corners: in the order of a walk around it they make a fan.
-        let (centre, along) = (mean(&corners), b - a);
-        let across = outwards.cross(&along);
-        let angle = |p: &Point3<f64>| {
-            let from = p.coords - centre;
-            libm::atan2(from.dot(&across), from.dot(&along))
-        };
-        corners.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
-        // Points within the side, and those that stand twice, turn no corner.
-        let turns = |around: [Point3<f64>; 3]| {
-            let [p, q, r] = around;
-            outwards.dot(&(q - p).cross(&(r - q))) > FLAT * size_m * size_m
-        };
-        while let Some(inner) = (0..corners.len()).find(|&i| {
-            let n = corners.len();
-            !turns([i + n - 1, i, i + 1].map(|at| corners[at % n]))
-        }) {
-            corners.remove(inner);
-        }
-        if corners.len() < 3 {
-            continue;
-        }
-        let fan = corners[1..]
-            .windows(2)
-            .map(|pair| [corners[0], pair[0], pair[1]]);
-        triangles.extend(fan);
-    }
-    (count <= MOST).then_some(triangles)
+    let points: Vec<Vector> = points.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
+    let (corners, sides) = try_convex_hull(&points).ok()?;
+    let corner = |at: u32| {
+        let p = corners[at as usize];
+        Point3::new(p.x, p.y, p.z)
+    };
+    Some(sides.into_iter().map(|side| side.map(corner)).collect())
 }
 
 /// The mean of the triangles' middles by their areas.
@@ -194,7 +136,7 @@ mod tests {
         let expected = solid(&sides, MeshInertia::Exact).expect("a volume");
         assert!((found.mass_kg - expected.mass_kg).abs() < 1e-12);
         assert!((found.inertia_kg_m2 - expected.inertia_kg_m2).norm() < 1e-12);
-        assert_eq!(super::hull(&[Point3::origin(); 151]), None);
+        assert_eq!(super::hull(&[Point3::origin(); 2]), None);
         // Eight points, of which one lies within: MuJoCo's mass, centre and principal moments.
         let points = [
             [0.0, 0.0, 0.0],
@@ -225,6 +167,33 @@ mod tests {
             .zip([1.740_965_56, 3.155_459_25, 3.441_733_36])
         {
             assert!((is - should).abs() < 1e-5, "{moments:?}");
+        }
+    }
+
+    /// The caps of a turned cylinder whose corners are written with few decimals are not quite flat.
+    #[test]
+    fn rounded_points_weigh_what_the_exact_ones_do() {
+        let (radius_m, length_m, sides) = (0.05_f64, 0.04, 24);
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 0.7, -1.1);
+        let exact: Vec<Point3<f64>> = (0..2 * sides)
+            .map(|i| {
+                let (sin, cos) = libm::sincos(f64::from(i / 2) * std::f64::consts::TAU / 24.0);
+                let z = if i % 2 == 0 { 0.0 } else { length_m };
+                turn * Point3::new(radius_m * cos, radius_m * sin, z)
+            })
+            .collect();
+        let area_m2 = 12.0 * radius_m * radius_m * libm::sin(std::f64::consts::TAU / 24.0);
+        for decimals in 6..13 {
+            let unit = 10f64.powi(-decimals);
+            let points: Vec<_> = exact
+                .iter()
+                .map(|p| p.map(|x| unit * (x / unit).round()))
+                .collect();
+            let hull = hull(&points).expect("points in space");
+            let found = solid(&hull, MeshInertia::Exact).expect("a volume");
+            // Corners that are off by half a unit, over a radius of 0.05 m.
+            let off = found.mass_kg / (area_m2 * length_m) - 1.0;
+            assert!(off.abs() < 40.0 * unit + 1e-12, "{decimals}: {off}");
         }
     }
 

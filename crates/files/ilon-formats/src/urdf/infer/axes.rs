@@ -161,7 +161,7 @@ fn friction_direction(
     let (first, second) = (number(&["mu", "mu1"]), number(&["mu2"]));
     if first.max(second) <= 0.0 || first.min(second) > SLIDES * first.max(second) {
         let why = format!(
-            "is of no use, for `mu` {first} and `mu2` {second} are too alike: across their axes rollers slide with less than {SLIDES} of what they grip with along them"
+            "cannot be used with `mu` {first} and `mu2` {second}: rollers need one direction with less than {SLIDES} of the other's friction"
         );
         return Some(Err(why));
     }
