@@ -14,7 +14,7 @@ pub use tyres::{HeldInspection, TyreInspection, TyresInspection};
 use crate::Error;
 use crate::scenario::{Floor, Scenario, Setting};
 use crate::simulate::Limits;
-use ilon_scenario::choices::{bearing_drag, odd_wheels, wheels_to_spare};
+use ilon_scenario::choices::{bearing_drag, odd_wheel, wheels_to_spare, wrong_hands};
 use ilon_scenario::course::joint_targets::start_positions;
 
 /// A robot as it was understood, and what follows from the places of its wheels.
@@ -372,7 +372,8 @@ impl Inspection {
                     STANDARD_GRAVITY_M_S2,
                 ))
                 .chain(wheels_to_spare::remark(robot, None, STANDARD_GRAVITY_M_S2))
-                .chain(odd_wheels(robot))
+                .chain(wrong_hands(robot))
+                .chain(odd_wheel(robot))
                 .collect(),
             limits: None,
         })

@@ -16,7 +16,8 @@ use crate::limits;
 use crate::pilot::{Controller, Idle, Pilot, TwistProfile};
 use ilon_scenario::choices::stability::Stability;
 use ilon_scenario::choices::{
-    bearing_drag, defaults, kinematics_of, loop_stability, odd_wheels, wheel_loop, wheels_to_spare,
+    bearing_drag, defaults, kinematics_of, loop_stability, odd_wheel, wheel_loop, wheels_to_spare,
+    wrong_hands,
 };
 use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::{self, Played};
@@ -336,7 +337,11 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<
             world.gravity_m_s2,
         ));
     }
-    remarks.extend(odd_wheels(robot));
+    remarks.extend(wrong_hands(robot));
+    // What the controller believes is told by its effects, and rates of a log are no command of ours.
+    if scenario.controller.robot.is_none() && scenario.playback.is_none() {
+        remarks.extend(odd_wheel(robot));
+    }
     remarks.extend_from_slice(of_ground);
     remarks.extend(warnings::of_friction(scenario));
     remarks.extend(warnings::of_what_comes_too_late(scenario));

@@ -14,17 +14,26 @@ use ilon_robot::Robot;
 
 pub use resolved::{Choices, Resolved, kinematics_of};
 
-/// Remarks wheels whose handedness does not fit their places, and a wheel that is a little larger
-/// or smaller than all others: a controller may take them for equal.
-pub fn odd_wheels(robot: &Robot) -> Vec<String> {
+/// Remarks wheels whose handedness does not fit their places.
+pub fn wrong_hands(robot: &Robot) -> Option<String> {
+    let wrong = WrongHands::of(&robot.wheels);
+    wrong.map(|wrong| format!("the wheels: {wrong}"))
+}
+
+/// Remarks a driven wheel that is a little larger or smaller than all others: a controller may take
+/// them for equal.
+pub fn odd_wheel(robot: &Robot) -> Option<String> {
     /// Radii within this share count as equal; a larger difference than the second is intended.
     /// Chosen.
     const SHARES: std::ops::Range<f64> = 2e-3..0.05;
-    let wrong = WrongHands::of(&robot.wheels);
-    let wrong = wrong.map(|wrong| format!("the wheels: {wrong}"));
-    let odd = robot.wheels.iter().enumerate().filter_map(|(index, wheel)| {
-        let others = robot.wheels.iter().enumerate();
-        let others = others.filter(|(other, _)| *other != index);
+    let driven = || {
+        robot
+            .wheels
+            .iter()
+            .filter(|wheel| wheel.motor.effort_n_m > 0.0)
+    };
+    driven().enumerate().find_map(|(index, wheel)| {
+        let others = driven().enumerate().filter(|(other, _)| *other != index);
         let radii_m = others.map(|(_, other)| other.radius_m);
         let least_m = radii_m.clone().fold(f64::INFINITY, f64::min);
         let most_m = radii_m.clone().fold(0.0, f64::max);
@@ -39,8 +48,7 @@ pub fn odd_wheels(robot: &Robot) -> Vec<String> {
                 100.0 * share.abs()
             )
         })
-    });
-    wrong.into_iter().chain(odd).collect()
+    })
 }
 
 #[cfg(test)]
@@ -55,15 +63,15 @@ mod tests {
     fn a_wheel_a_little_larger_than_the_others_is_remarked() {
         let mut robot =
             Robot::load("../../../assets/robots/mecanum4.toml").expect("a shipped robot");
-        assert_eq!(odd_wheels(&robot), [""; 0]);
+        assert_eq!(odd_wheel(&robot), None);
         let radius_m = robot.wheels[0].radius_m;
         robot.wheels[0].radius_m = 1.02 * radius_m;
-        let remarks = odd_wheels(&robot);
-        let [remark] = &remarks[..] else {
-            panic!("{remarks:?}")
-        };
+        let remark = odd_wheel(&robot).expect("a remark");
         assert!(remark.contains("`front_left` is 2.0 % larger"), "{remark}");
+        robot.wheels[0].motor.effort_n_m = 0.0;
+        assert_eq!(odd_wheel(&robot), None, "nothing commands it");
+        robot.wheels[0].motor = robot.wheels[1].motor;
         robot.wheels[0].radius_m = 1.2 * radius_m;
-        assert_eq!(odd_wheels(&robot), [""; 0]);
+        assert_eq!(odd_wheel(&robot), None);
     }
 }

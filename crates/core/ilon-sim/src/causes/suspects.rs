@@ -161,7 +161,7 @@ impl Motion {
             amount,
             healthy: Drift {
                 floor: floor_each,
-                ..Drift::from_command(&summary)
+                ..Drift::from_command(&summary).unwrap_or_default()
             },
         })
     }
@@ -181,21 +181,26 @@ impl Motion {
     }
 }
 
-/// Whether a robot turned on the spot, and how often; else its way in metres.
+/// Whether a robot was to turn on the spot, and how often it turned; else its way in metres. One
+/// that hardly moved counts as if it had a twentieth of its command.
 fn amount(summary: &Summary) -> (bool, f64) {
-    match summary.travelled_m < 0.05 * summary.turned_rad {
-        true => (true, summary.turned_rad / TAU),
-        false => (false, summary.travelled_m),
+    let asked = summary.twist_asked_mean;
+    let [way_m, turned_rad] = match asked {
+        Some(asked) => [asked.linear_m_s().norm(), asked.omega_rad_s.abs()],
+        None => [summary.travelled_m, summary.turned_rad],
+    };
+    let least = |rate: f64| asked.map_or(0.0, |_| 0.05 * rate * summary.duration_s);
+    match way_m < 0.05 * turned_rad {
+        true => (true, summary.turned_rad.max(least(turned_rad)) / TAU),
+        false => (false, summary.travelled_m.max(least(way_m))),
     }
 }
 
 impl Drift {
     /// The offset of a robot that keeps its mean twist from the end of the commanded twist, per
-    /// metre or turn.
-    pub fn from_command(summary: &Summary) -> Self {
-        let (Some(asked), Some(real)) = (summary.twist_asked_mean, summary.twist_mean) else {
-            return Self::default();
-        };
+    /// metre or turn; `None` without a command or without a mean.
+    pub fn from_command(summary: &Summary) -> Option<Self> {
+        let (asked, real) = (summary.twist_asked_mean?, summary.twist_mean?);
         let (stands, amount) = amount(summary);
         let speed = match stands {
             true => asked.omega_rad_s.abs() / TAU,
@@ -205,12 +210,12 @@ impl Drift {
         let [there, here] = [asked, real].map(|twist| at_constant_twist(twist, lasts_s));
         let (sin, cos) = libm::sincos(there.heading_rad);
         let off_m = here.position_m() - there.position_m();
-        Self {
+        Some(Self {
             ahead_m: (cos * off_m.x + sin * off_m.y) / amount,
             left_m: (cos * off_m.y - sin * off_m.x) / amount,
             turned_rad: (here.heading_rad - there.heading_rad) / amount,
             ..Self::default()
-        }
+        })
     }
 }
 
@@ -484,7 +489,7 @@ fn of_wheel(name: &str) -> [Usual; 5] {
             (-10.0, 20.0),
             move |times| {
                 let way = either(times, "smaller", "larger");
-                format!("{n0} {} % {way} than the others", digits(times))
+                format!("{n0} {} % {way} than in its file", digits(times))
             },
             move |times, scenario, _| scenario.faults.push(smaller(&w0, times)),
         ),
@@ -603,7 +608,7 @@ mod tests {
                 true => summary.turned_rad = TAU * amount,
                 false => summary.travelled_m = amount,
             }
-            Drift::from_command(&summary)
+            Drift::from_command(&summary).expect("means")
         };
         for amount in [1.0, 2.5] {
             let turned = drift(Twist::new(0.0, 0.0, 0.7), true, amount);

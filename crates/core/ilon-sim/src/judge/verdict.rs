@@ -57,11 +57,17 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-/// A value with four digits; with six, or all, where fewer would look equal to the bound.
+/// A value with four digits; with six, or all, where fewer would look equal to a number of the
+/// bound, or be on its other side.
 pub(super) fn readable(value: f64, bound: &str) -> String {
-    let mut texts = [4, 6]
-        .map(|digits| number(significant(value, digits)))
-        .into_iter();
-    let differs = texts.find(|text| !bound.contains(text));
-    differs.unwrap_or_else(|| number(value))
+    let bounds = || {
+        bound
+            .split_whitespace()
+            .filter_map(|word| word.parse::<f64>().ok())
+    };
+    let mut rounded = [4, 6].map(|digits| significant(value, digits)).into_iter();
+    let differs = rounded.find(|rounded| {
+        bounds().all(|bound| rounded.partial_cmp(&bound) == value.partial_cmp(&bound))
+    });
+    number(differs.unwrap_or(value))
 }

@@ -80,7 +80,7 @@ fn what_is_seen_of_a_robot_is_laid_at_a_wheel() {
     let best = &found["suspects"][0];
     // Twice the effect of 1 %; a run with 2 % was made, in which the wheel contributes a quarter of
     // the motion.
-    assert_eq!(best["words"], "front_left 2 % smaller than the others");
+    assert_eq!(best["words"], "front_left 2 % smaller than in its file");
     let times = best["times"].as_f64().expect("a number");
     assert!((times - 2.0).abs() < 0.05, "{times}");
     let ahead = best["drifts"][0]["ahead_m"].as_f64().expect("a number");

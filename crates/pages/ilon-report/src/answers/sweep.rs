@@ -13,7 +13,7 @@ use ilon_sweep::findings::gaps::Gap;
 use ilon_sweep::findings::grid::{Extreme, Level, MainEffect, RangeOf};
 use ilon_sweep::findings::{EffectsOf, Expectation, FoundAt, IndicesOf, MinimumAt, Notes};
 use ilon_sweep::{Find, Findings, Minimise, Question, Study, number_of};
-use ilon_trace::quantities::is_cost;
+use ilon_trace::quantities::{by_key, is_cost, least_change};
 
 use self::phrases::{MOST_POINTS, at, key_words, level, named, percent, settings, title, value_of};
 
@@ -136,8 +136,8 @@ pub struct Trade {
     pub key: String,
     /// The value nearest to the least of each cost, as shares of their ranges.
     pub best: f64,
-    /// The costs.
-    pub quantities: Vec<String>,
+    /// The first two costs whose least values do not lie together, if any do not.
+    pub apart: Option<[String; 2]>,
     text: String,
 }
 
@@ -156,55 +156,71 @@ pub fn trade_offs(ranges: &[RangeOf], study: &Study) -> impl Iterator<Item = Tra
         keys.extend(axes.filter(|key| !keys.contains(key)).collect::<Vec<_>>());
     }
     let of_axis = |(scenario, key): (&str, &str)| {
-        let mut traded = Vec::new();
-        for one in costs().filter(|one| one.scenario == scenario) {
+        let of_scenario = costs().filter(|one| one.scenario == scenario);
+        let axes = of_scenario.map(|one| {
             let axis = one.axes.iter().find(|axis| axis.key == key)?;
-            let means: Vec<f64> = axis
-                .levels
+            Some((one, &axis.levels))
+        });
+        let axes: Vec<_> = axes.collect::<Option<_>>()?;
+        let levels = axes.first()?.1;
+        let numbers: Vec<f64> = levels
+            .iter()
+            .map(|level| number_of(&level.value))
+            .collect::<Option<_>>()?;
+        // A level whose runs all failed is none.
+        let has_all = |index: &usize| {
+            axes.iter()
+                .all(|(_, levels)| levels.get(*index).is_some_and(|level| level.mean.is_some()))
+        };
+        let kept: Vec<usize> = (0..levels.len()).filter(has_all).collect();
+        let mut traded = Vec::new();
+        for (one, levels) in axes.iter().filter(|_| kept.len() > 2) {
+            let means: Vec<f64> = kept
                 .iter()
-                .map(|level| level.mean)
-                .collect::<Option<_>>()?;
-            let numbers = axis
-                .levels
-                .iter()
-                .all(|level| number_of(&level.value).is_some());
+                .filter_map(|index| levels[*index].mean)
+                .collect();
             let least = means.iter().copied().fold(f64::INFINITY, f64::min);
-            let room = means.iter().copied().fold(0.0, f64::max) - least;
-            if numbers && means.len() > 2 && room > LEAST_GAIN * least {
-                traded.push((one, axis, means, least, room));
+            let room = means.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
+            let digits = by_key(&one.quantity).map_or(0.0, least_change);
+            // Work that is given back is no cost that is best least.
+            if least >= 0.0 && room > (LEAST_GAIN * least).max(digits) {
+                let lies = means.iter().position(|mean| mean - least <= digits)?;
+                traded.push((*one, means, least, room, lies));
             }
         }
-        let (_, axis, means, ..) = traded.first()?;
         let off = |index: &usize| -> f64 {
             let offs = traded
                 .iter()
-                .map(|(_, _, means, least, room)| (means[*index] - least) / room);
+                .map(|(_, means, least, room, _)| (means[*index] - least) / room);
             offs.map(|off| off * off).sum()
         };
-        let best = (0..means.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        traded.first()?;
+        let best = (0..kept.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let (name, unit) = key_words(key, study);
-        let at = |index: usize| level((key, unit), &axis.levels[index].value, study);
+        let at = |index: usize| level((key, unit), &levels[kept[index]].value, study);
         let mut is_best = true;
-        let quantities = traded
-            .iter()
-            .map(|(one, ..)| one.quantity.clone())
-            .collect();
-        let parts = traded.iter().map(|(one, _, means, least, _)| {
-            let lies = means.iter().position(|mean| mean == least).unwrap_or(best);
+        let parts = traded.iter().map(|(one, means, least, _, lies)| {
             let [here, there] = [means[best], *least].map(|mean| value_of(&one.quantity, mean));
             let title = title(&one.quantity, &one.scenario, study);
-            if lies == best {
+            if *lies == best || here == there {
                 return format!("{title} {here}, the least");
             }
             is_best = false;
-            format!("{title} {here} (least: {there} at {})", at(lies))
+            format!("{title} {here} (least: {there} at {})", at(*lies))
         });
         let parts = parts.collect::<Vec<String>>().join("; ");
         let words = format!("{name} {}", at(best));
         Some(Trade {
             key: key.to_owned(),
-            best: number_of(&axis.levels[best].value)?,
-            quantities,
+            best: numbers[kept[best]],
+            apart: traded
+                .iter()
+                .enumerate()
+                .find_map(|(place, (one, .., lies))| {
+                    let mut after = traded[place + 1..].iter();
+                    let other = after.find(|(.., other)| other != lies)?.0;
+                    Some([one, other].map(|of| of.quantity.clone()))
+                }),
             text: match is_best {
                 true => format!("Best is {words}: {parts}."),
                 false => format!(
@@ -536,8 +552,8 @@ mod tests {
     /// (2 - 1)/3 and (2 - 1)/4 above the least, at the ends 1; what falls with both is best at 3.
     #[test]
     fn costs_that_pull_apart_are_a_trade_off_and_others_have_a_best_value() {
-        let range = |quantity: &str, means: [f64; 3]| -> RangeOf {
-            let levels: Vec<_> = [1.0, 2.0, 3.0]
+        let with_gaps = |quantity: &str, means: &[Option<f64>]| -> RangeOf {
+            let levels: Vec<_> = [1.0, 2.0, 3.0, 4.0]
                 .iter()
                 .zip(means)
                 .map(|(value, mean)| serde_json::json!({ "value": value, "mean": mean }))
@@ -554,19 +570,44 @@ mod tests {
             "/../../../assets/studies/friction_path_loss.toml"
         );
         let study = Study::load(shipped).unwrap();
+        let range = |quantity: &str, means: [f64; 3]| with_gaps(quantity, &means.map(Some));
         let error = range("position_error_rms_m", [4e-3, 2e-3, 1e-3]);
         let energy = range("slip_energy_j", [1.0, 2.0, 5.0]);
+        let apart = |ranges: &[RangeOf]| trade_offs(ranges, &study).next()?.apart;
         let said = |ranges: &[RangeOf]| -> Vec<(f64, String)> {
             let trades = trade_offs(ranges, &study);
             trades.map(|trade| (trade.best, trade.text)).collect()
         };
         let words = "No gain is best for everything. Gain 2 is the compromise: rms position error 2 mm (least: 1 mm at 3); energy lost to sliding 2 J \
                      (least: 1 J at 1).";
-        assert_eq!(said(&[error.clone(), energy]), [(2.0, words.to_owned())]);
+        let both = [error.clone(), energy];
+        assert_eq!(said(&both), [(2.0, words.to_owned())]);
+        let names = ["position_error_rms_m", "slip_energy_j"].map(str::to_owned);
+        assert_eq!(apart(&both), Some(names));
+        // A level at which a run failed is left out: three others have the same trade-off.
+        let failed = [
+            with_gaps(
+                "position_error_rms_m",
+                &[Some(4e-3), Some(2e-3), Some(1e-3), None],
+            ),
+            with_gaps(
+                "slip_energy_j",
+                &[Some(1.0), Some(2.0), Some(5.0), Some(9.0)],
+            ),
+        ];
+        assert_eq!(said(&failed), [(2.0, words.to_owned())]);
+        // Rounding, and work that is given back, pull nowhere.
+        let rounding = range("slip_energy_j", [3e-8, 1e-8, 2e-8]);
+        let given_back = range("energy.motor_j", [-1.0, -3.0, -2.0]);
+        assert_eq!(said(&[rounding, given_back]), []);
         // What varies by less than a tenth pulls nowhere.
         let steady = range("slip_energy_j", [1.0, 1.0, 1.05]);
         let words = "Best is gain 3: rms position error 1 mm, the least.";
-        assert_eq!(said(&[error, steady]), [(3.0, words.to_owned())]);
+        let one = [error, steady];
+        assert_eq!(
+            (said(&one), apart(&one)),
+            (vec![(3.0, words.to_owned())], None)
+        );
     }
 
     #[test]

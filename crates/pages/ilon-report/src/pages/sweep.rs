@@ -48,12 +48,10 @@ fn trade(study: &Study, findings: &Findings) -> Option<([usize; 2], usize, f64)>
         return None;
     };
     let index = |name: &String| study.quantities().iter().position(|known| known == name);
-    let [first, second, ..] = trade.quantities.as_slice() else {
-        return None;
-    };
+    let [first, second] = trade.apart?;
     let mut columns = study.columns().iter();
     let key = columns.position(|column| column.key == trade.key)?;
-    Some(([index(first)?, index(second)?], key, trade.best))
+    Some(([index(&first)?, index(&second)?], key, trade.best))
 }
 
 /// Returns the unit in which a quantity is shown, and how many of it are one SI unit.

@@ -12,6 +12,8 @@ use ilon_trace::significant;
 const SIZE: (f64, f64) = (560.0, 300.0);
 /// The plot area: left, right, top, bottom, in pixels.
 const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
+/// Of more points only the ends and the ringed one are named: labels would cover one another.
+const MOST_NAMED: usize = 10;
 
 /// A map from values to positions along a figure.
 pub(super) struct Placement {
@@ -256,7 +258,11 @@ fn lines(drawn: &Figure, leads: bool) -> String {
                 }
                 if curve.points.len() <= 60 {
                     for (place, point) in curve.points.iter().enumerate() {
-                        let name = drawn.named.as_ref().and_then(|(names, _)| names.get(place));
+                        let name = drawn.named.as_ref().and_then(|(names, ringed)| {
+                            let ends = [0, *ringed, names.len() - 1];
+                            let is_named = names.len() <= MOST_NAMED || ends.contains(&place);
+                            names.get(place).filter(|_| is_named)
+                        });
                         if let Some(name) = name {
                             let (at, above) = (x.at(point.x), y.at(point.mean) - 7.0);
                             content += &match at < 0.95 * right {

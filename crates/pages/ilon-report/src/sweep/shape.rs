@@ -175,7 +175,7 @@ pub(super) fn trade(shown: &StudyInput) -> Option<Figure> {
     Some(Figure {
         title: "Trade-off".to_owned(),
         caption: format!(
-            "{y} upward, {x} to the right. Points are values of {}; lower left is better, a ring marks the compromise.",
+            "Up: {y}. To the right: {x}. Points are values of {}; lower left is better, a ring marks the compromise.",
             shown.varied[key].key
         ),
         x: Scale {
@@ -553,7 +553,7 @@ mod tests {
             .map(|p| (p.x, p.mean, p.run))
             .collect();
         assert_eq!(points, [(0.0, 4.0, 0), (1.0, 2.0, 1), (2.0, 1.0, 2)]);
-        assert!(drawn.caption.starts_with("p upward, q to the right"));
+        assert!(drawn.caption.starts_with("Up: p. To the right: q."));
         assert_eq!(
             drawn.named,
             Some((["0", "1", "2"].map(str::to_owned).to_vec(), 1))

@@ -105,9 +105,13 @@ pub(super) fn run(
 fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{name}: speed reached, as share of the command; taken by {}slip; drift from the command and of wheel odometry, per metre or per \
-         turn on the spot, + ahead and to the left; most grip used",
-        if has_rollers { "roller geometry and by " } else { "" }
+        "{name}: speed reached, as share of the command; what is taken from the wheels' speed by {}; drift from the command and of wheel \
+         odometry, per metre or per turn on the spot, + ahead and to the left; most grip used",
+        if has_rollers {
+            "roller geometry, and the rest by slip, lift-off and wheels that work against each other"
+        } else {
+            "slip"
+        }
     ));
     // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
     // that.
@@ -132,8 +136,11 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         losses.reduce(f64::max)
     };
     type Cell<'a> = (&'a str, &'a dyn Fn(&&(StandardMotion, Summary)) -> String);
-    let drift = |of: &Summary| Drift::from_command(of);
+    let drift = |of: &Summary, part: fn(&Drift) -> f64| {
+        Drift::from_command(of).map_or(f64::NAN, |drift| part(&drift))
+    };
     let mm = |x_m: f64| with_sign(1e3 * x_m, 1, " mm");
+    let rest = if has_rollers { "rest" } else { "slip" };
     let columns: [Cell; 8] = [
         ("speed", &|(motion, of)| {
             percent(least(motion, &of.twist_ratio_asked))
@@ -141,14 +148,14 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         ("rollers", &|(motion, of)| {
             percent(lost(motion, of, |ideal, contact| 1.0 - ideal / contact))
         }),
-        ("slip", &|(motion, of)| match has_rollers {
+        (rest, &|(motion, of)| match has_rollers {
             true => percent(lost(motion, of, |ideal, contact| ideal / contact - ideal)),
             false => percent(lost(motion, of, |ideal, _| 1.0 - ideal)),
         }),
-        ("ahead", &|(_, of)| mm(drift(of).ahead_m)),
-        ("left", &|(_, of)| mm(drift(of).left_m)),
+        ("ahead", &|(_, of)| mm(drift(of, |drift| drift.ahead_m))),
+        ("left", &|(_, of)| mm(drift(of, |drift| drift.left_m))),
         ("turn", &|(_, of)| {
-            with_sign(drift(of).turned_rad.to_degrees(), 2, "°")
+            with_sign(drift(of, |drift| drift.turned_rad).to_degrees(), 2, "°")
         }),
         ("odometry", &|(_, of)| {
             let drift = of.odometry_ideal.m_per_m;
@@ -166,14 +173,19 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
 }
 
 fn percent(share: Option<f64>) -> String {
-    share.map_or("-".to_owned(), |share| {
-        format!("{:.1} %", 1e2 * share.max(0.0))
+    let shown = share.filter(|share| share.is_finite());
+    shown.map_or("-".to_owned(), |share| {
+        // A zero has no sign.
+        let text = format!("{:.1} %", 1e2 * share);
+        text.strip_prefix("-0.0 ")
+            .map_or(text.clone(), |rest| format!("0.0 {rest}"))
     })
 }
 
-/// A number with its sign, but a zero.
+/// A number with its sign, but a zero; a dash for one that is none.
 fn with_sign(x: f64, decimals: usize, unit: &str) -> String {
     match format!("{x:+.decimals$}") {
+        _ if !x.is_finite() => "-".to_owned(),
         zero if !zero.contains(|c| matches!(c, '1'..='9')) => format!("0{unit}"),
         number => number + unit,
     }
@@ -200,6 +212,38 @@ mod tests {
         }
         let shown = table("robot", &[(turn, summary)], false).to_string();
         assert!(shown.contains("57.6") && !shown.contains("279"), "{shown}");
+    }
+
+    /// A robot that slides away while it is to turn, and one that goes the other way: shares keep
+    /// their sign, and drifts are of the command.
+    #[test]
+    fn what_goes_elsewhere_is_shown_with_its_sign() {
+        let robot =
+            ilon_robot::Robot::load("../../../assets/robots/mecanum4.toml").expect("a robot");
+        let motions = standard_motions(&robot).expect("four wheels");
+        let cells = |motion: usize, summary: Summary| {
+            let motion = motions[motion].expect("on rollers");
+            let shown = table("robot", &[(motion, summary)], true).to_string();
+            let row = shown.lines().last().expect("a row").to_owned();
+            let cells = row.split("  ").map(|cell| cell.trim().to_owned());
+            cells.filter(|cell| !cell.is_empty()).collect::<Vec<_>>()
+        };
+        let mut back = Summary::default();
+        (back.travelled_m, back.duration_s) = (1.0, 10.0);
+        back.twist_asked_mean = Some(ilon_robot::Twist::new(0.3, 0.0, 0.0));
+        back.twist_mean = Some(ilon_robot::Twist::new(-0.3, 0.0, 0.0));
+        back.twist_ratio_asked.vx = Some(-1.0);
+        back.twist_ratio_ideal.vx = Some(f64::NAN);
+        back.twist_ratio_contact.vx = Some(0.0);
+        let shown = cells(0, back);
+        assert_eq!(shown[1..5], ["-100.0 %", "-", "-", "-2000.0 mm"]);
+        let mut slid = Summary::default();
+        (slid.travelled_m, slid.duration_s, slid.turned_rad) = (2.0, 10.0, 3.0);
+        slid.twist_asked_mean = Some(ilon_robot::Twist::new(1e-9, 0.0, 6.0));
+        slid.twist_mean = Some(ilon_robot::Twist::new(0.0, 0.0, 0.3));
+        // 0.95 of each turn is missing.
+        assert_eq!(cells(4, slid)[6], "-342.00°");
+        assert_eq!(cells(4, Summary::default())[4..7], ["-"; 3]);
     }
 
     /// A mecanum robot that moves to the left at 0.29 m/s where 0.3 m/s are commanded, and to the
