@@ -83,7 +83,7 @@ impl Mixer {
         /// Of the motion, across the axis: 6 degrees. Chosen.
         const ASIDE: f64 = 0.1;
         let mut rates = vec![0.0; self.wheels.len()];
-        // As they stand, tyres roll not each way, and wheels that swivel none.
+        // At their present angles tyres cannot roll in every direction, and casters in none.
         let is_rolled = ways().into_iter().all(|way| {
             kinematics.wheel_rates(way, &mut rates);
             let rolled = kinematics.twist(&rates);

@@ -57,7 +57,11 @@ impl Update {
         let file = file.map_err(|source| Failure::read(path, source))?;
         let text = FileAccess::anywhere().read_text(&file, MAX_BYTES);
         let text = text.map_err(|fault| ilon_sim::Error::read(path, &fault))?;
-        let [text, changes, left] = rewrite(&text)?;
+        let [mut text, changes, left] = rewrite(&text)?;
+        // Reading takes a byte order mark away.
+        if std::fs::read(&file).is_ok_and(|bytes| bytes.starts_with("\u{feff}".as_bytes())) {
+            text.insert(0, '\u{feff}');
+        }
         Ok(Self {
             path: file,
             text,
@@ -153,10 +157,9 @@ fn begun(
         }
         Some(Item::Table(_)) | None => None,
         Some(_) => {
-            let message = "`expect` of the scenario is no table";
-            return Err(
-                ilon_sim::Error::invalid(message, "write `[expect]` with bounds in it").into(),
-            );
+            let message = "`expect` of the scenario stands on one line";
+            let help = "write it as a section, `[expect]`, with a line for each bound";
+            return Err(ilon_sim::Error::invalid(message, help).into());
         }
     };
     let text = match place {
@@ -244,7 +247,7 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
             changes.push_str(&format!(
                 "         {name}.{key}: {} -> {new} (measured {})\n",
                 &text[place.clone()],
-                significant(measured, 4)
+                number(significant(measured, 4))
             ));
             edits.push((place, new));
         }
