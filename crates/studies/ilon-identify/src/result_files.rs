@@ -181,6 +181,9 @@ fn spec_of(study: &Study) -> Vec<(String, Value)> {
 
 /// Writes a parameter of the kinematics into a description; returns whether that was possible.
 fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool {
+    if description.contains_key("tyres") {
+        return apply_on_tyres(description, name, value, nominal).is_some();
+    }
     if name == "radius_m" {
         put(description, "wheel.radius_m", Value::Float(value));
         return true;
@@ -207,10 +210,7 @@ fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool 
             _ => None,
         };
         let Some(entry) = entry else { return false };
-        let before = entry
-            .as_float()
-            .or_else(|| entry.as_integer().map(|whole| whole as f64));
-        *entry = Value::Float(before.unwrap_or(nominal) + value - nominal);
+        *entry = Value::Float(number(entry).unwrap_or(nominal) + value - nominal);
         return true;
     }
     let Some(Value::Table(arrangement)) = wheels.iter_mut().next().map(|(_, value)| value) else {
@@ -234,6 +234,71 @@ fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool 
         }
         _ => false,
     }
+}
+
+/// The same for a robot on tyres; `None` if that was not possible.
+fn apply_on_tyres(description: &mut Table, name: &str, value: f64, nominal: f64) -> Option<()> {
+    if name == "radius_m" {
+        put(description, "tyres.radius_m", Value::Float(value));
+        return Some(());
+    }
+    let Some(Value::Array(wheels)) = description.get_mut("wheels") else {
+        return None;
+    };
+    if name == "lever_m" {
+        return widen(wheels, value / nominal);
+    }
+    let (key, of) = name.split_once('.')?;
+    let is_it = |wheel: &&mut Value| wheel.get("name").and_then(Value::as_str) == Some(of);
+    let wheel = wheels.iter_mut().find(is_it)?.as_table_mut()?;
+    let at = |place: usize, wheel: &mut Table| {
+        let place = wheel.get_mut("position_m")?.get_mut(place)?;
+        *place = Value::Float(number(place)? + value - nominal);
+        Some(())
+    };
+    match key {
+        "radius_m" => {
+            wheel.insert(key.to_owned(), Value::Float(value));
+            Some(())
+        }
+        "axis_deg" => {
+            let before = wheel.get(key).and_then(number).unwrap_or(90.0);
+            wheel.insert(key.to_owned(), Value::Float(before + value - nominal));
+            Some(())
+        }
+        "x_m" => at(0, wheel),
+        "y_m" => at(1, wheel),
+        _ => None,
+    }
+}
+
+/// Moves wheels on tyres along their axles, away from the middle of all.
+fn widen(wheels: &mut [Value], factor: f64) -> Option<()> {
+    let place = |wheel: &Value| {
+        let at = wheel.get("position_m")?;
+        Some([number(at.get(0)?)?, number(at.get(1)?)?])
+    };
+    let places: Option<Vec<[f64; 2]>> = wheels.iter().map(place).collect();
+    let places = places?;
+    let middle = [0, 1].map(|i| places.iter().map(|at| at[i]).sum::<f64>() / places.len() as f64);
+    for (wheel, at) in wheels.iter_mut().zip(places) {
+        let axis_deg = wheel.get("axis_deg").and_then(number).unwrap_or(90.0);
+        let (sin, cos) = libm::sincos(axis_deg.to_radians());
+        let arm_m = cos * (at[0] - middle[0]) + sin * (at[1] - middle[1]);
+        let moved = [cos, sin].map(|part| part * (factor - 1.0) * arm_m);
+        // To a picometre: an axle along y moves by no more than rounding along x.
+        let moved = [at[0] + moved[0], at[1] + moved[1]].map(|x_m| (1e12 * x_m).round() / 1e12);
+        let moved = moved.map(Value::Float);
+        wheel
+            .as_table_mut()?
+            .insert("position_m".to_owned(), Value::Array(moved.into()));
+    }
+    Some(())
+}
+
+fn number(value: &Value) -> Option<f64> {
+    let whole = value.as_integer().map(|whole| whole as f64);
+    value.as_float().or(whole)
 }
 
 fn scale(value: &mut Value, factor: f64) {
@@ -310,5 +375,29 @@ mod tests {
         assert_eq!(own.as_float(), Some(0.049));
         let found = after("[wheels.star]\ngamma_deg = 45\n", "gamma_deg", 44.0, 45.0).unwrap();
         assert_eq!(found["wheels"]["star"]["gamma_deg"].as_float(), Some(44.0));
+    }
+
+    /// A robot on tyres has a list of wheels: a wider track moves each along its own axle, away
+    /// from the middle of all.
+    #[test]
+    fn robots_on_tyres_are_written_in_their_own_keys() {
+        let wheels = "[[wheels]]\nname = \"l\"\nposition_m = [0.1, 0.3]\n[[wheels]]\nname = \"r\"\nposition_m = [0.1, -0.1]\naxis_deg = 90\n";
+        let text = format!("[tyres]\nradius_m = 0.05\n{wheels}");
+        let number = |value: &Value| number(value).unwrap();
+        let wider = after(&text, "lever_m", 0.25, 0.2).unwrap();
+        for (wheel, y_m) in [(0, 0.35), (1, -0.15)] {
+            let at = &wider["wheels"][wheel]["position_m"];
+            assert!((number(&at[0]) - 0.1).abs() < 1e-12);
+            assert!((number(&at[1]) - y_m).abs() < 1e-12);
+        }
+        let all = after(&text, "radius_m", 0.051, 0.05).unwrap();
+        assert_eq!(number(&all["tyres"]["radius_m"]), 0.051);
+        let one = after(&text, "radius_m.r", 0.049, 0.05).unwrap();
+        assert_eq!(number(&one["wheels"][1]["radius_m"]), 0.049);
+        let turned = after(&text, "axis_deg.l", 91.0, 90.0).unwrap();
+        assert_eq!(number(&turned["wheels"][0]["axis_deg"]), 91.0);
+        let moved = after(&text, "y_m.r", -0.12, -0.1).unwrap();
+        assert!((number(&moved["wheels"][1]["position_m"][1]) + 0.12).abs() < 1e-12);
+        assert_eq!(after(&text, "gamma_deg", 44.0, 45.0), None);
     }
 }

@@ -83,18 +83,19 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
     let t = &spec.tyres;
     let name = attribute(&wheel.name);
     let [x_m, y_m] = wheel.position_m;
+    let radius_m = wheel.radius_m.unwrap_or(t.radius_m);
     let yaw_rad = (wheel.axis_deg - 90.0).to_radians();
     let steering = spec.steering.as_ref().filter(|_| wheel.steered);
     let place = match steering {
-        None => Place::turned([x_m, y_m, t.radius_m], yaw_rad),
+        None => Place::turned([x_m, y_m, radius_m], yaw_rad),
         Some(steering) => {
             let (sin, cos) = yaw_rad.sin_cos();
             let at_m = [
                 x_m + steering.trail_m * cos,
                 y_m + steering.trail_m * sin,
-                t.radius_m,
+                radius_m,
             ];
-            write_steering(out, &name, steering, (at_m, yaw_rad, t.radius_m))?;
+            write_steering(out, &name, steering, (at_m, yaw_rad, radius_m))?;
             Place::turned([-steering.trail_m, 0.0, 0.0], 0.0)
         }
     };
@@ -121,7 +122,7 @@ fn write_wheel(out: &mut String, spec: &SpecOnTyres, wheel: &TyredWheel) -> std:
     write_disc(
         out,
         &format!("{name}_link"),
-        (t.mass_kg, t.radius_m, t.width_m),
+        (t.mass_kg, radius_m, t.width_m),
     )
 }
 

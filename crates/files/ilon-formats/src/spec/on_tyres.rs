@@ -100,6 +100,8 @@ pub struct TyredWheel {
     /// Its middle in the body frame, x and y, in metres, as its steering points ahead.
     #[serde(deserialize_with = "exactly")]
     pub position_m: [f64; 2],
+    /// From its axle to the ground, in metres, if it differs from the others'.
+    pub radius_m: Option<f64>,
     /// The hub axis as an angle from the body's x axis, counter-clockwise, in degrees: at 90 a
     /// positive rate drives ahead.
     #[serde(default = "number::<90, f64>")]
@@ -199,6 +201,11 @@ impl SpecOnTyres {
         ];
         faults.extend(failing(losses, not_negative));
         faults.extend(self.faults_of_steering());
+        let radii = self.wheels.iter().enumerate();
+        let radii = radii.filter_map(|(index, wheel)| Some((index, wheel.radius_m?)));
+        faults.extend(radii.filter_map(|(index, radius_m)| {
+            length_of_wheel(&format!("wheels.{index}.radius_m"), radius_m).err()
+        }));
         for (index, caster) in self.casters.iter().enumerate() {
             let key = |of: &str| format!("casters.{index}.{of}");
             for (of, value_m) in [

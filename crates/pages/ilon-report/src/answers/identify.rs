@@ -417,6 +417,8 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
 fn to_know_more(found: &Identified) -> Option<String> {
     let gains = &found.gains;
     let mut wishes: Vec<String> = Vec::new();
+    // Tyres hold such a robot sideways.
+    let is_held = found.controller.kind == Some(ControllerKind::Differential);
     let lacks = [
         (&gains.ahead, "ahead and back"),
         (&gains.sideways, "sideways, to the left and to the right"),
@@ -424,7 +426,7 @@ fn to_know_more(found: &Identified) -> Option<String> {
     ];
     let lacks: Vec<&str> = lacks
         .iter()
-        .filter(|(gain, _)| gain.is_none())
+        .filter(|(gain, drive)| gain.is_none() && !(is_held && drive.starts_with("sideways")))
         .map(|(_, drive)| *drive)
         .collect();
     if !lacks.is_empty() {

@@ -11,6 +11,15 @@ pub(super) const OFF_RAD: f64 = 0.4;
 /// If rotation is a smaller part of the motion than this, it does not show its unit.
 pub(super) const TURNS: f64 = 0.05;
 
+/// Where the robot turned by less in all stretches together, as the root of the sum of squares, it
+/// may be drift.
+const LEAST_TURN_RAD: f64 = 0.5;
+/// Where the wheels ask for a smaller share of the squares of the turns, the rest is drift. Chosen.
+const LEAST_ASKED: f64 = 0.1;
+/// Turns by the wheels and those of the robot contradict each other where their correlation is more
+/// negative than this. Chosen.
+const ALIKE: f64 = 0.5;
+
 /// How well a map from wheel rates to twists explains a motion, up to its scale, the tracker's
 /// direction and its position.
 pub(super) struct Guess {
@@ -24,9 +33,16 @@ pub(super) struct Guess {
     pub(super) turn_scale: f64,
     /// Share of rotation in the motion, each over its own scale.
     pub(super) turns: f64,
+    /// Whether the robot turns to the other side than by the wheels.
+    pub(super) turns_back: bool,
 }
 
 impl Guess {
+    /// Whether the robot moves and turns as by the wheels.
+    pub(super) fn fits(&self) -> bool {
+        self.explained >= EXPLAINED && self.turned_rad.abs() <= OFF_RAD && !self.turns_back
+    }
+
     pub(super) fn of(
         windows: &[&Window],
         matrix: &Matrix3xX<f64>,
@@ -106,6 +122,9 @@ impl Guess {
             turned_rad: libm::atan2(c[1], c[0]),
             turn_scale,
             turns,
+            turns_back: turned > LEAST_TURN_RAD.powi(2)
+                && tt > LEAST_ASKED * turned
+                && ts < -ALIKE * (tt * turned).sqrt(),
         }
     }
 }

@@ -10,7 +10,7 @@ use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
 use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
-use super::guess::{EXPLAINED, Guess, OFF_RAD};
+use super::guess::Guess;
 use crate::model::{Model, Parameter};
 use crate::motion::Window;
 
@@ -34,7 +34,7 @@ fn off(guess: &Guess) -> f64 {
 /// Returns another handedness that explains a motion if the stated one does not: in translation, or
 /// in the amount of rotation.
 pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> Option<Anomaly> {
-    let fits = stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD;
+    let fits = stated.fits();
     let turned_rad: f64 = windows.iter().map(|window| window.seen[2].abs()).sum();
     if turned_rad < LEAST_TURN_RAD || (fits && off(stated) < APART) {
         return None;
@@ -45,9 +45,7 @@ pub(super) fn of_motion(windows: &[&Window], robot: &Robot, stated: &Guess) -> O
         let lever_m = Parameter::Lever.nominal(&other);
         let matrix: Matrix3xX<f64> = Model::new(&other, &[]).ok()?.twist_matrix(&[])?;
         let guess = Guess::of(windows, &matrix, lever_m, false);
-        let is_it = guess.explained >= EXPLAINED
-            && guess.turned_rad.abs() <= OFF_RAD
-            && turns_alike(&guess);
+        let is_it = guess.fits() && turns_alike(&guess);
         is_it.then_some((reversed, guess, lever_m))
     };
     let guesses = other_hands(&robot.wheels).into_iter().filter_map(guess);

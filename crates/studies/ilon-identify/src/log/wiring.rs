@@ -29,7 +29,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         return unit;
     }
     let of_hands = hands::of_motion(windows, robot, &stated);
-    if stated.explained >= EXPLAINED && stated.turned_rad.abs() <= OFF_RAD {
+    if stated.fits() {
         if of_hands.is_some() {
             return of_hands;
         }
@@ -42,7 +42,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         // Wheels of another handedness look like swapped ones that rotate the robot with another
         // lever.
         let turns_otherwise = of_hands.is_some() && !hands::turns_alike(&guess);
-        if guess.explained < EXPLAINED || guess.turned_rad.abs() > OFF_RAD || turns_otherwise {
+        if !guess.fits() || turns_otherwise {
             continue;
         }
         let is_better = best.as_ref().is_none_or(|(fewest, known, _)| {
@@ -58,16 +58,21 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
     let turned_deg = stated.turned_rad.to_degrees();
     if let Some((changes, guess, words)) = best {
         // A rotated tracker is a smaller change than several wheels.
-        let is_turned = stated.explained >= EXPLAINED && changes > 1;
+        let is_turned = stated.explained >= EXPLAINED && !stated.turns_back && changes > 1;
         if !is_turned {
             return Some(anomaly(
                 AnomalyKind::Wiring,
                 true,
-                format!(
-                    "the wheels as stated explain {:.0} % of the motion; otherwise wired they explain {:.0} %",
-                    100.0 * stated.explained.max(0.0),
-                    100.0 * guess.explained
-                ),
+                match stated.turns_back {
+                    true => {
+                        "the robot turns left where its wheels as stated turn it right".to_owned()
+                    }
+                    false => format!(
+                        "the wheels as stated explain {:.0} % of the motion; otherwise wired they explain {:.0} %",
+                        100.0 * stated.explained.max(0.0),
+                        100.0 * guess.explained
+                    ),
+                },
                 format!("likely {words}"),
             ));
         }

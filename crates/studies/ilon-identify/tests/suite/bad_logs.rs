@@ -114,6 +114,39 @@ fn wheels_that_are_swapped_are_named() {
     );
 }
 
+/// On wide circles turning is a small part of the motion, but a robot that turns to the other side is
+/// wired otherwise: no negative lever is advised.
+#[test]
+fn swapped_wheels_are_named_on_wide_circles_too() {
+    let robot = robot("optiodom_differential.toml");
+    let mut log = Log::default();
+    for row in 0..=300 {
+        let time_s = 0.1 * f64::from(row);
+        let (circle_m, lever_m, radius_m, speed_m_s) = (0.85, 0.1, 0.042, 0.1);
+        let heading_rad = speed_m_s * time_s / circle_m;
+        log.times_s.push(time_s);
+        let [left, right] =
+            [-lever_m, lever_m].map(|side| (circle_m + side) * heading_rad / radius_m);
+        log.angles_rad.push(vec![left, right]);
+        log.poses.push([
+            circle_m * heading_rad.sin(),
+            circle_m * (1.0 - heading_rad.cos()),
+            heading_rad,
+        ]);
+        log.unseen.push(false);
+    }
+    let outcome = |log: &Log| outcome(&robot, "optiodom_differential.toml", &csv(log, &robot), "");
+    assert_eq!(outcome(&log), "fine");
+    log.angles_rad.iter_mut().for_each(|row| row.swap(0, 1));
+    holds(
+        &outcome(&log),
+        &[
+            "the robot turns left where its wheels as stated turn it right",
+            "the columns of `left` and `right` are swapped",
+        ],
+    );
+}
+
 /// Arms of 0.15 and 0.16 m give a lever of 0.31 m in the X and of 0.01 m in the O; with one axle
 /// exchanged, its wheels have one lever and the others the other. The true robot has the other
 /// handedness.
