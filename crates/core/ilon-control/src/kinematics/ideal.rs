@@ -259,6 +259,33 @@ impl Kinematics {
         Twist::new(sum.x, sum.y, sum.z)
     }
 
+    /// Replaces the rates of wheels without a motor, in rad/s, by those at which they roll along with
+    /// the motion that the driven wheels determine; leaves them if these determine none.
+    pub fn roll_idle(&self, rates_rad_s: &mut [f64]) {
+        let is_driven = |of: &Wheel| of.motor.effort_n_m > 0.0;
+        if self.wheels.iter().all(is_driven) {
+            return;
+        }
+        // Least squares of eq. (7) as in `twist`, without the rows of the other wheels.
+        let (mut ata, mut aty) = (Matrix3::zeros(), Vector3::zeros());
+        self.held
+            .iter()
+            .for_each(|row| ata += row * row.transpose());
+        for wheel in (0..self.wheels.len()).filter(|wheel| is_driven(&self.wheels[*wheel])) {
+            let row = self.m.row(wheel).transpose();
+            ata += row * row.transpose();
+            aty += row * (self.lever_m[wheel] * rates_rad_s[wheel]);
+        }
+        let Some(x) = ata.cholesky().map(|ata| ata.solve(&aty)) else {
+            return;
+        };
+        for (wheel, of) in self.wheels.iter().enumerate() {
+            if !is_driven(of) {
+                rates_rad_s[wheel] = (self.rate_matrix.row(wheel) * x).x;
+            }
+        }
+    }
+
     /// Returns how the body moves, in the body frame, if joints move the hubs of standing wheels on
     /// it by `along_m` along their axles, in metres: tyres keep their hubs in place there.
     pub fn carried_along_axles(&self, along_m: &[f64]) -> Twist {

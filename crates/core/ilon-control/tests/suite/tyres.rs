@@ -107,6 +107,31 @@ fn a_tricycle_turns_as_sharply_as_its_steering_goes() {
     assert_eq!(sharpest_turn(&shipped("swerve4"), &[0.0; 4]), None);
 }
 
+/// The rates of free wheels follow from the driven ones: those given for them count for nothing, and
+/// robots whose motors determine no motion keep theirs.
+#[test]
+fn free_wheels_roll_along_with_the_driven_ones() {
+    let kinematics = Kinematics::new(&shipped("tricycle")).expect("a tricycle");
+    let mut expected = [0.0; 3];
+    kinematics.wheel_rates(Twist::new(0.3, 0.0, 0.0), &mut expected);
+    let drive = expected.map(f64::abs).into_iter().fold(0.0, f64::max);
+    assert!((drive - 0.3 / 0.06).abs() < 1e-12);
+    let driven = |wheel: usize| kinematics.wheels()[wheel].motor.effort_n_m > 0.0;
+    let mut rates = [0, 1, 2].map(|wheel| if driven(wheel) { expected[wheel] } else { -7.0 });
+    kinematics.roll_idle(&mut rates);
+    for (is, should) in rates.iter().zip(expected) {
+        assert!((is - should).abs() < 1e-12, "{rates:?}");
+    }
+    let mut idle = shipped("tricycle");
+    idle.wheels
+        .iter_mut()
+        .for_each(|wheel| wheel.motor.effort_n_m = 0.0);
+    let kinematics = Kinematics::new(&idle).expect("a tricycle");
+    let mut rates = [1.0, 2.0, 3.0];
+    kinematics.roll_idle(&mut rates);
+    assert_eq!(rates, [1.0, 2.0, 3.0]);
+}
+
 /// Two tyres one behind the other turn the robot about no point: their ways are one line.
 #[test]
 fn tyres_in_line_are_refused_in_words_of_tyres() {

@@ -93,6 +93,7 @@ impl Pilot {
         for period in 0..periods {
             let t_s = period as f64 * self.period_s;
             if log.rates_alone(t_s, &mut rates_rad_s) {
+                kinematics.roll_idle(&mut rates_rad_s);
                 let sizes = found.of(kinematics, &rates_rad_s);
                 found.add(kinematics, &rates_rad_s, sizes, [t_s, self.period_s]);
             }

@@ -380,7 +380,11 @@ impl Pilot {
     fn command_wheels(&mut self, commanded: Commanded) {
         self.commanded = commanded;
         match commanded {
-            Commanded::Rates => self.wheel_rates_rad_s.copy_from_slice(&self.torques_n_m),
+            Commanded::Rates => {
+                self.wheel_rates_rad_s.copy_from_slice(&self.torques_n_m);
+                let kinematics = self.guidance.kinematics();
+                kinematics.roll_idle(&mut self.wheel_rates_rad_s);
+            }
             Commanded::Torques => self.wheel_rates_rad_s.fill(0.0),
         }
         let kinematics = self.guidance.kinematics();

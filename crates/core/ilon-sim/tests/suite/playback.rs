@@ -66,6 +66,50 @@ fn apart_m(one: &Trace, other: &Trace) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// A tricycle's log has its driven wheel and its steering: the wheels behind roll along, and neither
+/// contradict it nor count as commanded to stand.
+#[test]
+fn a_log_need_not_have_wheels_that_no_motor_drives() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // 0.06 m a radian: 0.3 m/s, on an arc of 0.45 m / tan(20 deg) = 1.236 m.
+    let rows: Vec<String> = (0..=60)
+        .map(|row| {
+            format!(
+                "{:.1},{:.4},20\n",
+                0.1 * f64::from(row),
+                0.5 * f64::from(row)
+            )
+        })
+        .collect();
+    let text = "t_s,drive_angle_rad,drive_steer_position_deg\n".to_owned() + &rows.concat();
+    std::fs::write(folder.path().join("log.csv"), text).expect("a log");
+    let robot = ROBOT.replace("mecanum4.urdf", "tricycle.toml");
+    let text = format!(
+        "[robot]\nfile = \"{robot}\"\n[playback]\nfile = \"log.csv\"\ndrives = \"wheel_angles\"\n[run]\nduration_s = 6\n"
+    );
+    let mut scenario = Scenario::from_toml(&text, "test", folder.path()).expect("a scenario");
+    scenario.folder = folder.path().to_owned();
+    let run = run(&scenario).expect("a run");
+    assert!(
+        !run.warnings.iter().any(|of| of.contains("contradict")),
+        "{:#?}",
+        run.warnings
+    );
+    // The rear axle's middle goes as fast as the front wheel times cos(20 deg).
+    let summary = &run.summary;
+    let asked = summary.twist_asked_mean.expect("a command");
+    let expected_m_s = 0.3 * 20_f64.to_radians().cos();
+    // The body's origin lies 0.2 m ahead of that axle: its speed ahead is the same.
+    let real = summary.twist_mean.expect("a mean");
+    assert!((real.vx_m_s / expected_m_s - 1.0).abs() < 2e-3, "{real:?}");
+    // To follow the log's angles the command corrects what the start from rest left, by 1 %; with
+    // wheels that are to stand it would be a third.
+    assert!(
+        (asked.vx_m_s / expected_m_s - 1.0).abs() < 0.02,
+        "{asked:?}"
+    );
+}
+
 #[test]
 fn wheel_rates_of_a_bag_do_again_what_they_did() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -3,6 +3,9 @@
 
 use crate::support;
 
+use ilon_formats::LoadRobot;
+use ilon_robot::Robot;
+
 use std::f64::consts::PI;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -542,4 +545,38 @@ fn runs_that_a_tape_measured_are_fitted_and_further_ones_named() {
         let said = ended_with(2, &run(row));
         assert!(said.contains(words), "{said}");
     }
+}
+
+/// A real robot on two tyres, fitted on circles: the written robot is read again with the radii and
+/// the track that were found, its twin drives as the real one did, and unseen squares end nearer.
+#[test]
+fn a_real_robot_on_tyres_is_fitted_and_its_twin_drives_alike() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets");
+    let folder = Folder::new();
+    let study = format!("{root}/identify/optiodom_differential.toml");
+    let said = stdout(&folder.ilon(&["identify", &study, "--out", "found", "--json"]));
+    let found: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let value = |name: &str| found["parameters"][name]["value"].as_f64().expect(name);
+    let robot = Robot::load(folder.path("found/robot.toml")).expect("a robot");
+    for wheel in &robot.wheels {
+        let radius_m = value(&format!("radius_m.{}", wheel.name));
+        assert!((wheel.radius_m - radius_m).abs() < 1e-9, "{}", wheel.name);
+        assert!((wheel.position_m().y.abs() - value("lever_m")).abs() < 1e-9);
+    }
+    // A robot that cannot move sideways is not asked to.
+    let said = stdout(&folder.ilon(&["identify", &study, "--out", "found"]));
+    assert!(!said.contains("sideways"), "{said}");
+    let nominal_m = found["nominal"]["end_position_rms_m"].as_f64().expect("m");
+    let fitted_m = found["held_out"]["end_position_rms_m"].as_f64().expect("m");
+    assert!(fitted_m < 0.7 * nominal_m, "{fitted_m} m, {nominal_m} m");
+    let played = stdout(&folder.ilon(&["run", "found/scenario.toml", "--no-report"]));
+    let lines: Vec<String> = played.lines().map(str::to_owned).collect();
+    let answer = starting(&lines, "The simulated robot is up to");
+    let end = answer
+        .split("at the end ")
+        .nth(1)
+        .and_then(|end| end.split(' ').next());
+    let end_mm: f64 = end.and_then(|end| end.parse().ok()).expect(answer);
+    // After 9.4 m and two turns.
+    assert!(end_mm < 30.0, "{answer}");
 }

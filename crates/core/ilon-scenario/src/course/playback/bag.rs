@@ -20,7 +20,7 @@ use crate::scenario::Drives;
 /// recording.
 pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
-        wanted.wheels.iter().for_each(|wheel| {
+        wanted.wheels.iter().for_each(|(_, wheel)| {
             wanted.name(wheel);
         });
     }
@@ -282,9 +282,10 @@ impl Said<'_> {
     /// One number of each wheel, in the robot's order.
     fn numbers_of_wheels(&self) -> Result<Vec<f64>, Error> {
         let data = self.decode::<Float64MultiArray>()?.data;
-        let (numbers, wheels) = (data.len(), self.wanted.wheels.len());
+        let (numbers, wheels) = (data.len(), self.wanted.wheel_count);
         if numbers == wheels {
-            return Ok(data);
+            let driven = self.wanted.wheels.iter();
+            return Ok(driven.map(|(wheel, _)| data[*wheel]).collect());
         }
         let topic = self.message.topic;
         Err(self.wanted.fault(
@@ -302,11 +303,11 @@ impl Said<'_> {
             Drives::WheelAngles => (&joints.position, "position"),
             _ => (&joints.effort, "effort"),
         };
-        let mut names = wanted.wheels.iter().map(|wheel| wanted.name(wheel));
+        let mut names = wanted.wheels.iter().map(|(_, wheel)| wanted.name(wheel));
         if values.is_empty() || !names.any(|wheel| joints.name.iter().any(|name| name == wheel)) {
             return Ok(None);
         }
-        let of_wheel = |wheel: &&str| {
+        let of_wheel = |(_, wheel): &(usize, &str)| {
             let name = wanted.name(wheel);
             let place = joints.name.iter().position(|known| known == name);
             let value = place.and_then(|place| values.get(place)).copied();

@@ -187,8 +187,7 @@ impl NamedColumns<'_> {
 
     /// One column per wheel.
     fn wheels(&self, kinds: &[(&str, f64)]) -> Result<Vec<Column>, Error> {
-        let wheels = self.wanted.wheels.iter().enumerate();
-        let columns = wheels.map(|(index, wheel)| {
+        let columns = self.wanted.wheels.iter().map(|(index, wheel)| {
             let theirs = self.wanted.name(wheel);
             // By the joint's name, as written by hand, or by its index, as in a trace of ilon.
             let mut names: Vec<Name> = Vec::new();

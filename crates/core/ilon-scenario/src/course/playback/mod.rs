@@ -28,6 +28,8 @@ const PATH_STEP_S: f64 = 0.25;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
     drives: Drives,
+    /// The places in the robot of the wheels that it drives.
+    wheels: Vec<usize>,
     driving: Series,
     /// x, y and heading, unwrapped.
     measured: Option<Measured>,
@@ -87,10 +89,13 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
         return Ok(Played::default());
     };
     let path = scenario.resolve(&section.file);
-    let wheels: Vec<&str> = robot
+    // A log need not have the wheels that no motor drives.
+    let wheels: Vec<(usize, &str)> = robot
         .wheels
         .iter()
-        .map(|wheel| wheel.name.as_str())
+        .enumerate()
+        .filter(|(_, wheel)| wheel.motor.effort_n_m > 0.0)
+        .map(|(index, wheel)| (index, wheel.name.as_str()))
         .collect();
     let moved = joints_without_aim(scenario, robot);
     let joints: Vec<(&str, JointKind)> = moved
@@ -105,6 +110,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
     let wanted = Wanted {
         section,
         wheels: &wheels,
+        wheel_count: robot.wheels.len(),
         joints: &joints,
         path: &path,
         asked: RefCell::default(),
@@ -292,6 +298,7 @@ impl Log {
         }
         Ok(Self {
             drives: section.drives,
+            wheels: wanted.wheels.iter().map(|(wheel, _)| *wheel).collect(),
             driving,
             measured,
             angle_gain_per_s: section.angle_gain_per_s(),
@@ -345,8 +352,9 @@ impl Log {
         wheels.fill(0.0);
         match self.drives {
             Drives::WheelRates | Drives::WheelTorques => {
-                if let Some(row) = self.driving.held(t_s) {
-                    wheels.copy_from_slice(row);
+                let row = self.driving.held(t_s).unwrap_or_default();
+                for (wheel, value) in self.wheels.iter().zip(row) {
+                    wheels[*wheel] = *value;
                 }
                 match self.drives {
                     Drives::WheelTorques => Asked::Torques,
@@ -354,11 +362,11 @@ impl Log {
                 }
             }
             Drives::WheelAngles => {
-                for (column, (rate, angle_rad)) in wheels.iter_mut().zip(angles_rad).enumerate() {
+                for (column, wheel) in self.wheels.iter().enumerate() {
                     let now = self.driving.between(t_s, column);
                     let next = self.driving.between(t_s + self.control_dt_s, column);
-                    *rate = (next - now) / self.control_dt_s
-                        + self.angle_gain_per_s * (now - angle_rad);
+                    wheels[*wheel] = (next - now) / self.control_dt_s
+                        + self.angle_gain_per_s * (now - angles_rad[*wheel]);
                 }
                 Asked::Rates
             }
@@ -377,13 +385,16 @@ impl Log {
     /// Writes the wheel rates at a time, in seconds, of wheels that follow the log; `false` if the
     /// log commands something else.
     pub fn rates_alone(&self, t_s: f64, rates_rad_s: &mut [f64]) -> bool {
-        let angles: Vec<f64> = match self.drives {
-            Drives::WheelRates => vec![0.0; self.driving.width],
-            Drives::WheelAngles => (0..self.driving.width)
-                .map(|column| self.driving.between(t_s, column))
-                .collect(),
+        let mut angles = vec![0.0; rates_rad_s.len()];
+        match self.drives {
+            Drives::WheelRates => {}
+            Drives::WheelAngles => {
+                for (column, wheel) in self.wheels.iter().enumerate() {
+                    angles[*wheel] = self.driving.between(t_s, column);
+                }
+            }
             _ => return false,
-        };
+        }
         matches!(self.ask(t_s, &angles, rates_rad_s), Asked::Rates)
     }
 

@@ -13,7 +13,10 @@ use crate::scenario::Playback;
 /// What is searched for in a log.
 pub(super) struct Wanted<'a> {
     pub section: &'a Playback,
-    pub wheels: &'a [&'a str],
+    /// The wheels that it drives, by their places in the robot and their names.
+    pub wheels: &'a [(usize, &'a str)],
+    /// The number of all wheels of the robot.
+    pub wheel_count: usize,
     /// The joints between bodies that it may drive.
     pub joints: &'a [(&'a str, JointKind)],
     pub path: &'a Path,
