@@ -1,4 +1,4 @@
-"""Makes the extracts in this folder from the published data sets, whose places are given: OPTIODOM ROBOTINO."""
+"""Makes the extracts in this folder from the published data sets, whose places are given: OPTIODOM ROBOTINO CONVENTIONAL."""
 
 import csv
 import math
@@ -40,6 +40,23 @@ def optiodom(source, target, wheels, counts_per_unit, every, until_s=math.inf):
     write(target, header, rows)
 
 
+def differential(source, target, every):
+    """Keeps every so many rows, as a log to play back: the angle of each wheel and the pose. The right wheel comes first."""
+    rows, counts = [], [0.0] * 2
+    with open(source, newline="") as file:
+        for index, row in enumerate(csv.reader(file)):
+            numbers = [float(cell) for cell in row]
+            counts = [a + b for a, b in zip(counts, numbers[4:])]
+            if index % every == 0:
+                rows.append(
+                    [plain(numbers[0], 3)]
+                    + [plain(360 * count / (64 * 43.7), 2) for count in counts]
+                    + [plain(numbers[1], 5), plain(numbers[2], 5), plain(math.degrees(numbers[3]), 2)]
+                )
+    header = ["t_s", "right_angle_deg", "left_angle_deg", "measured_x_m", "measured_y_m", "measured_heading_deg"]
+    write(target, header, rows)
+
+
 def robotino(source, target, every):
     """Keeps every so many rows: time and positions of the motors, the means of their currents since the row before, and the camera's pose."""
     rows, currents = [], []
@@ -61,7 +78,7 @@ def robotino(source, target, every):
 
 
 def main():
-    opti, robo = map(pathlib.Path, sys.argv[1:])
+    opti, robo, conv = map(pathlib.Path, sys.argv[1:])
     for series, short, every, until_s in [
         ("mecanum_circles_sep", "circles_sep", 4, math.inf),
         ("mecanum_circles_dec", "circles_dec", 4, 40.0),
@@ -80,6 +97,13 @@ def main():
             source = robo / floor / f"exp{number:02}.csv"
             if source.exists():
                 robotino(source, here / "robotino" / f"{floor}_{5 * number:03}.csv", 5)
+    for series, short, runs in [
+        ("diff_circular_231220200121", "differential_circles", (1, 2, 4, 5)),
+        ("diff_square_231220200029", "differential_squares", (1, 4)),
+    ]:
+        for number in runs:
+            source = conv / series / f"run-{number:02}.csv"
+            differential(source, here / "optiodom" / f"{short}_{number:02}.csv", 4)
 
 
 main()
