@@ -563,8 +563,18 @@ fn a_real_robot_on_tyres_is_fitted_and_its_twin_drives_alike() {
         assert!((wheel.radius_m - radius_m).abs() < 1e-9, "{}", wheel.name);
         assert!((wheel.position_m().y.abs() - value("lever_m")).abs() < 1e-9);
     }
-    // A robot that cannot move sideways is not asked to.
+    // The keys of `diff_drive_controller`: the whole track, and a factor on each side's radius.
     let said = stdout(&folder.ilon(&["identify", &study, "--out", "found"]));
+    let track_mm = 2e3 * value("lever_m");
+    let track = format!("`wheel_separation`, to {track_mm:.1} mm");
+    assert!(said.contains(&track), "{track}: {said}");
+    let share = value("radius_m.left")
+        / found["controller"]["radius_m"]["value"]
+            .as_f64()
+            .expect("m");
+    let left = format!("`right_wheel_radius_multiplier`: left to {share:.3}");
+    assert!(said.contains(&left), "{left}: {said}");
+    // A robot that cannot move sideways is not asked to.
     assert!(!said.contains("sideways"), "{said}");
     let nominal_m = found["nominal"]["end_position_rms_m"].as_f64().expect("m");
     let fitted_m = found["held_out"]["end_position_rms_m"].as_f64().expect("m");

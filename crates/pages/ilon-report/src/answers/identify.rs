@@ -267,13 +267,10 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
             ", `wheel_radius`,",
             ", `robot_radius`,",
         ),
-        Some(ControllerKind::Differential) => (
-            "diff_drive_controller",
-            ", `wheel_radius`,",
-            ", half of `wheel_separation`,",
-        ),
+        Some(ControllerKind::Differential) => ("diff_drive_controller", ", `wheel_radius`,", ""),
         None => ("your controller", "", ""),
     };
+    let is_differential = controller.kind == Some(ControllerKind::Differential);
     let mut set: Vec<String> = Vec::new();
     let is_known = |radius: &&Value| !controller.wheels.is_empty() || !is_vague(radius);
     if let Some(radius) = controller.radius_m.as_ref().filter(is_known) {
@@ -285,7 +282,13 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
         set.push(set_to(&format!("the wheel radius rho{radius_key}"), radius) + doubt);
     }
     if let Some(lever) = controller.lever_m.as_ref().filter(|lever| !is_vague(lever)) {
-        set.push(set_to(&format!("the lever of turns{lever_key}"), lever));
+        set.push(match is_differential {
+            true => set_to(
+                "the track, `wheel_separation`,",
+                &lever.through(|lever_m| 2.0 * lever_m, "m", 2.0 * lever.nominal),
+            ),
+            false => set_to(&format!("the lever of turns{lever_key}"), lever),
+        });
     }
     let mut lines: Vec<String> = Vec::new();
     let gamma = controller.gamma_deg.as_ref();
@@ -309,19 +312,26 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
         ));
     }
     if !controller.wheels.is_empty() {
+        let (says, by) = match is_differential {
+            true => (
+                "Set its multipliers `left_wheel_radius_multiplier` and `right_wheel_radius_multiplier`",
+                "to",
+            ),
+            false => (
+                "Multiply the rate of each wheel behind the controller, which has one radius for all",
+                "by",
+            ),
+        };
         let wheel = |one: &WheelSetting| {
-            format!(
-                "{} by {} (rho {})",
-                one.wheel,
-                number(one.rate_factor),
-                length(&one.radius_m)
-            )
+            let factor = match is_differential {
+                true => 1.0 / one.rate_factor,
+                false => one.rate_factor,
+            };
+            let (name, factor) = (&one.wheel, number(factor));
+            format!("{name} {by} {factor} (rho {})", length(&one.radius_m))
         };
         let wheels: Vec<String> = controller.wheels.iter().map(wheel).collect();
-        lines.push(format!(
-            "Multiply the rate of each wheel behind the controller, which has one radius for all: {}.",
-            wheels.join(", ")
-        ));
+        lines.push(format!("{says}: {}.", wheels.join(", ")));
     }
     lines
 }
