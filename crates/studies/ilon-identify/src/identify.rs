@@ -163,6 +163,7 @@ fn outcome(
         fit: *fit_errors,
         held_out: *held_out_errors,
         judged_by: candidates.judged_by,
+        window_s: study.file.window_s,
         nominal: candidates.nominal.2,
         models: candidates
             .files

@@ -33,6 +33,8 @@ pub struct Identified {
     /// The held-out data: `"runs"` that were kept back, or each run, or each window, in turn
     /// (`"each_run"`, `"each_stretch"`).
     pub judged_by: JudgedBy,
+    /// The length of the stretches of a log whose errors are compared, in seconds.
+    pub window_s: f64,
     /// Errors before the fit, on held-out data.
     pub nominal: Errors,
     /// All models that were tried, in the order of the study.

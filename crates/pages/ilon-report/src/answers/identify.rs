@@ -28,7 +28,11 @@ pub fn answers(found: &Identified) -> Vec<Answer> {
     plain.extend(set(&found.controller, &found.gains));
     let mut answers: Vec<Answer> = plain.into_iter().map(Answer::plain).collect();
     let errors = [&found.nominal, &found.held_out];
-    answers.push(judged(&found.model, found.judged_by, errors));
+    answers.push(judged(
+        (&found.model, found.window_s),
+        found.judged_by,
+        errors,
+    ));
     let over_noise = found.held_out.over_noise;
     if over_noise > 2.0 {
         answers.push(Answer::bad(format!(
@@ -343,7 +347,11 @@ fn is_too_far(gains: &Gains) -> bool {
 }
 
 /// Reports the chosen model, and its held-out error compared with that of the robot before the fit.
-fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> Answer {
+fn judged(
+    (model, window_s): (&str, f64),
+    judged_by: JudgedBy,
+    [before, after]: [&Errors; 2],
+) -> Answer {
     let judged = match judged_by {
         JudgedBy::Runs => "on unseen runs",
         JudgedBy::EachRun => "by cross-validation over runs",
@@ -353,8 +361,9 @@ fn judged(model: &str, judged_by: JudgedBy, [before, after]: [&Errors; 2]) -> An
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{model}\" errs by {} mm over a stretch of `window_s` {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
+            "The model \"{model}\" errs by {} mm over a stretch of {} s {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
             milli(after.position_rms_m),
+            number(window_s),
             milli(before.position_rms_m),
             milli(after.end_position_rms_m),
             milli(before.end_position_rms_m)
@@ -528,11 +537,11 @@ mod tests {
             (errors(2.0, 8.0), None),
             (errors(2.5, 10.0), None),
         ] {
-            let answer = judged("rigid", JudgedBy::Runs, [&known, &found]);
+            let answer = judged(("rigid", 1.0), JudgedBy::Runs, [&known, &found]);
             assert_eq!(answer.is_good, is_good, "{}", answer.text);
         }
-        let better = judged("rigid", JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
-        let says = "\"rigid\" errs by 6 mm over a stretch of `window_s` on unseen runs, the nominal robot by 8 mm";
+        let better = judged(("rigid", 1.0), JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
+        let says = "\"rigid\" errs by 6 mm over a stretch of 1 s on unseen runs, the nominal robot by 8 mm";
         assert!(better.text.contains(says), "{}", better.text);
     }
 
