@@ -28,15 +28,21 @@ pub fn html(found: &Identified) -> String {
         body: page::table(&tables::parameters(found)) + &page::table(&tables::series(found)),
     }];
     if !found.residual.is_empty() {
+        // A robot that drove only ahead and back has two directions: no curve goes through them.
+        let is_aside = |of: &Direction| of.direction_deg.to_radians().sin().abs() > 0.2;
+        let charts = match found.residual.iter().any(is_aside) {
+            true => grid(&[
+                along(&found.residual),
+                across(&found.residual),
+                left(&found.residual),
+            ]),
+            false => String::new(),
+        };
         sections.push(Section {
             id: "directions",
             title: "By direction of motion",
             lead: "The distance achieved over that of the wheel speeds, by the kinematics of the nominal robot.".to_owned(),
-            body: grid(&[
-                along(&found.residual),
-                across(&found.residual),
-                left(&found.residual),
-            ]) + &page::table(&tables::directions(&found.residual)),
+            body: charts + &page::table(&tables::directions(&found.residual)),
         });
     }
     sections.extend(found.simulation.as_ref().map(simulation::section));
