@@ -576,6 +576,8 @@ fn a_real_robot_on_tyres_is_fitted_and_its_twin_drives_alike() {
     assert!(said.contains(&left), "{left}: {said}");
     // A robot that cannot move sideways is not asked to.
     assert!(!said.contains("sideways"), "{said}");
+    // It drove only ahead and back: there are no directions to draw.
+    assert!(!folder.read("found/report.html").contains("Sideways error"));
     let nominal_m = found["nominal"]["end_position_rms_m"].as_f64().expect("m");
     let fitted_m = found["held_out"]["end_position_rms_m"].as_f64().expect("m");
     assert!(fitted_m < 0.7 * nominal_m, "{fitted_m} m, {nominal_m} m");
