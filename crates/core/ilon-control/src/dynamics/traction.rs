@@ -370,7 +370,7 @@ const IN_PLANE: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
+    use crate::tests::robots::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
 
     /// Pseudo-random numbers in [-1, 1), always the same.
     fn noise(seed: &mut u64) -> f64 {

@@ -630,7 +630,7 @@ fn checked_gain(gain: Matrix2<f64>) -> Result<Matrix2<f64>, ControlError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 
     fn settings(saturation: Saturation, wheel_rate_limit_rad_s: f64) -> GuidanceSettings {
         GuidanceSettings {

@@ -111,7 +111,7 @@ fn reaches(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::tyres::fixtures::on_tyres;
+    use crate::tests::tyres::on_tyres;
 
     /// A robot without steering turns on the spot about the middle of its tyres.
     #[test]

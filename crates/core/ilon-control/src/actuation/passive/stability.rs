@@ -318,7 +318,7 @@ mod tests {
     /// P) l with the projector P on the rates that move the body.
     #[test]
     fn a_damping_between_the_wheels_is_one_of_wheel_rates() {
-        let model = DynamicModel::new(&crate::fixtures::mecanum4()).unwrap();
+        let model = DynamicModel::new(&crate::tests::robots::mecanum4()).unwrap();
         let kinematics = model.kinematics();
         let (between_n_m_s, dt_s) = (0.02, 0.005);
         let swing = air_swing(&model, kinematics, (Vector3::zeros(), between_n_m_s), dt_s);
