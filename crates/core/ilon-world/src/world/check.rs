@@ -74,7 +74,7 @@ pub(super) fn check_together(
         reactions: &Reactions::default(),
     };
     let mut near = Vec::new();
-    scenes.find_between_chassis(&mut near);
+    scenes.find_between_robots(&mut near);
     match near.iter().find(|place| place.gap_m < 0.0) {
         Some(_) => Err(WorldError::NoPlaceToStand {
             reason: "its chassis would lie in another robot's".to_owned(),
