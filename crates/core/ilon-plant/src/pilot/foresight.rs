@@ -153,11 +153,7 @@ pub fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twi
     // Derivative of components in a rotating frame.
     let rate = reference.acceleration_in_world(t_s).rotated(-phi)
         + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
-    let of_origin = |twist: Twist| {
-        let omega = twist.omega_rad_s;
-        twist + Twist::new(omega * point_m.y, -omega * point_m.x, 0.0)
-    };
-    (of_origin(twist), of_origin(rate))
+    (twist.at(-point_m), rate.at(-point_m))
 }
 
 /// The conditions (36) and (37) over a run.
