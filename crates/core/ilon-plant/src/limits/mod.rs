@@ -11,10 +11,10 @@ use ilon_control::{
 };
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Announced;
-use nalgebra::Vector3;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
+use crate::faults::place_m;
 use crate::ground::floor::floor;
 use crate::pilot::{Pilot, point_m};
 use crate::wheels::motors::motors;
@@ -736,8 +736,7 @@ fn named(robot: &Robot, wheels: &[usize]) -> String {
 
 /// The robot with the payloads present at the start of the run.
 fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
-    let mut robot = robot.clone();
-    let empty_m = robot.chassis.mass.center_of_mass_m;
+    let mut laden = robot.clone();
     for fault in &scenario.faults {
         if let Fault::Payload {
             mass_kg,
@@ -748,12 +747,8 @@ fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
         } = *fault
             && fault.is_on(0.0)
         {
-            let at_m = Vector3::new(
-                x_m.unwrap_or(empty_m.x),
-                y_m.unwrap_or(empty_m.y),
-                z_m.unwrap_or(empty_m.z),
-            );
-            let mass = &mut robot.chassis.mass;
+            let at_m = place_m(robot, [x_m, y_m, z_m]);
+            let mass = &mut laden.chassis.mass;
             let whole_kg = mass.mass_kg + mass_kg;
             let center_m = (mass.mass_kg * mass.center_of_mass_m + mass_kg * at_m) / whole_kg;
             let load = ilon_robot::MassProperties::point(mass_kg, at_m);
@@ -761,7 +756,7 @@ fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
             (mass.mass_kg, mass.center_of_mass_m) = (whole_kg, center_m);
         }
     }
-    robot
+    laden
 }
 
 #[cfg(test)]
