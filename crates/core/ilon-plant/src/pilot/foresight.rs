@@ -36,14 +36,8 @@ impl Pilot {
             }
             Planned::Twist(profile) => {
                 let kinematics = self.guidance.kinematics();
-                let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-                let fastest = profile.held().map(|twist| {
-                    kinematics.wheel_rates(twist, &mut rates_rad_s);
-                    rates_rad_s
-                        .iter()
-                        .fold(0.0, |most: f64, rate| most.max(rate.abs()))
-                });
-                Some(fastest.fold(0.0, f64::max))
+                let rates = profile.held().map(|twist| fastest_rad_s(kinematics, twist));
+                Some(rates.fold(0.0, f64::max))
             }
             Planned::Log(log) => {
                 let kinematics = self.guidance.kinematics();
@@ -61,15 +55,10 @@ impl Pilot {
             return None;
         };
         let mut guidance = self.guidance.clone();
-        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
-        let mut fastest = |twist: Twist| {
-            self.kinematics.wheel_rates(twist, &mut rates_rad_s);
-            rates_rad_s
-                .iter()
-                .fold(0.0, |most: f64, rate| most.max(rate.abs()))
-        };
-        let held = profile.held().map(|twist| (fastest(twist), twist));
-        let (_, twist_in_body) = held.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let fastest = |twist: &Twist| fastest_rad_s(&self.kinematics, *twist);
+        let twist_in_body = profile
+            .held()
+            .max_by(|a, b| fastest(a).total_cmp(&fastest(b)))?;
         let task = Task {
             name: "twist",
             twist_in_body,
@@ -141,6 +130,14 @@ impl Pilot {
         }
         Some(feasibility)
     }
+}
+
+/// The rate of the wheel that turns fastest for a twist, in rad/s.
+fn fastest_rad_s(kinematics: &Kinematics, twist: Twist) -> f64 {
+    let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+    kinematics.wheel_rates(twist, &mut rates_rad_s);
+    let sizes = rates_rad_s.iter().map(|rate| rate.abs());
+    sizes.fold(0.0, f64::max)
 }
 
 /// The motion of the body's origin if a point of the body, in metres in its frame, follows a
