@@ -70,12 +70,10 @@ mod actuation;
 mod dynamics;
 mod error;
 mod estimation;
-#[cfg(test)]
-mod fixtures;
 mod guidance;
-#[cfg(test)]
-mod joint_fixtures;
 mod kinematics;
+#[cfg(test)]
+mod tests;
 
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
 pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange};

@@ -1,7 +1,7 @@
 //! After construction nothing in the update paths allocates, so that the crate can run in a robot's
 //! control loop.
 
-#[path = "../src/fixtures.rs"]
+#[path = "../src/tests/robots.rs"]
 #[allow(dead_code)]
 mod fixtures;
 

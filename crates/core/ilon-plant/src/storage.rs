@@ -12,7 +12,7 @@
 //! a spring that is held over a control period, which dampers exceed.
 
 use ilon_control::{Desired, PassiveEffort};
-use ilon_robot::{Pose, Twist, wrap_angle};
+use ilon_robot::{Pose, wrap_angle};
 use ilon_trace::Storage;
 use ilon_world::World;
 use nalgebra::{Vector2, Vector3};
@@ -74,7 +74,9 @@ impl StorageAccount {
         dt_s: f64,
     ) {
         let robot = world.robot();
-        let moved = self.of_point(self.pose.displacement_to(&robot.state().pose));
+        let moved = self.pose.displacement_to(&robot.state().pose);
+        let moved = moved.at(self.reference_point_m);
+        let moved = Vector3::new(moved.vx_m_s, moved.vy_m_s, moved.omega_rad_s);
         let rates = self.rates_rad_s.iter().zip(robot.wheel_rates_rad_s());
         let between_j: f64 = (effort.between_n_m.iter().zip(rates))
             .map(|(between, (before, after))| between * 0.5 * (before + after) * dt_s)
@@ -125,18 +127,13 @@ impl StorageAccount {
             rise_j: self.rise_j.max(stored_j - supplied_j - self.least_j),
         }
     }
-
-    /// A displacement of the origin, converted to the spring's point.
-    fn of_point(&self, moved: Twist) -> Vector3<f64> {
-        let (c, turn) = (self.reference_point_m, moved.omega_rad_s);
-        Vector3::new(moved.vx_m_s - turn * c.y, moved.vy_m_s + turn * c.x, turn)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
+    use ilon_robot::Twist;
     use ilon_world::{Floor, Settings};
 
     use super::*;

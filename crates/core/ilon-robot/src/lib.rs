@@ -19,9 +19,11 @@
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
 mod angles;
+mod bisection;
 mod model;
 
 pub use angles::roll_pitch_yaw;
+pub use bisection::bisected;
 pub use model::{
     Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, HubHeights,
     Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,

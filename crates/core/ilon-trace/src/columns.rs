@@ -32,6 +32,15 @@ pub(crate) struct Column<T: 'static> {
     set: fn(&mut T, f64),
 }
 
+impl<T> Column<T> {
+    /// Writes a value where there is a place for it.
+    fn put<'t>(&self, target: impl Into<Option<&'t mut T>>, value: f64) {
+        if let Some(target) = target.into() {
+            (self.set)(target, value);
+        }
+    }
+}
+
 macro_rules! reals {
     ($t:ty; $($name:literal => $($path:ident).+ $([$at:literal])?,)*) => {
         [$(Column::<$t> {
@@ -264,6 +273,21 @@ enum Source {
     Roller(usize),
 }
 
+impl Source {
+    /// Whether a row may lack it.
+    fn is_nullable(&self) -> bool {
+        !matches!(
+            self,
+            Self::Record(_)
+                | Self::Term(..)
+                | Self::Task(..)
+                | Self::Joint(..)
+                | Self::Body(..)
+                | Self::Wheel(..)
+        )
+    }
+}
+
 /// One recorded signal of a particular trace.
 #[derive(Debug)]
 pub struct Signal {
@@ -308,46 +332,20 @@ impl Signal {
         match &self.source {
             Source::Record(column) => (column.set)(record, value),
             Source::Term(term, column) => {
-                if let Some(term) = record.ledger.all_mut().into_iter().nth(*term) {
-                    (column.set)(term, value);
-                }
+                column.put(record.ledger.all_mut().into_iter().nth(*term), value);
             }
-            Source::Support(column) => {
-                (column.set)(record.support.get_or_insert_default(), value);
-            }
-            Source::Desired(column) => {
-                (column.set)(record.desired.get_or_insert_default(), value);
-            }
-            Source::Measured(column) => {
-                (column.set)(record.measured.get_or_insert_default(), value);
-            }
+            Source::Support(column) => column.put(record.support.get_or_insert_default(), value),
+            Source::Desired(column) => column.put(record.desired.get_or_insert_default(), value),
+            Source::Measured(column) => column.put(record.measured.get_or_insert_default(), value),
             Source::Posed(column) => {
-                (column.set)(record.odometry_posed.get_or_insert_default(), value);
+                column.put(record.odometry_posed.get_or_insert_default(), value);
             }
-            Source::Imu(column) => (column.set)(record.imu.get_or_insert_default(), value),
-            Source::Storage(column) => {
-                (column.set)(record.storage.get_or_insert_default(), value);
-            }
-            Source::Task(task, column) => {
-                if let Some(share) = record.tasks.get_mut(*task) {
-                    (column.set)(share, value);
-                }
-            }
-            Source::Joint(joint, column) => {
-                if let Some(sample) = record.joints.get_mut(*joint) {
-                    (column.set)(sample, value);
-                }
-            }
-            Source::Body(body, column) => {
-                if let Some(sample) = record.bodies.get_mut(*body) {
-                    (column.set)(sample, value);
-                }
-            }
-            Source::Wheel(wheel, column) => {
-                if let Some(sample) = wheels.get_mut(*wheel) {
-                    (column.set)(sample, value);
-                }
-            }
+            Source::Imu(column) => column.put(record.imu.get_or_insert_default(), value),
+            Source::Storage(column) => column.put(record.storage.get_or_insert_default(), value),
+            Source::Task(task, column) => column.put(record.tasks.get_mut(*task), value),
+            Source::Joint(joint, column) => column.put(record.joints.get_mut(*joint), value),
+            Source::Body(body, column) => column.put(record.bodies.get_mut(*body), value),
+            Source::Wheel(wheel, column) => column.put(wheels.get_mut(*wheel), value),
             Source::Roller(roller) => {
                 if let Some(angle_rad) = rollers.get_mut(*roller) {
                     *angle_rad = Some(value);
@@ -361,73 +359,63 @@ impl Signal {
 fn of_columns<T: 'static>(
     columns: impl IntoIterator<Item = &'static Column<T>>,
     begins: &str,
-    nullable: bool,
     source: impl Fn(&'static Column<T>) -> Source,
 ) -> Vec<Signal> {
-    let signal = |column: &'static Column<T>| Signal {
-        name: format!("{begins}{}", column.name),
-        kind: column.kind,
-        nullable,
-        source: source(column),
+    let signal = |column: &'static Column<T>| {
+        let source = source(column);
+        Signal {
+            name: format!("{begins}{}", column.name),
+            kind: column.kind,
+            nullable: source.is_nullable(),
+            source,
+        }
     };
     columns.into_iter().map(signal).collect()
 }
 
 /// All signals of a trace with this header, in the order of the file's columns.
 pub(crate) fn signals(header: &Header) -> Vec<Signal> {
-    let mut all = of_columns(&RECORD, "", false, Source::Record);
+    let mut all = of_columns(&RECORD, "", Source::Record);
     for (place, term) in std::iter::once("total").chain(NAMES).enumerate() {
         if !header.has_term(term) {
             continue;
         }
         let begins = format!("budget_{}_", term.replace('-', "_"));
-        all.extend(of_columns(&TERM, &begins, false, |column| {
-            Source::Term(place, column)
-        }));
+        all.extend(of_columns(&TERM, &begins, |of| Source::Term(place, of)));
     }
-    all.extend(of_columns(&SUPPORT, "", true, Source::Support));
-    all.extend(of_columns(&DESIRED, "", true, Source::Desired));
+    all.extend(of_columns(&SUPPORT, "", Source::Support));
+    all.extend(of_columns(&DESIRED, "", Source::Desired));
     if header.measured {
-        all.extend(of_columns(&MEASURED, "", true, Source::Measured));
+        all.extend(of_columns(&MEASURED, "", Source::Measured));
     }
     if !header.joints.is_empty() {
-        all.extend(of_columns(&POSED, "", true, Source::Posed));
+        all.extend(of_columns(&POSED, "", Source::Posed));
     }
     if header.imu {
-        all.extend(of_columns(&IMU, "", true, Source::Imu));
+        all.extend(of_columns(&IMU, "", Source::Imu));
     }
     if header.storage {
-        all.extend(of_columns(&STORAGE, "", true, Source::Storage));
+        all.extend(of_columns(&STORAGE, "", Source::Storage));
     }
     for task in 0..header.task_names.len().min(MAX_TASKS) {
-        all.extend(of_columns(
-            &TASK,
-            &format!("task{task}_"),
-            false,
-            |column| Source::Task(task, column),
-        ));
+        let begins = format!("task{task}_");
+        all.extend(of_columns(&TASK, &begins, |of| Source::Task(task, of)));
     }
     for (joint, of) in header.joints.iter().enumerate().take(MAX_JOINTS) {
-        let begins = format!("joint_{}_", of.name);
-        let columns = &JOINT[usize::from(of.slides)];
-        all.extend(of_columns(columns, &begins, false, |column| {
-            Source::Joint(joint, column)
-        }));
+        let (columns, begins) = (
+            &JOINT[usize::from(of.slides)],
+            format!("joint_{}_", of.name),
+        );
+        all.extend(of_columns(columns, &begins, |of| Source::Joint(joint, of)));
     }
     for (body, of) in header.bodies.iter().enumerate().take(MAX_BODIES) {
         let begins = format!("body_{}_", of.name);
-        all.extend(of_columns(&BODY, &begins, false, |column| {
-            Source::Body(body, column)
-        }));
+        all.extend(of_columns(&BODY, &begins, |of| Source::Body(body, of)));
     }
     for wheel in 0..header.wheels.len() {
         let columns = WHEEL_REALS.iter().chain(&WHEEL_OTHERS);
-        all.extend(of_columns(
-            columns,
-            &format!("wheel{wheel}_"),
-            false,
-            |column| Source::Wheel(wheel, column),
-        ));
+        let begins = format!("wheel{wheel}_");
+        all.extend(of_columns(columns, &begins, |of| Source::Wheel(wheel, of)));
     }
     if header.roller_angles {
         let wheels = header.wheels.iter().enumerate();

@@ -168,21 +168,10 @@ fn ablation<'a>(
         floor,
         differs: difference.abs() > FLOORS * floor,
     };
+    let apart_by = |key, by, floor| named(key, Some(by), Some(0.0), by, floor);
     let mut effects = vec![
-        named(
-            APART_M,
-            Some(apart.most_m),
-            Some(0.0),
-            apart.most_m,
-            floor[0],
-        ),
-        named(
-            APART_RAD,
-            Some(apart.most_rad),
-            Some(0.0),
-            apart.most_rad,
-            floor[1],
-        ),
+        apart_by(APART_M, apart.most_m, floor[0]),
+        apart_by(APART_RAD, apart.most_rad, floor[1]),
     ];
     for quantity in quantities::compared() {
         let key = quantity.key;

@@ -53,7 +53,7 @@
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
 //! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; their contacts: `contact/search/{free_bodies,solid}.rs` |
 //! | a program's user bodies, moved by rapier | `world/user_bodies/` |
-//! | the parts of a robot that parry finds near the ground | `robot/shapes.rs`; contacts of two robots: `contact/search/between_chassis.rs` |
+//! | the parts of a robot that parry finds near the ground | `robot/shapes.rs`; contacts of two robots: `contact/search/free_bodies.rs` |
 //! | data shared by worlds of one robot | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
 //!

@@ -7,7 +7,6 @@ mod check_joints;
 mod disturbance;
 mod equilibrium;
 mod free;
-mod in_rapier;
 mod standing;
 #[cfg(test)]
 mod tests;

@@ -152,8 +152,8 @@ impl TorqueLaw for ComputedTorque {
 mod tests {
     use super::*;
     use crate::TorqueRange;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
-    use crate::joint_fixtures::{driven, joint};
+    use crate::tests::joints::{driven, joint};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
     use ilon_robot::{Robot, Twist};
     use nalgebra::Vector3;
 

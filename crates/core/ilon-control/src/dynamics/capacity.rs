@@ -1,6 +1,6 @@
 //! The wheel pushes that an acceleration needs, and the pushes that motors and grip allow.
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::{Robot, Twist, bisected};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::loads::WheelLoads;
@@ -143,16 +143,8 @@ impl Capacity {
         // The set is convex and its ranges are linear in the acceleration (except for a lifted
         // wheel's load), so the feasible weights form an interval from zero. Thirty bisections
         // leave 1e-9 of the task.
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if self.within(moment, given + middle * task) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
+        let fits = |weight: f64| self.within(moment, given + weight * task);
+        bisected((0.0, 1.0), 30, fits).0
     }
 
     /// Returns the force on the body that an acceleration needs. Also computes the torque that each

@@ -152,8 +152,8 @@ pub(super) fn inverse(sum: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, volksbot};
-    use crate::joint_fixtures::{driven, joint, on_springs};
+    use crate::tests::joints::{driven, joint, on_springs};
+    use crate::tests::robots::{mecanum4, volksbot};
     use ilon_robot::{BodyJoint, Coupling, JointKind};
 
     /// Robot A: axles at 0.15 m, its centre of mass h above the ground. It tips over its rear axle

@@ -415,8 +415,8 @@ fn sign(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::mecanum4;
-    use crate::joint_fixtures::{driven, joint};
+    use crate::tests::joints::{driven, joint};
+    use crate::tests::robots::mecanum4;
 
     /// An arm's mass and inertia enter I at the arm's pose: 3 kg, 0.5 m from a pivot at (0.1,
     /// 0.05), by parallel axes, and its part of the momentum.

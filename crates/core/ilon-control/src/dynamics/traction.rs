@@ -22,6 +22,7 @@
 //! must sit at its bound, and the few in the facet's plane follow from F. So this check also yields
 //! the distribution.
 
+use ilon_robot::bisected;
 use nalgebra::{Vector2, Vector3};
 
 use crate::Kinematics;
@@ -118,12 +119,7 @@ impl TractionSet {
         ranges: impl Iterator<Item = PushRange> + Clone,
     ) -> (f64, f64) {
         let along = y.dot(force);
-        let (mut up, mut down) = (0.0, 0.0);
-        for (product, range) in products.iter().zip(ranges) {
-            let (a, b) = (product * range.min_n, product * range.max_n);
-            up += a.max(b);
-            down += a.min(b);
-        }
+        let (up, down) = reach_n(products, ranges);
         if along - up >= down - along {
             (along - up, 1.0)
         } else {
@@ -184,15 +180,7 @@ impl TractionSet {
             })
         };
         // Bisects until the bounds differ by less than 1e-12 of the grips: forty steps.
-        let (mut low, mut t) = (0.0, 1.0);
-        for _ in 0..40 {
-            let middle = 0.5 * (low + t);
-            if self.reaches(force, at(middle), 0.0) {
-                t = middle;
-            } else {
-                low = middle;
-            }
-        }
+        let (t, _) = bisected((1.0, 0.0), 40, |t| self.reaches(force, at(t), 0.0));
         self.fill(force, at(t), out);
         t
     }
@@ -209,12 +197,7 @@ impl TractionSet {
         let (given, task) = (self.scaled(given), self.scaled(task));
         let mut share = 1.0_f64;
         for (y, products) in &self.normals {
-            let (mut up, mut down) = (0.0, 0.0);
-            for (product, range) in products.iter().zip(ranges.clone()) {
-                let (a, b) = (product * range.min_n, product * range.max_n);
-                up += a.max(b);
-                down += a.min(b);
-            }
+            let (up, down) = reach_n(products, ranges.clone());
             let (along, step) = (y.dot(&given), y.dot(&task));
             let room = if step > 0.0 { up - along } else { along - down };
             if step.abs() > room {
@@ -367,10 +350,21 @@ impl TractionSet {
 /// 1 to 2, normals size 1.
 const IN_PLANE: f64 = 1e-9;
 
+/// How far pushes within ranges reach along and against a normal, by its products with each.
+fn reach_n(products: &[f64], ranges: impl Iterator<Item = PushRange>) -> (f64, f64) {
+    let (mut up, mut down) = (0.0, 0.0);
+    for (product, range) in products.iter().zip(ranges) {
+        let (a, b) = (product * range.min_n, product * range.max_n);
+        up += a.max(b);
+        down += a.min(b);
+    }
+    (up, down)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
+    use crate::tests::robots::{WheelSpec, mecanum4, robot, six_wheels, volksbot};
 
     /// Pseudo-random numbers in [-1, 1), always the same.
     fn noise(seed: &mut u64) -> f64 {

@@ -117,7 +117,7 @@ impl Odometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
     use ilon_robot::Robot;
 
     /// Moves a robot by twists without slip. Returns its true pose and its estimated pose.

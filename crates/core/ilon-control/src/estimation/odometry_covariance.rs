@@ -201,7 +201,7 @@ impl OdometryCovariance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
     use ilon_robot::wrap_angle;
 
     /// Pseudo-random numbers of a normal distribution, always the same: the sum of twelve uniform

@@ -238,16 +238,14 @@ impl Fastest<'_> {
         let desired = path.at_own(own_s);
         let twist = desired.velocity_in_world.rotated(-desired.pose.heading_rad);
         // The origin rotates about the point that follows the path.
-        let (c, omega) = (self.reference_point_m, twist.omega_rad_s);
-        let of_origin = twist + Twist::new(omega * c.y, -omega * c.x, 0.0);
+        let of_origin = twist.at(-self.reference_point_m);
         of_origin.scaled(1.0 / path.flow_on(own_s, arm_m))
     }
 
     /// Returns the largest x at which the position and heading tasks together keep all wheels
     /// within their limit, with the guidance's weights.
     fn most_square(&self, direction: Twist) -> f64 {
-        let (c, omega) = (self.reference_point_m, direction.omega_rad_s);
-        let heading = Twist::new(omega * c.y, -omega * c.x, omega);
+        let heading = Twist::new(0.0, 0.0, direction.omega_rad_s).at(-self.reference_point_m);
         let position = direction + heading.scaled(-1.0);
         let asked_rad_s = [position, heading].map(|task| self.limits.fastest_rate_rad_s(task));
         let share = asked_rad_s.iter().sum::<f64>() / self.wheel_rate_limit_rad_s;

@@ -572,7 +572,7 @@ impl RateMap<'_> {
         match self.contact {
             None => self.kinematics.wheel_rates(twist_in_body, out),
             Some(contact) => {
-                let there = moved(twist_in_body, self.offset_m(contact));
+                let there = twist_in_body.at(self.offset_m(contact));
                 contact.wheel_rates_here(there, out);
             }
         }
@@ -581,15 +581,9 @@ impl RateMap<'_> {
     fn twist(&self, rates_rad_s: &[f64]) -> Twist {
         match self.contact {
             None => self.kinematics.twist(rates_rad_s),
-            Some(contact) => moved(contact.twist_here(rates_rad_s), -self.offset_m(contact)),
+            Some(contact) => contact.twist_here(rates_rad_s).at(-self.offset_m(contact)),
         }
     }
-}
-
-/// The twist of a point of the same body `offset_m` away, eq. (2).
-fn moved(twist: Twist, offset_m: Vector2<f64>) -> Twist {
-    let omega = twist.omega_rad_s;
-    twist + Twist::new(-omega * offset_m.y, omega * offset_m.x, 0.0)
 }
 
 /// Returns the largest weighted amount; not finite if any of them is not.
@@ -630,7 +624,7 @@ fn checked_gain(gain: Matrix2<f64>) -> Result<Matrix2<f64>, ControlError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 
     fn settings(saturation: Saturation, wheel_rate_limit_rad_s: f64) -> GuidanceSettings {
         GuidanceSettings {
@@ -671,7 +665,7 @@ mod tests {
                 let command = guidance.update_on_contact(&seen, &desired, &contact);
                 let rates = &command.wheel_rates_rad_s;
                 assert!(rates.iter().all(|rate| rate.abs() <= 8.7));
-                let of_point = moved(contact.twist_here(rates), point);
+                let of_point = contact.twist_here(rates).at(point);
                 let off = of_point - command.saturated_twist_in_body;
                 assert!(off.linear_m_s().norm() < 1e-12 && off.omega_rad_s.abs() < 1e-11);
                 assert!(command.tasks.iter().any(TaskShare::is_saturated));
@@ -782,7 +776,7 @@ mod tests {
         };
         let dt_s = 1e-5;
         let velocity = (place(dt_s) - place(-dt_s)) / (2.0 * dt_s);
-        let there = moved(twist, offset_m);
+        let there = twist.at(offset_m);
         // The central difference has an error of omega^3 |offset| dt^2 / 6, some 1e-11.
         assert!((there.vx_m_s - velocity.x).abs() < 1e-9);
         assert!((there.vy_m_s - velocity.y).abs() < 1e-9);

@@ -106,8 +106,8 @@ impl PathTracking {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::mecanum4;
-    use crate::kinematics::tyres::fixtures::on_tyres;
+    use crate::tests::robots::mecanum4;
+    use crate::tests::tyres::on_tyres;
 
     fn law(places_m: &[[f64; 2]]) -> PathTracking {
         let kinematics = Kinematics::new(&on_tyres(places_m)).expect("it drives");

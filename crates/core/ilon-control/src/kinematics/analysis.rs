@@ -129,7 +129,7 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    use crate::fixtures::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
 
     #[test]
     fn the_decoupling_point_decouples_and_no_other_does() {

@@ -163,7 +163,7 @@ fn turning_lever_m(wheels: &[Wheel]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{MECANUM_HANDEDNESS, mecanum4_specs, robot, six_wheels, volksbot};
+    use crate::tests::robots::{MECANUM_HANDEDNESS, mecanum4_specs, robot, six_wheels, volksbot};
 
     #[test]
     fn an_o_is_told_with_both_levers() {

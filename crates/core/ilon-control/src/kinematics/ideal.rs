@@ -357,8 +357,8 @@ impl Kinematics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
     use crate::kinematics::singularity::SingularityKind;
+    use crate::tests::robots::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
     use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
     #[test]

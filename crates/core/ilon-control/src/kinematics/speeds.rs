@@ -288,7 +288,7 @@ const EDGE: f64 = 1.0 + 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{mecanum4, six_wheels, volksbot};
+    use crate::tests::robots::{mecanum4, six_wheels, volksbot};
     use std::f64::consts::{FRAC_PI_6, PI};
 
     #[test]

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_robot::{Robot, Twist, bisected, wrap_angle};
 use nalgebra::{Vector2, Vector3};
 
 use crate::Kinematics;
@@ -70,14 +70,7 @@ fn least(can: impl Fn(f64) -> bool, size_m: f64) -> Option<f64> {
             return Some(if can(0.0) { 0.0 } else { high });
         }
     }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        match can(middle) {
-            true => high = middle,
-            false => low = middle,
-        }
-    }
-    Some(high)
+    Some(bisected((high, low), 60, can).0)
 }
 
 /// Whether a steering joint reaches the direction that a twist gives its wheel, or its opposite.
@@ -111,7 +104,7 @@ fn reaches(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::tyres::fixtures::on_tyres;
+    use crate::tests::tyres::on_tyres;
 
     /// A robot without steering turns on the spot about the middle of its tyres.
     #[test]

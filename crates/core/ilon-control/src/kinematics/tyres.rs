@@ -132,39 +132,14 @@ pub(crate) fn mounts(robot: &Robot) -> Vec<Mount> {
     robot.wheels.iter().map(mount).collect()
 }
 
-/// Robots on tyres, for tests.
-#[cfg(test)]
-pub(crate) mod fixtures {
-    use ilon_robot::{Robot, Roller};
-
-    use crate::fixtures::{WheelSpec, mecanum4_specs, robot};
-
-    /// Tyres at these places, all on axles along y.
-    pub(crate) fn on_tyres(places_m: &[[f64; 2]]) -> Robot {
-        let like = |[x_m, y_m]: &[f64; 2]| WheelSpec {
-            x_m: *x_m,
-            y_m: *y_m,
-            gamma_rad: 0.0,
-            ..mecanum4_specs(1.0)[0]
-        };
-        let specs: Vec<WheelSpec> = places_m.iter().map(like).collect();
-        let mut robot = robot(10.0, &specs);
-        for wheel in &mut robot.wheels {
-            let tyre = Roller::tyre(&wheel.name, wheel.radius_m, 0.03, 0.004);
-            wheel.rollers = vec![tyre.expect("a tyre")];
-        }
-        robot
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use ilon_robot::Twist;
     use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
-    use super::fixtures::on_tyres;
     use super::{Mount, held_rows};
-    use crate::joint_fixtures::joint;
+    use crate::tests::joints::joint;
+    use crate::tests::tyres::on_tyres;
     use crate::{Arrangement, ContactKinematics, ControlError, Kinematics, SpeedLimits};
 
     fn close(one: Twist, other: Twist) -> bool {

@@ -1,7 +1,7 @@
 //! The tests of `ilon-control` from outside, one module for each subject, in one program.
 
 mod another_point;
-#[path = "../../src/fixtures.rs"]
+#[path = "../../src/tests/robots.rs"]
 mod fixtures;
 mod paper;
 mod passive_by_hand;

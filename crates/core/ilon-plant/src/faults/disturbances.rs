@@ -1,15 +1,16 @@
 //! Disturbances from outside the robot over time: pushes, payloads, seized rollers, changed floors.
 
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Wheel};
+use ilon_trace::FaultKind;
 use ilon_world::{Patch, Payload, Push, World};
 use nalgebra::{Rotation3, Vector3};
 
+use crate::faults::recorded;
 use crate::faults::tilt::Tilts;
 use crate::ground::floor::patches;
 use crate::ground::timed_patch::TimedPatch;
 use ilon_scenario::Error;
-use ilon_scenario::robot::wheel_index;
-use ilon_scenario::scenario::{Fault, Frame, Scenario, within};
+use ilon_scenario::scenario::{Fault, Scenario};
 
 /// The disturbances of a run.
 #[derive(Clone)]
@@ -44,7 +45,8 @@ pub(crate) struct Wrench {
 #[derive(Clone)]
 struct TimedPush {
     impulse_n_s: Vector3<f64>,
-    frame: Frame,
+    /// Whether its axes are those of the body frame, turned level, instead of the world's.
+    in_body: bool,
     place_in_body_m: Vector3<f64>,
     from_s: f64,
     lasts_s: f64,
@@ -65,14 +67,6 @@ impl Disturbances {
     /// materials, and a payload that the world refuses.
     pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let patches = patches(scenario, robot)?;
-        let center_m = robot.chassis.mass.center_of_mass_m;
-        let place = |x_m: Option<f64>, y_m: Option<f64>, z_m: Option<f64>| {
-            Vector3::new(
-                x_m.unwrap_or(center_m.x),
-                y_m.unwrap_or(center_m.y),
-                z_m.unwrap_or(center_m.z),
-            )
-        };
         let mut this = Self {
             pushes: Vec::new(),
             payloads: Vec::new(),
@@ -87,44 +81,36 @@ impl Disturbances {
             slippery: (None, TimedPatch::those_at(&patches, 0.0)),
             patches,
         };
-        for fault in &scenario.faults {
-            match *fault {
-                Fault::Push {
-                    impulse_x_n_s,
-                    impulse_y_n_s,
-                    impulse_z_n_s,
-                    frame,
-                    x_m,
-                    y_m,
-                    z_m,
-                    from_s,
-                    lasts_s,
-                } => this.pushes.push(TimedPush {
-                    impulse_n_s: Vector3::new(impulse_x_n_s, impulse_y_n_s, impulse_z_n_s),
-                    frame,
-                    place_in_body_m: place(x_m, y_m, z_m),
-                    from_s,
-                    lasts_s,
+        let recorded = recorded(&scenario.faults, robot)?;
+        for (fault, of) in scenario.faults.iter().zip(&recorded) {
+            match (fault, &of.kind) {
+                (
+                    Fault::Push {
+                        from_s, lasts_s, ..
+                    },
+                    FaultKind::Push {
+                        impulse_n_s,
+                        in_body,
+                        place_m,
+                    },
+                ) => this.pushes.push(TimedPush {
+                    impulse_n_s: Vector3::from(*impulse_n_s),
+                    in_body: *in_body,
+                    place_in_body_m: Vector3::from(*place_m),
+                    from_s: *from_s,
+                    lasts_s: *lasts_s,
                 }),
-                Fault::Payload {
-                    mass_kg,
-                    x_m,
-                    y_m,
-                    z_m,
-                    ..
-                } if mass_kg > 0.0 => {
-                    let payload = Payload::new(mass_kg, place(x_m, y_m, z_m))?;
+                (_, FaultKind::Payload { mass_kg, place_m }) if *mass_kg > 0.0 => {
+                    let payload = Payload::new(*mass_kg, Vector3::from(*place_m))?;
                     this.payloads.push((payload, fault.clone()));
                 }
-                Fault::RollerStuck {
-                    ref wheel, roller, ..
-                } => this.seizures.push(Seizure {
-                    wheel: wheel_index(wheel, robot, crate::faults::A_FAULT)?,
-                    roller: roller_index(wheel, roller, robot)?,
+                (_, FaultKind::RollerStuck { wheel, roller }) => this.seizures.push(Seizure {
+                    wheel: *wheel,
+                    roller: roller_index(&robot.wheels[*wheel], *roller)?,
                     fault: fault.clone(),
                     seized: false,
                 }),
-                Fault::FrictionChanged { .. } => this.frictions.push(fault.clone()),
+                (_, FaultKind::FrictionChanged { .. }) => this.frictions.push(fault.clone()),
                 _ => {}
             }
         }
@@ -145,7 +131,7 @@ impl Disturbances {
             .retain(|push| push.from_s + push.lasts_s > now_s);
         self.pushes.push(TimedPush {
             impulse_n_s: force_in_world_n * lasts_s,
-            frame: Frame::World,
+            in_body: false,
             place_in_body_m,
             from_s: now_s,
             lasts_s,
@@ -217,17 +203,11 @@ impl Disturbances {
     }
 
     fn wet(&mut self, t_s: f64, world: &mut World) {
-        let changes = self.frictions.iter().rev();
-        let friction = changes
-            .filter_map(|fault| match fault {
-                Fault::FrictionChanged {
-                    friction,
-                    from_s,
-                    until_s,
-                } if within(t_s, *from_s, *until_s) => Some(*friction),
-                _ => None,
-            })
-            .next();
+        let mut changes = self.frictions.iter().rev();
+        let friction = changes.find_map(|fault| match fault {
+            Fault::FrictionChanged { friction, .. } if fault.is_on(t_s) => Some(*friction),
+            _ => None,
+        });
         let slippery = (friction, TimedPatch::those_at(&self.patches, t_s));
         if slippery != self.slippery {
             world.set_friction(slippery.0, &slippery.1);
@@ -244,9 +224,9 @@ impl TimedPush {
             return None;
         }
         let force_n = self.impulse_n_s / self.lasts_s * (overlap_s / dt_s);
-        let force_in_world_n = match self.frame {
-            Frame::World => force_n,
-            Frame::Body => {
+        let force_in_world_n = match self.in_body {
+            false => force_n,
+            true => {
                 let heading_rad = world.robot().state().pose.heading_rad;
                 Rotation3::from_axis_angle(&Vector3::z_axis(), heading_rad) * force_n
             }
@@ -258,15 +238,15 @@ impl TimedPush {
     }
 }
 
-fn roller_index(wheel: &str, roller: u32, robot: &Robot) -> Result<usize, Error> {
-    let found = robot.wheels.iter().find(|known| known.name == wheel);
-    if found.is_some_and(|wheel| wheel.has_tyre()) {
+/// The index of a roller on a wheel.
+fn roller_index(of: &Wheel, roller: u32) -> Result<usize, Error> {
+    let (wheel, count) = (&of.name, of.rollers.len());
+    if of.has_tyre() {
         return Err(Error::invalid(
             format!("a roller of the wheel `{wheel}` is to seize, but this wheel has a tyre"),
             "leave the fault out, or let the wheel's motor stop: `motor_lost`",
         ));
     }
-    let count = found.map_or(0, |wheel| wheel.rollers.len());
     if (roller as usize) < count {
         return Ok(roller as usize);
     }

@@ -5,39 +5,41 @@ pub mod tilt;
 
 use ilon_robot::{Pose, Robot, wrap_angle};
 use ilon_trace::FaultKind;
+use nalgebra::Vector3;
 
 use crate::faults::tilt::Tilts;
 use ilon_scenario::Error;
 use ilon_scenario::robot::wheel_index;
-use ilon_scenario::scenario::{Fault, Frame};
+use ilon_scenario::scenario::{Fault, Frame, within};
 
-/// The beginning of a message about a wheel.
-pub(crate) const A_FAULT: &str = "a fault is";
+/// A point of the chassis in the body frame, in metres; coordinates that are not given are those
+/// of its centre of mass.
+pub(crate) fn place_m(robot: &Robot, [x_m, y_m, z_m]: [Option<f64>; 3]) -> Vector3<f64> {
+    let center_m = robot.chassis.mass.center_of_mass_m;
+    Vector3::new(
+        x_m.unwrap_or(center_m.x),
+        y_m.unwrap_or(center_m.y),
+        z_m.unwrap_or(center_m.z),
+    )
+}
 
 /// The faults of a scenario as stored in a trace.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a wheel that the robot does not have.
 pub(crate) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace::Fault>, Error> {
-    let center_m = robot.chassis.mass.center_of_mass_m;
-    let place = |x_m: &Option<f64>, y_m: &Option<f64>, z_m: &Option<f64>| {
-        [
-            x_m.unwrap_or(center_m.x),
-            y_m.unwrap_or(center_m.y),
-            z_m.unwrap_or(center_m.z),
-        ]
-    };
+    let index_of = |wheel: &str| wheel_index(wheel, robot, "a fault is");
     let kind_of = |fault: &Fault| -> Result<FaultKind, Error> {
         Ok(match fault {
             Fault::MotorLost { wheel, shorted, .. } => FaultKind::MotorLost {
-                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                wheel: index_of(wheel)?,
                 shorted: *shorted,
             },
             Fault::EncoderLost { wheel, .. } => FaultKind::EncoderLost {
-                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                wheel: index_of(wheel)?,
             },
             Fault::EncoderScaled { wheel, factor, .. } => FaultKind::EncoderScaled {
-                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                wheel: index_of(wheel)?,
                 factor: *factor,
             },
             Fault::PoseLost { .. } => FaultKind::PoseLost,
@@ -63,7 +65,7 @@ pub(crate) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
             } => FaultKind::Push {
                 impulse_n_s: [*impulse_x_n_s, *impulse_y_n_s, *impulse_z_n_s],
                 in_body: *frame == Frame::Body,
-                place_m: place(x_m, y_m, z_m),
+                place_m: place_m(robot, [*x_m, *y_m, *z_m]).into(),
             },
             Fault::Payload {
                 mass_kg,
@@ -73,10 +75,10 @@ pub(crate) fn recorded(faults: &[Fault], robot: &Robot) -> Result<Vec<ilon_trace
                 ..
             } => FaultKind::Payload {
                 mass_kg: *mass_kg,
-                place_m: place(x_m, y_m, z_m),
+                place_m: place_m(robot, [*x_m, *y_m, *z_m]).into(),
             },
             Fault::RollerStuck { wheel, roller, .. } => FaultKind::RollerStuck {
-                wheel: wheel_index(wheel, robot, A_FAULT)?,
+                wheel: index_of(wheel)?,
                 roller: *roller,
             },
             Fault::FrictionChanged { friction, .. } => FaultKind::FrictionChanged {
@@ -119,9 +121,7 @@ pub(crate) enum LostMotor {
 /// The injected faults within the robot; those from outside are in [`disturbances`].
 #[derive(Clone)]
 pub(crate) struct Faults {
-    faults: Vec<Fault>,
-    /// The wheel index of each fault; 0 if it concerns no wheel.
-    wheels: Vec<usize>,
+    faults: Vec<ilon_trace::Fault>,
     tilts: Tilts,
 }
 
@@ -129,13 +129,8 @@ impl Faults {
     /// # Errors
     /// [`Error::Invalid`] for a wheel that the robot does not have.
     pub fn new(faults: &[Fault], robot: &Robot) -> Result<Self, Error> {
-        let index_of = |fault: &Fault| match fault.wheel() {
-            None => Ok(0),
-            Some(name) => wheel_index(name, robot, A_FAULT),
-        };
         Ok(Self {
-            wheels: faults.iter().map(index_of).collect::<Result<_, _>>()?,
-            faults: faults.to_vec(),
+            faults: recorded(faults, robot)?,
             tilts: Tilts::new(faults),
         })
     }
@@ -147,23 +142,16 @@ impl Faults {
 
     /// Whether the pose sensor is blind.
     pub fn pose_is_lost(&self, t_s: f64) -> bool {
-        self.on(t_s)
-            .any(|(fault, _)| matches!(fault, Fault::PoseLost { .. }))
+        self.on(t_s).any(|fault| *fault == FaultKind::PoseLost)
     }
 
     /// The pose that the sensor measures for a real pose.
     pub fn pose(&self, t_s: f64, mut pose: Pose) -> Pose {
-        for (fault, _) in self.on(t_s) {
-            if let Fault::PoseShifted {
-                x_m,
-                y_m,
-                heading_deg,
-                ..
-            } = fault
-            {
-                pose.x_m += x_m;
-                pose.y_m += y_m;
-                pose.heading_rad = wrap_angle(pose.heading_rad + heading_deg.to_radians());
+        for fault in self.on(t_s) {
+            if let FaultKind::PoseShifted { by_m, by_rad } = fault {
+                pose.x_m += by_m[0];
+                pose.y_m += by_m[1];
+                pose.heading_rad = wrap_angle(pose.heading_rad + by_rad);
             }
         }
         pose
@@ -172,10 +160,8 @@ impl Faults {
     /// By how much a wheel's encoder counts wrong: what it counts over what it should; 0 of one
     /// that is lost.
     pub fn encoder_factor(&self, t_s: f64, wheel: usize) -> f64 {
-        let is_lost = |(fault, of): (&Fault, usize)| {
-            matches!(fault, Fault::EncoderLost { .. }) && of == wheel
-        };
-        match self.on(t_s).any(is_lost) {
+        let lost = FaultKind::EncoderLost { wheel };
+        match self.on(t_s).any(|fault| *fault == lost) {
             true => 0.0,
             false => self.encoder_scale(t_s, wheel),
         }
@@ -184,8 +170,8 @@ impl Faults {
     /// The same of an encoder that is not lost.
     pub fn encoder_scale(&self, t_s: f64, wheel: usize) -> f64 {
         self.on(t_s)
-            .map(|(fault, of)| match fault {
-                Fault::EncoderScaled { factor, .. } if of == wheel => *factor,
+            .map(|fault| match fault {
+                FaultKind::EncoderScaled { wheel: of, factor } if *of == wheel => *factor,
                 _ => 1.0,
             })
             .product()
@@ -194,8 +180,8 @@ impl Faults {
     /// Remaining share of the supply voltage, from 0 to 1.
     pub fn supply_share(&self, t_s: f64) -> f64 {
         self.on(t_s)
-            .map(|(fault, _)| match fault {
-                Fault::BatterySag { share, .. } => *share,
+            .map(|fault| match fault {
+                FaultKind::BatterySag { share } => *share,
                 _ => 1.0,
             })
             .product()
@@ -203,8 +189,8 @@ impl Faults {
 
     /// The state of a wheel's motor if it is lost; a short takes precedence.
     pub fn lost_motor(&self, t_s: f64, wheel: usize) -> Option<LostMotor> {
-        let lost = self.on(t_s).filter_map(|(fault, of)| match fault {
-            Fault::MotorLost { shorted, .. } if of == wheel => Some(if *shorted {
+        let lost = self.on(t_s).filter_map(|fault| match fault {
+            FaultKind::MotorLost { wheel: of, shorted } if *of == wheel => Some(if *shorted {
                 LostMotor::Shorted
             } else {
                 LostMotor::Free
@@ -214,29 +200,29 @@ impl Faults {
         lost.max()
     }
 
-    fn on(&self, t_s: f64) -> impl Iterator<Item = (&Fault, usize)> {
-        self.faults
-            .iter()
-            .zip(self.wheels.iter().copied())
-            .filter(move |(fault, _)| fault.is_on(t_s))
+    fn on(&self, t_s: f64) -> impl Iterator<Item = &FaultKind> {
+        let is_on = move |of: &&ilon_trace::Fault| within(t_s, of.from_s, of.until_s);
+        self.faults.iter().filter(is_on).map(|fault| &fault.kind)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use ilon_formats::LoadRobot;
+
     use super::*;
 
+    /// Of a robot whose second wheel is `b`.
     fn faults(toml: &str) -> Faults {
         #[derive(serde::Deserialize)]
         struct Section {
             faults: Vec<Fault>,
         }
         let section: Section = toml::from_str(toml).expect("faults");
-        Faults {
-            wheels: vec![1; section.faults.len()],
-            tilts: Tilts::new(&section.faults),
-            faults: section.faults,
-        }
+        let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+        let mut robot = Robot::from_urdf_str(urdf, "mecanum4").expect("a robot");
+        robot.wheels[1].name = "b".to_owned();
+        Faults::new(&section.faults, &robot).expect("it has this wheel")
     }
 
     #[test]

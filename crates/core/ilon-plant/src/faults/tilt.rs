@@ -59,7 +59,7 @@ fn turned_by(fault: &Fault, t_s: f64) -> UnitQuaternion<f64> {
 }
 
 /// From 0 to 1 over a ramp, with zero rate at both ends.
-fn built_up(since_s: f64, ramp_s: f64) -> f64 {
+pub(crate) fn built_up(since_s: f64, ramp_s: f64) -> f64 {
     if since_s >= ramp_s {
         return 1.0;
     }

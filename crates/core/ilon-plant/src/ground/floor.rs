@@ -63,7 +63,7 @@ pub(crate) fn floor(
         relief: uneven.map(relief),
         surface,
         materials: footings.materials(),
-        footings: footings.each_of(&of_floor),
+        footings: footings.each_of(of_floor),
     })
 }
 

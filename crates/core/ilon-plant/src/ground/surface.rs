@@ -62,20 +62,15 @@ impl<'s> ContactSurfaces<'s> {
 
     /// The materials of rollers for which the ground can differ; empty if all rollers are alike.
     pub fn materials(&self) -> Vec<String> {
-        let materials: Vec<String> = self.rollers.iter().flatten().cloned().collect();
-        if materials.len() > 1 {
-            materials
-        } else {
-            Vec::new()
-        }
+        let materials = self.rollers.iter().flatten().cloned();
+        self.each_of(materials.collect())
     }
 
     /// The properties of some ground for each of these materials.
-    pub fn each_of(&self, footings: &[ContactSurface]) -> Vec<ContactSurface> {
-        if self.rollers.len() > 1 {
-            footings.to_vec()
-        } else {
-            Vec::new()
+    pub fn each_of<T>(&self, of_rollers: Vec<T>) -> Vec<T> {
+        match self.rollers.len() > 1 {
+            true => of_rollers,
+            false => Vec::new(),
         }
     }
 
@@ -115,7 +110,7 @@ impl<'s> ContactSurfaces<'s> {
                 half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
                 friction,
                 surface,
-                footings: self.each_of(&footings),
+                footings: self.each_of(footings),
             },
             from_s: patch.from_s,
             until_s: patch.until_s,

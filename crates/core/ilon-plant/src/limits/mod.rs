@@ -11,10 +11,10 @@ use ilon_control::{
 };
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Announced;
-use nalgebra::Vector3;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
+use crate::faults::place_m;
 use crate::ground::floor::floor;
 use crate::pilot::{Pilot, point_m};
 use crate::wheels::motors::motors;
@@ -81,7 +81,7 @@ pub struct OutlinePoint {
 }
 
 /// The limits of one motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LimitRow {
     /// The motion's name, such as `"ahead"` or `"turning left"`.
@@ -98,7 +98,7 @@ pub struct LimitRow {
 }
 
 /// One limit and its cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Limit {
     /// The largest acceleration, in m/s^2, or rad/s^2 for a rotation; zero if the motion itself
@@ -120,17 +120,14 @@ impl LimitRow {
     pub(crate) fn from_rest(share: f64) -> Self {
         let limit = Limit {
             largest: share,
-            wheel: String::new(),
-            cause: "grip",
             by_statics: 1.0,
             share_held: share,
+            ..Limit::default()
         };
         Self {
-            motion: String::new(),
-            direction_deg: None,
-            speed: 0.0,
             speeding_up: limit.clone(),
             slowing_down: limit,
+            ..Self::default()
         }
     }
 }
@@ -206,10 +203,10 @@ impl Limits {
         }
         let section = &scenario.world.floor;
         Ok(Self {
-            friction: limiter.friction,
+            friction: limiter.settings.friction,
             slope_deg: section.slope_deg,
             downhill_deg: 0.0 - scenario.robot.heading_deg,
-            sharing: match limiter.sharing {
+            sharing: match limiter.settings.sharing {
                 PushSharing::EqualLoops => "equal_loops",
                 PushSharing::ByGrip => "by_grip",
             },
@@ -262,27 +259,19 @@ pub fn top_rates(scenario: &Scenario, robot: &Robot) -> Vec<f64> {
 /// The properties that the limits ignore.
 fn left_out(scenario: &Scenario, robot: &Robot) -> Vec<&'static str> {
     let section = &scenario.world.floor;
-    let any_surface =
-        |of: fn(&ilon_robot::RollerSurface) -> bool| robot.wheels.iter().any(|w| of(&w.surface));
+    let is_there = |of: Option<f64>| of.is_some_and(|of| of > 0.0);
+    let mut surfaces = robot.wheels.iter().map(|wheel| &wheel.surface);
+    let gives = surfaces.clone().any(|of| of.tread.is_some());
+    let drags = is_there(section.rolling_resistance)
+        || surfaces.any(|surface| surface.rolling_resistance > 0.0);
+    let has_nap = section.across.is_some() || section.against.is_some();
+    let falls = section.sliding.is_some();
     let all = [
-        (
-            section.rolling_resistance.is_some_and(|r| r > 0.0)
-                || any_surface(|surface| surface.rolling_resistance > 0.0),
-            "rolling resistance",
-        ),
-        (
-            any_surface(|surface| surface.tread.is_some()),
-            "treads that give",
-        ),
-        (section.creep.is_some_and(|creep| creep > 0.0), "creep"),
-        (
-            section.sliding.is_some(),
-            "friction that falls as a roller slides",
-        ),
-        (
-            section.across.is_some() || section.against.is_some(),
-            "the nap of the floor",
-        ),
+        (drags, "rolling resistance"),
+        (gives, "treads that give"),
+        (is_there(section.creep), "creep"),
+        (falls, "friction that falls as a roller slides"),
+        (has_nap, "the nap of the floor"),
         (!section.patches.is_empty(), "patches of the floor"),
         (!section.is_plane(), "ground that is no plane"),
     ];
@@ -299,8 +288,6 @@ pub struct Limiter {
     robot: Robot,
     /// Joint positions, in rad or m.
     positions: Vec<f64>,
-    friction: f64,
-    sharing: PushSharing,
 }
 
 impl Limiter {
@@ -353,8 +340,6 @@ impl Limiter {
             positions,
             motors: motors(scenario, &robot)?,
             robot,
-            friction,
-            sharing,
         })
     }
 
@@ -736,8 +721,7 @@ fn named(robot: &Robot, wheels: &[usize]) -> String {
 
 /// The robot with the payloads present at the start of the run.
 fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
-    let mut robot = robot.clone();
-    let empty_m = robot.chassis.mass.center_of_mass_m;
+    let mut laden = robot.clone();
     for fault in &scenario.faults {
         if let Fault::Payload {
             mass_kg,
@@ -748,12 +732,8 @@ fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
         } = *fault
             && fault.is_on(0.0)
         {
-            let at_m = Vector3::new(
-                x_m.unwrap_or(empty_m.x),
-                y_m.unwrap_or(empty_m.y),
-                z_m.unwrap_or(empty_m.z),
-            );
-            let mass = &mut robot.chassis.mass;
+            let at_m = place_m(robot, [x_m, y_m, z_m]);
+            let mass = &mut laden.chassis.mass;
             let whole_kg = mass.mass_kg + mass_kg;
             let center_m = (mass.mass_kg * mass.center_of_mass_m + mass_kg * at_m) / whole_kg;
             let load = ilon_robot::MassProperties::point(mass_kg, at_m);
@@ -761,7 +741,7 @@ fn laden(scenario: &Scenario, robot: &Robot) -> Robot {
             (mass.mass_kg, mass.center_of_mass_m) = (whole_kg, center_m);
         }
     }
-    robot
+    laden
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist};
 use ilon_world::World;
 
+use crate::faults::tilt::built_up;
 use crate::limits::share::ShareSearch;
 use crate::limits::{Limit, LimitRow, Limits, MOTIONS, direction};
 use crate::plant::Plant;
@@ -330,11 +331,9 @@ impl Sprinter {
                 _ => -sides[axis],
             };
             let mut rows = [LimitRow::from_rest(held)];
-            let direction = Twist::new(side(0), side(1), side(2));
-            let rows_of = &mut rows[..];
             self.lower(&mut [Motion {
-                direction,
-                rows: rows_of,
+                direction: Twist::new(side(0), side(1), side(2)),
+                rows: &mut rows,
             }])?;
             held = rows[0].speeding_up.largest;
         }
@@ -363,8 +362,8 @@ impl Sprinter {
         let Moving { plant, speed } = moving;
         while since_s < most_s && if is_up { *speed < until } else { *speed > 0.0 } {
             let of_row = &mut slid[nearest(rows, *speed)];
-            let u = (since_s / COMES_S).min(1.0);
-            let gain = u * u * (3.0 - 2.0 * u) * largest(rows, *speed, is_up) * self.period_s;
+            let come = built_up(since_s, COMES_S);
+            let gain = come * largest(rows, *speed, is_up) * self.period_s;
             *speed = match is_up {
                 true => *speed + gain,
                 false => (*speed - gain).max(0.0),

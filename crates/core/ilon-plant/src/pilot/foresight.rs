@@ -36,14 +36,8 @@ impl Pilot {
             }
             Planned::Twist(profile) => {
                 let kinematics = self.guidance.kinematics();
-                let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
-                let fastest = profile.held().map(|twist| {
-                    kinematics.wheel_rates(twist, &mut rates_rad_s);
-                    rates_rad_s
-                        .iter()
-                        .fold(0.0, |most: f64, rate| most.max(rate.abs()))
-                });
-                Some(fastest.fold(0.0, f64::max))
+                let rates = profile.held().map(|twist| fastest_rad_s(kinematics, twist));
+                Some(rates.fold(0.0, f64::max))
             }
             Planned::Log(log) => {
                 let kinematics = self.guidance.kinematics();
@@ -61,15 +55,10 @@ impl Pilot {
             return None;
         };
         let mut guidance = self.guidance.clone();
-        let mut rates_rad_s = vec![0.0; self.kinematics.wheel_count()];
-        let mut fastest = |twist: Twist| {
-            self.kinematics.wheel_rates(twist, &mut rates_rad_s);
-            rates_rad_s
-                .iter()
-                .fold(0.0, |most: f64, rate| most.max(rate.abs()))
-        };
-        let held = profile.held().map(|twist| (fastest(twist), twist));
-        let (_, twist_in_body) = held.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let fastest = |twist: &Twist| fastest_rad_s(&self.kinematics, *twist);
+        let twist_in_body = profile
+            .held()
+            .max_by(|a, b| fastest(a).total_cmp(&fastest(b)))?;
         let task = Task {
             name: "twist",
             twist_in_body,
@@ -144,6 +133,14 @@ impl Pilot {
     }
 }
 
+/// The rate of the wheel that turns fastest for a twist, in rad/s.
+fn fastest_rad_s(kinematics: &Kinematics, twist: Twist) -> f64 {
+    let mut rates_rad_s = vec![0.0; kinematics.wheel_count()];
+    kinematics.wheel_rates(twist, &mut rates_rad_s);
+    let sizes = rates_rad_s.iter().map(|rate| rate.abs());
+    sizes.fold(0.0, f64::max)
+}
+
 /// The motion of the body's origin if a point of the body, in metres in its frame, follows a
 /// reference, at a time in seconds: its twist in the body frame and the twist's rate of change.
 pub fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twist, Twist) {
@@ -154,11 +151,7 @@ pub fn motion_of(reference: &Reference, point_m: Vector2<f64>, t_s: f64) -> (Twi
     // Derivative of components in a rotating frame.
     let rate = reference.acceleration_in_world(t_s).rotated(-phi)
         + Twist::new(omega * twist.vy_m_s, -omega * twist.vx_m_s, 0.0);
-    let of_origin = |twist: Twist| {
-        let omega = twist.omega_rad_s;
-        twist + Twist::new(omega * point_m.y, -omega * point_m.x, 0.0)
-    };
-    (of_origin(twist), of_origin(rate))
+    (twist.at(-point_m), rate.at(-point_m))
 }
 
 /// The conditions (36) and (37) over a run.

@@ -488,20 +488,17 @@ impl Decision {
             self.tasks.extend_from_slice(&command.tasks);
         }
     }
-}
 
-impl Decision {
-    /// Converts twists of a point of the body frame to those of its origin, eq. (2): all recorded
-    /// twists are those of the origin.
+    /// Converts twists of a point of the body frame to those of its origin: all recorded twists are
+    /// those of the origin.
     fn move_to_origin(&mut self, point_m: Vector2<f64>) {
-        let moved = |twist: &mut Twist| {
-            twist.vx_m_s += twist.omega_rad_s * point_m.y;
-            twist.vy_m_s -= twist.omega_rad_s * point_m.x;
-        };
-        moved(&mut self.command_twist_in_body);
-        moved(&mut self.granted_twist_in_body);
-        for task in &mut self.tasks {
-            moved(&mut task.twist_in_body);
+        let tasks = self.tasks.iter_mut().map(|task| &mut task.twist_in_body);
+        let twists = [
+            &mut self.command_twist_in_body,
+            &mut self.granted_twist_in_body,
+        ];
+        for twist in tasks.chain(twists) {
+            *twist = twist.at(-point_m);
         }
     }
 }

@@ -498,25 +498,14 @@ impl Plant {
     }
 
     fn is_finite(&self) -> bool {
-        let Truth {
-            pose,
-            height_m,
-            roll_rad,
-            pitch_rad,
-            twist_in_body,
-        } = self.truth();
-        let numbers = [
-            pose.x_m,
-            pose.y_m,
-            pose.heading_rad,
-            height_m,
-            roll_rad,
-            pitch_rad,
-            twist_in_body.vx_m_s,
-            twist_in_body.vy_m_s,
-            twist_in_body.omega_rad_s,
-        ];
-        numbers.into_iter().all(f64::is_finite)
+        // A sum is finite only where all of its terms are.
+        let (now, twist) = (self.truth(), self.truth().twist_in_body);
+        let place_m = now.pose.position_m().sum() + now.height_m;
+        let angles_rad = now.pose.heading_rad + now.roll_rad + now.pitch_rad;
+        let speeds = twist.linear_m_s().sum() + twist.omega_rad_s;
+        [place_m, angles_rad, speeds]
+            .into_iter()
+            .all(f64::is_finite)
     }
 
     /// The outcome of the last advance; zeros before the first.

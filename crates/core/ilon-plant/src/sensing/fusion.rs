@@ -70,21 +70,17 @@ impl Fusion {
             *turned = angle - *counted;
             *counted = *angle;
         }
-        let mut kinematics = &self.kinematics;
+        let mut displacement = None;
         if let Some(hubs) = &mut self.hubs {
-            let moved = hubs.see(joint_positions);
-            let turned = self.turned_rad.iter_mut().zip(hubs.carried_rad());
-            turned.for_each(|(turned, carried)| *turned += carried);
-            kinematics = hubs.kinematics().unwrap_or(kinematics);
-            if moved {
+            if hubs.see(joint_positions) {
+                let kinematics = hubs.kinematics().unwrap_or(&self.kinematics);
                 self.filter.resize(size_m(kinematics));
             }
+            displacement = hubs.displacement(&mut self.turned_rad);
         }
         // Eq. (7) is linear: wheel angles give the displacement.
-        let mut displacement = kinematics.twist(&self.turned_rad);
-        if let Some(hubs) = &self.hubs {
-            displacement = displacement + hubs.along_axles();
-        }
+        let mut displacement =
+            displacement.unwrap_or_else(|| self.kinematics.twist(&self.turned_rad));
         displacement.omega_rad_s = turned_rad.unwrap_or(displacement.omega_rad_s);
         self.filter.predict(t_s, displacement);
     }

@@ -108,6 +108,16 @@ impl Hubs {
         self.kinematics.as_ref()
     }
 
+    /// Adds to the wheels' rotation since the last update, in rad, what they rolled because joints
+    /// moved them, and returns the body's displacement by eq. (7), which is linear; `None` without
+    /// [`Self::kinematics`].
+    pub fn displacement(&self, turned_rad: &mut [f64]) -> Option<Twist> {
+        let kinematics = self.kinematics()?;
+        let turned = turned_rad.iter_mut().zip(&self.carried_rad);
+        turned.for_each(|(turned, carried)| *turned += carried);
+        Some(kinematics.twist(turned_rad) + self.along_axles)
+    }
+
     /// The angle by which each wheel rolled over the ground because its joints moved it since the
     /// last update, beyond what its encoder measured and for a standing body, in rad.
     pub fn carried_rad(&self) -> &[f64] {

@@ -47,13 +47,9 @@ impl PosedOdometry {
             return false;
         }
         let moved = self.hubs.see(positions);
-        let Some(kinematics) = self.hubs.kinematics() else {
-            return moved;
-        };
-        let rolled = self.rolled_rad.iter_mut().zip(self.hubs.carried_rad());
-        rolled.for_each(|(rolled, carried)| *rolled += carried);
-        let moved_by = kinematics.twist(&self.rolled_rad) + self.hubs.along_axles();
-        self.pose = self.pose.moved(moved_by);
+        if let Some(displacement) = self.hubs.displacement(&mut self.rolled_rad) {
+            self.pose = self.pose.moved(displacement);
+        }
         moved
     }
 }

@@ -52,11 +52,6 @@ impl Measurements {
     }
 }
 
-/// The encoders' values: wheel angles and joint positions.
-fn counted(seen: &Measurements) -> (&[f64], &[f64]) {
-    (&seen.wheel_angles_rad, &seen.joint_positions)
-}
-
 /// The sensors of a robot.
 #[derive(Clone)]
 pub(crate) struct Sensors {
@@ -223,21 +218,23 @@ impl Sensors {
 
     /// Takes in the poses that have arrived, and updates the odometry if it is fused with them.
     fn receive(&mut self, t_s: f64, control_is_due: bool) {
+        let counted: (&[f64], &[f64]) = (&self.seen.wheel_angles_rad, &self.seen.joint_positions);
+        let mut gyroscope = self.imu.as_mut().filter(|_| self.by_gyroscope);
+        let mut reckon = |fusion: &mut Fusion| {
+            let turned_rad = gyroscope.as_mut().map(|imu| imu.take_turned_rad());
+            fusion.reckon(t_s, counted, turned_rad);
+        };
         if let Some(fusion) = &mut self.fusion
             && control_is_due
         {
-            let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
-            let turned_rad = turned_rad.map(Imu::take_turned_rad);
-            fusion.reckon(t_s, counted(&self.seen), turned_rad);
+            reckon(fusion);
         }
         while let Some(taken) = self.on_the_way.front()
             && taken.arrives_s <= t_s + TIME_SLACK_S
         {
             match &mut self.fusion {
                 Some(fusion) => {
-                    let turned_rad = self.imu.as_mut().filter(|_| self.by_gyroscope);
-                    let turned_rad = turned_rad.map(Imu::take_turned_rad);
-                    fusion.reckon(t_s, counted(&self.seen), turned_rad);
+                    reckon(fusion);
                     fusion.correct(taken.taken_s, &taken.pose);
                 }
                 None => self.seen.pose = taken.pose,

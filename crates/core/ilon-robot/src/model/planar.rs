@@ -102,6 +102,17 @@ impl Twist {
         }
     }
 
+    /// The twist of a point of the same body that lies `offset_m` from this one, in the frame of the
+    /// twist: eq. (2) of Indiveri 2009.
+    pub fn at(&self, offset_m: Vector2<f64>) -> Self {
+        let omega = self.omega_rad_s;
+        Self {
+            vx_m_s: self.vx_m_s - omega * offset_m.y,
+            vy_m_s: self.vy_m_s + omega * offset_m.x,
+            omega_rad_s: omega,
+        }
+    }
+
     /// The twist times a scalar.
     pub fn scaled(&self, factor: f64) -> Self {
         Self::new(

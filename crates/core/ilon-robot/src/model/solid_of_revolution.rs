@@ -19,6 +19,7 @@
 use std::f64::consts::PI;
 
 use super::{Profile, ProfilePart};
+use crate::bisected;
 
 /// A convex body of revolution, given by the corners of its profile.
 #[derive(Clone, Debug, PartialEq)]
@@ -231,16 +232,10 @@ impl SolidOfRevolution {
             return 0.0;
         }
         // Outward from the axis the distance is convex, so bisection finds its zero.
-        let (mut low_m, mut high_m) = (0.0, self.largest_radius_m());
-        for _ in 0..60 {
-            let middle_m = 0.5 * (low_m + high_m);
-            if self.distance_m(t_m, middle_m).0 > 0.0 {
-                high_m = middle_m;
-            } else {
-                low_m = middle_m;
-            }
-        }
-        0.5 * (low_m + high_m)
+        let is_outside = |radius_m: f64| self.distance_m(t_m, radius_m).0 > 0.0;
+        let ends_m = (self.largest_radius_m(), 0.0);
+        let (outside_m, inside_m) = bisected(ends_m, 60, is_outside);
+        0.5 * (outside_m + inside_m)
     }
 
     /// Returns the moments of inertia about the roller's middle, with uniform density: about its

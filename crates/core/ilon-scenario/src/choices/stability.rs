@@ -44,6 +44,7 @@
 //! following an error.
 
 use ilon_control::DynamicModel;
+use ilon_robot::bisected;
 use ilon_trace::Guidance;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
@@ -128,15 +129,8 @@ impl ErrorLoop {
         let timing = self.timing.coarsened();
         let coarsened = Self { timing, ..*self };
         let periods = timing.period_s / self.timing.period_s;
-        let (mut low, mut high) = (0.0, most * periods);
-        for _ in 0..halvings {
-            let middle = 0.5 * (low + high);
-            match is_good(&coarsened, middle) {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        high / periods
+        let is_good = |product: f64| is_good(&coarsened, product);
+        bisected((0.0, most * periods), halvings, is_good).1 / periods
     }
 
     /// Whether an error of a robot at rest, constant until now, passes zero under a product K T.

@@ -4,7 +4,7 @@ use ilon_files::defaults::thousandths;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::checks::objection::Objection;
+use super::checks::objection::{Objection, object_if, objection};
 
 /// A free rigid body of uniform density: `box`, `cylinder` or `sphere`.
 #[serde_with::skip_serializing_none]
@@ -120,9 +120,9 @@ impl Body {
         };
         match sizes {
             None => Ok(()),
-            Some(sides) => Err(Objection::to(
-                format!("{key}.box.size_m"),
-                format!("body `{name}` has the sides {sides:?}, but each must be above 0"),
+            Some(sides) => Err(objection!(
+                "{key}.box.size_m",
+                "body `{name}` has the sides {sides:?}, but each must be above 0",
                 "write its three sides in metres",
             )),
         }
@@ -135,20 +135,18 @@ pub(super) fn object(bodies: &[Body]) -> Result<(), Objection> {
         let key = format!("world.bodies.{index}");
         let name = &body.name;
         let is_plain = |letter: char| letter.is_alphanumeric() || "_-".contains(letter);
-        if name.is_empty() || !name.chars().all(is_plain) {
-            return Err(Objection::to(
-                format!("{key}.name"),
-                format!("the body's name `{name}` cannot stand in the name of a column"),
-                "write letters, digits, _ and -",
-            ));
-        }
-        if bodies[..index].iter().any(|other| other.name == *name) {
-            return Err(Objection::to(
-                format!("{key}.name"),
-                format!("two bodies are called `{name}`"),
-                "give each a name of its own",
-            ));
-        }
+        object_if!(
+            name.is_empty() || !name.chars().all(is_plain),
+            "{key}.name",
+            "the body's name `{name}` cannot stand in the name of a column",
+            "write letters, digits, _ and -",
+        );
+        object_if!(
+            bodies[..index].iter().any(|other| other.name == *name),
+            "{key}.name",
+            "two bodies are called `{name}`",
+            "give each a name of its own",
+        );
         body.object(&key)?;
     }
     Ok(())

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::checks::objection::Objection;
+use super::checks::objection::{Objection, object_if};
 
 /// What the controller believes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -88,22 +88,18 @@ impl Controller {
         let mut others = BTreeSet::new();
         for (name, other) in taken {
             let key = format!("controller.robot.wheels.{name}.taken_for");
-            if !names.contains(other) {
-                return Err(Objection::to(
-                    key,
-                    format!("`{name}` is taken for `{other}`, and so is `{other}` itself"),
-                    format!(
-                        "say what `{other}` is taken for, such as `[controller.robot.wheels.{other}] taken_for = \"{name}\"`"
-                    ),
-                ));
-            }
-            if !others.insert(other) {
-                return Err(Objection::to(
-                    key,
-                    format!("two wheels are taken for `{other}`"),
-                    "take each wheel for another one",
-                ));
-            }
+            object_if!(
+                !names.contains(other),
+                "{key}",
+                "`{name}` is taken for `{other}`, and so is `{other}` itself",
+                "say what `{other}` is taken for, such as `[controller.robot.wheels.{other}] taken_for = \"{name}\"`",
+            );
+            object_if!(
+                !others.insert(other),
+                "{key}",
+                "two wheels are taken for `{other}`",
+                "take each wheel for another one",
+            );
         }
         Ok(())
     }

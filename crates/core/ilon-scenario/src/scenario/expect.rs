@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::checks::objection::Objection;
+use super::checks::objection::{Objection, object_if, objection};
 use super::run::{Run, TIME_SLACK_S};
 use crate::Error;
 
@@ -196,27 +196,22 @@ impl Expect {
     /// be met.
     pub(super) fn object(&self) -> Result<(), Objection> {
         for name in self.bounds.keys().chain(self.changes.keys()) {
-            if name.starts_with("design.") {
-                return Err(Objection::to(
-                    format!("expect.{name}"),
-                    format!(
-                        "`expect.{name}` can never hold: only studies have it, a single run does not"
-                    ),
-                    "bound it in `[expect]` of a study, or leave it out",
-                ));
-            }
+            object_if!(
+                name.starts_with("design."),
+                "expect.{name}",
+                "`expect.{name}` can never hold: only studies have it, a single run does not",
+                "bound it in `[expect]` of a study, or leave it out",
+            );
         }
         for (name, bound) in &self.bounds {
             object_to_bound(bound, name, &format!("expect.{name}"))?;
         }
         for (name, change) in &self.changes {
             if Bound::of_change(change, 1.0, 0.0).is_none() {
-                return Err(Objection::to(
-                    format!("expect.{name}"),
-                    format!(
-                        "`expect.{name}` is \"{change}\", which is no change against a baseline"
-                    ),
-                    "write \"+10 %\" for at most 10 % more, \"-10 %\" for at most 10 % less, \"+-10 %\" for both; or a bound, `{ max = 1.5 }`",
+                return Err(objection!(
+                    "expect.{name}",
+                    "`expect.{name}` is \"{change}\", which is no change against a baseline",
+                    "write \"+10 %\" for at most 10 % more, \"-10 %\" for at most 10 % less, \"+-10 %\" for both; or a bound, `{{ max = 1.5 }}`",
                 ));
             }
         }
@@ -232,11 +227,9 @@ impl Expect {
             |name: &&String| name.starts_with("position_") || name.starts_with("heading_");
         match (self.bounds.keys().chain(self.changes.keys())).find(of_tracking) {
             None => Ok(()),
-            Some(name) => Err(Objection::to(
-                format!("expect.{name}"),
-                format!(
-                    "`expect.{name}` can never hold: a run with `[twist]` follows no reference"
-                ),
+            Some(name) => Err(objection!(
+                "expect.{name}",
+                "`expect.{name}` can never hold: a run with `[twist]` follows no reference",
                 "bound `end_x_m`, `end_y_m`, `end_heading_rad` or `twist_ratio_asked`, or write a `[reference]`",
             )),
         }
@@ -311,20 +304,18 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
         equal,
         within,
     } = *bound;
-    if equal.is_none() && within.is_some() {
-        return Err(Objection::to(
-            format!("{key}.within"),
-            format!("`{key}` has `within` but no `equal`"),
-            "add `equal`, the value around which it may lie",
-        ));
-    }
-    if min.is_none() && max.is_none() && equal.is_none() {
-        return Err(Objection::to(
-            key,
-            format!("`{key}` has no bound, so it always holds"),
-            "give it `min`, `max`, or `equal` with `within`, or leave it out",
-        ));
-    }
+    object_if!(
+        equal.is_none() && within.is_some(),
+        "{key}.within",
+        "`{key}` has `within` but no `equal`",
+        "add `equal`, the value around which it may lie",
+    );
+    object_if!(
+        min.is_none() && max.is_none() && equal.is_none(),
+        "{key}",
+        "`{key}` has no bound, so it always holds",
+        "give it `min`, `max`, or `equal` with `within`, or leave it out",
+    );
     let within = within.unwrap_or(0.0);
     let least = [min, equal.map(|equal| equal - within)];
     let most = [max, equal.map(|equal| equal + within)];
@@ -333,13 +324,12 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
         .flatten()
         .fold(f64::NEG_INFINITY, f64::max);
     let most = most.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    if least > most {
-        return Err(Objection::to(
-            key,
-            format!("`{key}` can never hold: nothing is both {least} or more and {most} or less"),
-            "exchange or correct its bounds",
-        ));
-    }
+    object_if!(
+        least > most,
+        "{key}",
+        "`{key}` can never hold: nothing is both {least} or more and {most} or less",
+        "exchange or correct its bounds",
+    );
     let Some(can_be) = quantities::limits(quantity) else {
         return Ok(());
     };
@@ -347,46 +337,37 @@ fn object_to_bound(bound: &Bound, quantity: &str, key: &str) -> Result<(), Objec
         true => format!("it is always from {} to {}", can_be.least, can_be.most),
         false => "it is never negative".to_owned(),
     };
-    if most < can_be.least || least > can_be.most {
-        return Err(Objection::to(
-            key,
-            format!("`{key}` can never hold: {range}"),
-            "correct its bounds; they are in the unit of the name, and a share of 10 % is 0.1",
-        ));
-    }
-    if can_be.is_certain && least <= can_be.least && most >= can_be.most {
-        return Err(Objection::to(
-            key,
-            format!("`{key}` always holds: {range}"),
-            "give it a bound that a run can break, or leave it out",
-        ));
-    }
+    object_if!(
+        most < can_be.least || least > can_be.most,
+        "{key}",
+        "`{key}` can never hold: {range}",
+        "correct its bounds; they are in the unit of the name, and a share of 10 % is 0.1",
+    );
+    object_if!(
+        can_be.is_certain && least <= can_be.least && most >= can_be.most,
+        "{key}",
+        "`{key}` always holds: {range}",
+        "give it a bound that a run can break, or leave it out",
+    );
     Ok(())
 }
 
 fn object_to_signal(expected: &SignalBound, key: &str) -> Result<(), Objection> {
     object_to_bound(&expected.bound(), &expected.signal, key)?;
-    if expected.must == Must::Settle && expected.from_s != 0.0 {
-        return Err(Objection::to(
-            format!("{key}.from_s"),
-            format!(
-                "`{key}.from_s` has no effect on a signal that must settle: only `until_s` counts"
-            ),
-            "leave it out, and write the time by which it must have settled as `until_s`",
-        ));
-    }
-    if let Some(until_s) = expected.until_s
-        && expected.from_s > until_s
-    {
-        return Err(Objection::to(
-            format!("{key}.until_s"),
-            format!(
-                "`{key}` has an empty window: it begins at {} s and ends at {until_s} s",
-                expected.from_s
-            ),
-            "exchange `from_s` and `until_s`",
-        ));
-    }
+    object_if!(
+        expected.must == Must::Settle && expected.from_s != 0.0,
+        "{key}.from_s",
+        "`{key}.from_s` has no effect on a signal that must settle: only `until_s` counts",
+        "leave it out, and write the time by which it must have settled as `until_s`",
+    );
+    let from_s = expected.from_s;
+    let until_s = expected.until_s.unwrap_or(f64::INFINITY);
+    object_if!(
+        from_s > until_s,
+        "{key}.until_s",
+        "`{key}` has an empty window: it begins at {from_s} s and ends at {until_s} s",
+        "exchange `from_s` and `until_s`",
+    );
     Ok(())
 }
 

@@ -203,21 +203,4 @@ impl Fault {
         let (from_s, until_s) = self.window_s();
         within(t_s, from_s, until_s)
     }
-
-    /// The wheel that it affects, if it is a single one.
-    pub fn wheel(&self) -> Option<&str> {
-        match self {
-            Self::MotorLost { wheel, .. }
-            | Self::EncoderLost { wheel, .. }
-            | Self::EncoderScaled { wheel, .. }
-            | Self::RollerStuck { wheel, .. } => Some(wheel),
-            Self::PoseLost { .. }
-            | Self::PoseShifted { .. }
-            | Self::BatterySag { .. }
-            | Self::Push { .. }
-            | Self::Payload { .. }
-            | Self::FrictionChanged { .. }
-            | Self::Tilt { .. } => None,
-        }
-    }
 }

@@ -4,7 +4,7 @@ use ilon_formats::{JointOptions, RoleOption};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::checks::objection::Objection;
+use super::checks::objection::{Objection, object_if};
 
 /// A joint other than wheels and rollers. Keys with `rad` or `n_m` are for joints that turn, the
 /// others for joints that slide.
@@ -126,60 +126,48 @@ impl Joint {
 
     /// The fault of its setpoints, and how to repair it.
     pub(super) fn object(&self, name: &str) -> Result<(), Objection> {
-        let key = |of: &str| format!("robot.joints.{name}.{of}");
         if self.setpoints.is_empty() {
             return Ok(());
         }
-        if self.options.role != Some(RoleOption::Driven) {
-            return Err(Objection::to(
-                key("setpoints"),
-                format!("the joint `{name}` has setpoints but no servo to follow them"),
-                "write role = \"driven\" for it, or leave the setpoints out",
-            ));
-        }
-        if self.options.target().is_some() {
-            return Err(Objection::to(
-                key("setpoints"),
-                format!("the joint `{name}` has both setpoints and a target"),
-                "leave one of the two out",
-            ));
-        }
+        object_if!(
+            self.options.role != Some(RoleOption::Driven),
+            "robot.joints.{name}.setpoints",
+            "the joint `{name}` has setpoints but no servo to follow them",
+            "write role = \"driven\" for it, or leave the setpoints out",
+        );
+        object_if!(
+            self.options.target().is_some(),
+            "robot.joints.{name}.setpoints",
+            "the joint `{name}` has both setpoints and a target",
+            "leave one of the two out",
+        );
         let mut before_s = f64::NEG_INFINITY;
         for (index, point) in self.setpoints.iter().enumerate() {
-            let at = key(&format!("setpoints.{index}"));
+            let at = format!("robot.joints.{name}.setpoints.{index}");
+            let t_s = point.t_s;
             let values = point.values().into_iter().filter_map(|(.., value)| value);
-            let mut values = values.chain([point.t_s]);
-            if !values.all(f64::is_finite) || point.t_s < 0.0 {
-                return Err(Objection::to(
-                    at,
-                    format!(
-                        "a setpoint of the joint `{name}` is not finite, or its time is before the start"
-                    ),
-                    "give a time of 0 s or more and a finite number",
-                ));
-            }
-            if point.t_s <= before_s {
-                return Err(Objection::to(
-                    at,
-                    format!(
-                        "the setpoints of the joint `{name}` are not in order of time: one at {} s comes after one at {before_s} s",
-                        point.t_s
-                    ),
-                    "sort them by time, each later than the one before",
-                ));
-            }
-            before_s = point.t_s;
+            let mut values = values.chain([t_s]);
+            object_if!(
+                !values.all(f64::is_finite) || t_s < 0.0,
+                "{at}",
+                "a setpoint of the joint `{name}` is not finite, or its time is before the start",
+                "give a time of 0 s or more and a finite number",
+            );
+            object_if!(
+                t_s <= before_s,
+                "{at}",
+                "the setpoints of the joint `{name}` are not in order of time: one at {t_s} s comes after one at {before_s} s",
+                "sort them by time, each later than the one before",
+            );
+            before_s = t_s;
             let keys = point.keys();
-            if keys.len() != 1 || keys != self.setpoints[0].keys() {
-                return Err(Objection::to(
-                    at,
-                    format!(
-                        "each setpoint of the joint `{name}` must have exactly one of position, rate, and torque or force, the same one in all of them"
-                    ),
-                    "write one of `position_rad`, `rate_rad_s` and `torque_n_m` in each where the joint turns, of `position_m`, `rate_m_s` and `force_n` where it \
-                     slides",
-                ));
-            }
+            object_if!(
+                keys.len() != 1 || keys != self.setpoints[0].keys(),
+                "{at}",
+                "each setpoint of the joint `{name}` must have exactly one of position, rate, and torque or force, the same one in all of them",
+                "write one of `position_rad`, `rate_rad_s` and `torque_n_m` in each where the joint turns, of `position_m`, `rate_m_s` and `force_n` where it \
+                 slides",
+            );
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::checks::objection::Objection;
+use super::checks::objection::{Objection, objection};
 use super::joints::Quantity;
 
 /// Drives the robot by a log: a CSV file, an MCAP file or a ROS 2 bag. If the log has the real
@@ -70,27 +70,23 @@ impl Playback {
         ];
         let topic = of_bags.into_iter().find(|(_, topic)| topic.is_some());
         if let Some((key, _)) = topic.filter(|_| self.is_csv()) {
-            return Err(Objection::to(
-                format!("playback.{key}"),
-                format!(
-                    "`playback.{key}` chooses messages of a bag, but `playback.file` is a CSV file"
-                ),
+            return Err(objection!(
+                "playback.{key}",
+                "`playback.{key}` chooses messages of a bag, but `playback.file` is a CSV file",
                 "leave it out; `playback.names` says what the columns are called",
             ));
         }
         let of_wheels = [("topic", &self.topic), ("pose_topic", &self.pose_topic)];
         let topic = of_wheels.into_iter().find(|(_, topic)| topic.is_some());
         if let Some((key, _)) = topic.filter(|_| self.drives == Drives::Joints) {
-            return Err(Objection::to(
-                format!("playback.{key}"),
-                format!(
-                    "`playback.{key}` is for a log that drives the wheels, but this one only drives joints between bodies"
-                ),
+            return Err(objection!(
+                "playback.{key}",
+                "`playback.{key}` is for a log that drives the wheels, but this one only drives joints between bodies",
                 "choose their messages by `playback.joint_topic`",
             ));
         }
         if self.angle_gain_per_s.is_some() && self.drives != Drives::WheelAngles {
-            return Err(Objection::to(
+            return Err(objection!(
                 "playback.angle_gain_per_s",
                 "`playback.angle_gain_per_s` has no effect: the log does not drive the wheels by their angles",
                 "leave it out, or write `playback.drives` = \"wheel_angles\"",

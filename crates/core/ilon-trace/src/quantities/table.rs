@@ -78,7 +78,16 @@ macro_rules! quantity {
 macro_rules! main { ($($line:tt)+) => { quantity!(true, $($line)+) }; }
 macro_rules! detail { ($($line:tt)+) => { quantity!(false, $($line)+) }; }
 
+fn has_belief(summary: &Summary) -> bool {
+    summary.ledger.belief != Integral::default()
+}
+
+fn has_incline(summary: &Summary) -> bool {
+    summary.ledger.incline != Integral::default()
+}
+
 /// The terms of the error budget; each group shows one component.
+#[rustfmt::skip]
 macro_rules! budget {
     ($heading:literal, $line:ident, $component:ident, $unit:ident, $decimals:literal) => {
         Group {
@@ -86,34 +95,14 @@ macro_rules! budget {
             open_loop_only: false,
             quantities: &[
                 $line!(ledger.guidance.$component, "guidance", $unit, $decimals),
-                $line!(
-                    ledger.compensation.$component,
-                    "compensation",
-                    $unit,
-                    $decimals
-                ),
-                $line!(
-                    ledger.belief.$component if |s: &Summary| s.ledger.belief != Integral::default(),
-                    "belief",
-                    $unit,
-                    $decimals
-                ),
+                $line!(ledger.compensation.$component, "compensation", $unit, $decimals),
+                $line!(ledger.belief.$component if has_belief, "belief", $unit, $decimals),
                 $line!(ledger.servo.$component, "servo", $unit, $decimals),
-                $line!(
-                    ledger.geometry.$component,
-                    "roller geometry",
-                    $unit,
-                    $decimals
-                ),
+                $line!(ledger.geometry.$component, "roller geometry", $unit, $decimals),
                 $line!(ledger.lift_off.$component, "lift-off", $unit, $decimals),
                 $line!(ledger.conflict.$component, "conflict", $unit, $decimals),
                 $line!(ledger.slip.$component, "slip", $unit, $decimals),
-                $line!(
-                    ledger.incline.$component if |s: &Summary| s.ledger.incline != Integral::default(),
-                    "incline",
-                    $unit,
-                    $decimals
-                ),
+                $line!(ledger.incline.$component if has_incline, "incline", $unit, $decimals),
                 $line!(ledger.total.$component, "total", $unit, $decimals),
             ],
         }
@@ -121,24 +110,15 @@ macro_rules! budget {
 }
 
 /// The drift of dead reckoning.
+#[rustfmt::skip]
 macro_rules! drift {
     ($heading:literal, $way:ident) => {
         Group {
             heading: $heading,
             open_loop_only: false,
             quantities: &[
-                main!(
-                    $way.m_per_m,
-                    "distance, per metre travelled",
-                    MILLIMETRE_A_METRE,
-                    2
-                ),
-                main!(
-                    $way.rad_per_m,
-                    "heading, per metre travelled",
-                    DEGREE_A_METRE,
-                    3
-                ),
+                main!($way.m_per_m, "distance, per metre travelled", MILLIMETRE_A_METRE, 2),
+                main!($way.rad_per_m, "heading, per metre travelled", DEGREE_A_METRE, 3),
                 detail!($way.final_m, "distance, at the end", MILLIMETRE, 2),
                 detail!($way.final_rad, "heading, at the end", DEGREE, 3),
                 detail!($way.worst_m, "distance, largest", MILLIMETRE, 2),
@@ -214,14 +194,8 @@ pub static GROUPS: &[Group] = &[
     twist!("commanded twist, mean", twist_asked_mean),
     twist!("real twist, mean", twist_mean),
     twist!("real twist, rms about its mean", twist_ripple),
-    twist!(
-        "twist by the ideal kinematics, mean",
-        twist_ideal_mean
-    ),
-    twist!(
-        "twist by the contact kinematics, mean",
-        twist_contact_mean
-    ),
+    twist!("twist by the ideal kinematics, mean", twist_ideal_mean),
+    twist!("twist by the contact kinematics, mean", twist_contact_mean),
     ratio!("real over commanded", twist_ratio_asked),
     ratio!("real over ideal kinematics", twist_ratio_ideal),
     ratio!("real over contact kinematics", twist_ratio_contact),
@@ -286,34 +260,10 @@ pub static GROUPS: &[Group] = &[
     },
     drift!("odometry by the ideal kinematics", odometry_ideal),
     drift!("odometry by the contact kinematics", odometry_contact),
-    budget!(
-        "error budget: path length of each term",
-        main,
-        path_m,
-        MILLIMETRE,
-        2
-    ),
-    budget!(
-        "error budget: turned by each term, back and forth",
-        detail,
-        turned_rad,
-        DEGREE,
-        3
-    ),
-    budget!(
-        "error budget: along the world's x axis",
-        detail,
-        x_m,
-        MILLIMETRE,
-        2
-    ),
-    budget!(
-        "error budget: along the world's y axis",
-        detail,
-        y_m,
-        MILLIMETRE,
-        2
-    ),
+    budget!("error budget: path length of each term", main, path_m, MILLIMETRE, 2),
+    budget!("error budget: turned by each term, back and forth", detail, turned_rad, DEGREE, 3),
+    budget!("error budget: along the world's x axis", detail, x_m, MILLIMETRE, 2),
+    budget!("error budget: along the world's y axis", detail, y_m, MILLIMETRE, 2),
     budget!("error budget: heading", detail, heading_rad, DEGREE, 3),
     Group {
         heading: "design, without a run",

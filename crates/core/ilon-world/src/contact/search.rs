@@ -1,7 +1,6 @@
 //! The search for places where bodies are near the ground and one another, and may touch in a step.
 
 pub(crate) mod ball_and_cylinder;
-pub(crate) mod between_chassis;
 pub(crate) mod bounds;
 pub(crate) mod candidate;
 pub(crate) mod free_bodies;

@@ -8,6 +8,7 @@ use smart_default::SmartDefault;
 
 use super::{ContactSurface, FloorSurface};
 use crate::WorldError;
+use crate::error::{FINITE, POSITIVE, check_numbers};
 
 /// The ground a robot drives on.
 ///
@@ -124,21 +125,14 @@ impl Floor {
         if !(-upright..=upright).contains(&self.slope_rad) {
             return setting("slope_rad", self.slope_rad, "between -pi/2 and pi/2");
         }
-        let sides = self
-            .boxes
-            .iter()
-            .flat_map(|b| b.half_sides_m.iter().copied().collect::<Vec<_>>());
-        if let Some(bad) = sides.into_iter().find(|s| !(s.is_finite() && *s > 0.0)) {
-            return setting("half_sides_m", bad, "finite and above 0");
-        }
+        let sides = self.boxes.iter().flat_map(|of| of.half_sides_m.iter());
+        check_numbers(sides.map(|side_m| ("half_sides_m", *side_m, POSITIVE)))?;
         let mut pitches = self.boxes.iter().map(|solid| solid.pitch_rad);
         if let Some(bad) = pitches.find(|pitch| !(-upright..=upright).contains(pitch)) {
             return setting("pitch_rad", bad, "between -pi/2 and pi/2");
         }
         if let Some(relief) = &self.relief {
-            if !(relief.cell_m.is_finite() && relief.cell_m > 0.0) {
-                return setting("cell_m", relief.cell_m, "finite and above 0");
-            }
+            check_numbers([("cell_m", relief.cell_m, POSITIVE)])?;
             let [columns, rows] = relief.points();
             let is_grid = relief.heights_m.iter().all(|row| row.len() == columns);
             if rows < 2 || columns < 2 || !is_grid {
@@ -146,13 +140,9 @@ impl Floor {
                 return setting("heights_m", rows as f64, range);
             }
             let middle = relief.center_m.iter();
-            if let Some(bad) = middle.copied().find(|m| !m.is_finite()) {
-                return setting("center_m", bad, "finite");
-            }
             let heights = relief.heights_m.iter().flatten();
-            if let Some(bad) = heights.copied().find(|h| !h.is_finite()) {
-                return setting("heights_m", bad, "finite everywhere");
-            }
+            check_numbers(middle.map(|at_m| ("center_m", *at_m, FINITE)))?;
+            check_numbers(heights.map(|height_m| ("heights_m", *height_m, "finite everywhere")))?;
         }
         Ok(())
     }

@@ -18,6 +18,7 @@
 //! another solver.
 
 use crate::WorldError;
+use crate::error::{FINITE, NOT_NEGATIVE, POSITIVE, check_numbers};
 
 /// The contact properties of ground for a roller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +32,7 @@ pub struct ContactSurface {
 impl ContactSurface {
     /// Refuses invalid values.
     pub(super) fn check(&self) -> Result<(), WorldError> {
-        if !(self.friction.is_finite() && self.friction >= 0.0) {
-            return Err(WorldError::Setting {
-                name: "friction",
-                value: self.friction,
-                range: "finite and not below 0",
-            });
-        }
+        check_numbers([("friction", self.friction, NOT_NEGATIVE)])?;
         self.surface.check()
     }
 }
@@ -143,49 +138,28 @@ impl FloorSurface {
 
     /// Refuses invalid values.
     fn check(&self) -> Result<(), WorldError> {
-        let mut numbers = vec![
-            ("rolling_resistance", self.rolling_resistance),
-            ("radius_exponent", self.radius_exponent),
-            ("creep", self.creep),
-        ];
+        check_numbers([
+            ("rolling_resistance", self.rolling_resistance, NOT_NEGATIVE),
+            ("radius_exponent", self.radius_exponent, NOT_NEGATIVE),
+            ("creep", self.creep, NOT_NEGATIVE),
+        ])?;
         if let Some(sliding) = &self.sliding {
-            numbers.push(("sliding.friction", sliding.friction));
-            if !(sliding.speed_m_s.is_finite() && sliding.speed_m_s > 0.0) {
-                return Err(WorldError::Setting {
-                    name: "sliding.speed_m_s",
-                    value: sliding.speed_m_s,
-                    range: "finite and above 0",
-                });
-            }
+            check_numbers([
+                ("sliding.friction", sliding.friction, NOT_NEGATIVE),
+                ("sliding.speed_m_s", sliding.speed_m_s, POSITIVE),
+            ])?;
         }
-        if let Some(nap) = &self.nap {
-            numbers.push(("nap.creep_across", nap.creep_across));
-            numbers.push(("nap.resistance_across", nap.resistance_across));
-            numbers.push(("nap.resistance_against", nap.resistance_against));
-            if !nap.angle_rad.is_finite() {
-                return Err(WorldError::Setting {
-                    name: "nap.angle_rad",
-                    value: nap.angle_rad,
-                    range: "finite",
-                });
-            }
-            if !(nap.friction_ratio.is_finite() && nap.friction_ratio > 0.0) {
-                return Err(WorldError::Setting {
-                    name: "nap.friction_ratio",
-                    value: nap.friction_ratio,
-                    range: "finite and above 0",
-                });
-            }
-        }
-        let bad = |(_, value): &(&str, f64)| !(value.is_finite() && *value >= 0.0);
-        match numbers.into_iter().find(bad) {
-            None => Ok(()),
-            Some((name, value)) => Err(WorldError::Setting {
-                name,
-                value,
-                range: "finite and not below 0",
-            }),
-        }
+        let Some(nap) = &self.nap else {
+            return Ok(());
+        };
+        let (across, against) = (nap.resistance_across, nap.resistance_against);
+        check_numbers([
+            ("nap.angle_rad", nap.angle_rad, FINITE),
+            ("nap.friction_ratio", nap.friction_ratio, POSITIVE),
+            ("nap.creep_across", nap.creep_across, NOT_NEGATIVE),
+            ("nap.resistance_across", across, NOT_NEGATIVE),
+            ("nap.resistance_against", against, NOT_NEGATIVE),
+        ])
     }
 }
 

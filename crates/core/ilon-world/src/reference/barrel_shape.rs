@@ -4,7 +4,7 @@
 //! [`ilon_robot::barrel_profile`]). Its frame has the origin at the roller's centre and z along the
 //! roller's axis.
 
-use ilon_robot::Barrel;
+use ilon_robot::{Barrel, bisected};
 use parry3d::bounding_volume::{Aabb, BoundingSphere};
 use parry3d::mass_properties::MassProperties;
 use parry3d::math::{Pose, Real, Vector};
@@ -57,15 +57,8 @@ impl PointQuery for BarrelShape {
             (t - point.z) / libm::hypot(r, t - point.z).max(Real::MIN_POSITIVE)
                 + sin_delta * kt / libm::hypot(ring_radius_m, kt)
         };
-        let (mut low, mut high) = (-half_length_m, half_length_m);
-        for _ in 0..32 {
-            let middle = 0.5 * (low + high);
-            if slope(middle) > 0.0 {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
+        let ends = (half_length_m, -half_length_m);
+        let (high, low) = bisected(ends, 32, |t| slope(t) > 0.0);
         let t_m = 0.5 * (low + high);
         let center = Vector::Z * t_m;
         let radius = self.0.sphere_radius_m(t_m);

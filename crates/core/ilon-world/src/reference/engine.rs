@@ -128,19 +128,4 @@ impl Engine {
     ) {
         self.multibody_joints.insert(parent, child, joint, true);
     }
-
-    /// Removes a body with its colliders and joints.
-    pub fn remove_body(&mut self, body: RigidBodyHandle) {
-        ROOM.with_borrow_mut(|room| {
-            self.bodies.remove(
-                body,
-                &mut self.islands,
-                &mut self.colliders,
-                &mut room.impulse_joints,
-                &mut self.multibody_joints,
-                &mut room.soft_bodies,
-                true,
-            )
-        });
-    }
 }

@@ -74,23 +74,6 @@ impl Reference {
         reference
     }
 
-    /// Removes the robot, and builds it in its current state.
-    pub fn rebuild(&mut self, robot: &Articulated) {
-        let hubs = self.hubs.iter();
-        let parts = hubs.flat_map(|hub| {
-            hub.rollers
-                .iter()
-                .map(|roller| roller.body)
-                .chain([hub.body])
-        });
-        for body in parts.chain([self.chassis]).collect::<Vec<_>>() {
-            self.rapier.remove_body(body);
-        }
-        let parts = assemble(&mut self.rapier, robot);
-        (self.chassis, self.multibody, self.hubs) = parts;
-        self.set_in_motion(robot);
-    }
-
     /// Sets the robot's angles and rates, and the joints' damping and friction.
     ///
     /// All velocities come from the state, so that a rebuilt robot loses no momentum.

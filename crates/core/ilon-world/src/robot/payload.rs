@@ -4,6 +4,7 @@ use ilon_robot::MassProperties;
 use nalgebra::Vector3;
 
 use crate::WorldError;
+use crate::error::{FINITE, POSITIVE, check_numbers};
 
 /// A point mass fixed to the chassis; a large load is described by several.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,20 +19,9 @@ impl Payload {
     /// # Errors
     /// [`WorldError::Setting`] for a mass that is not above 0, or a point that is not finite.
     pub fn new(mass_kg: f64, place_in_body_m: Vector3<f64>) -> Result<Self, WorldError> {
-        if !(mass_kg.is_finite() && mass_kg > 0.0) {
-            return Err(WorldError::Setting {
-                name: "mass_kg",
-                value: mass_kg,
-                range: "finite and above 0",
-            });
-        }
-        if let Some(bad) = place_in_body_m.iter().find(|x| !x.is_finite()) {
-            return Err(WorldError::Setting {
-                name: "place_in_body_m",
-                value: *bad,
-                range: "finite",
-            });
-        }
+        let place = place_in_body_m.iter();
+        let place = place.map(|at_m| ("place_in_body_m", *at_m, FINITE));
+        check_numbers([("mass_kg", mass_kg, POSITIVE)].into_iter().chain(place))?;
         Ok(Self {
             mass_kg,
             place_in_body_m,

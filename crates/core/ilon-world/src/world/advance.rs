@@ -40,9 +40,6 @@ impl World {
     /// no effect.
     pub(super) fn advance(&mut self, solver: &mut ReactionSolver, dt_s: f64) {
         if self.settings.contacts == ContactSolver::Rapier {
-            self.bodies
-                .iter_mut()
-                .for_each(|body| body.ask_motors(dt_s));
             self.advance_in_rapier(dt_s);
             return self.tally(dt_s);
         }
@@ -54,6 +51,22 @@ impl World {
         self.give_up();
         self.advance(solver, first_s);
         self.advance(solver, dt_s - first_s);
+    }
+
+    /// Advances the world by a time in the reference mode, in which rapier moves everything.
+    fn advance_in_rapier(&mut self, dt_s: f64) {
+        // Such a world has one robot and no other moving bodies.
+        let (Some(reference), [robot]) = (&mut self.reference, &mut self.bodies[..]) else {
+            return;
+        };
+        robot.ask_motors(dt_s);
+        reference.step(robot, &self.ground, dt_s);
+        let took_j = reference.joints_lost_j(robot, dt_s);
+        self.reactions.take(reference.reactions(robot));
+        self.count_motors(dt_s);
+        self.read_contacts(dt_s);
+        self.energies.bearing_j += self.bodies[0].memory.bearings_owe.lost_j(took_j);
+        self.energies.outside_j += self.bodies[0].pushes_did_j(dt_s);
     }
 
     /// The first of the two parts into which a part of a step with known reactions is to be split,
@@ -169,7 +182,7 @@ impl World {
     }
 
     /// Counts the work and torque of the motors.
-    pub(super) fn count_motors(&mut self, dt_s: f64) {
+    fn count_motors(&mut self, dt_s: f64) {
         for body in &mut self.bodies {
             for (index, motor) in body.step.motors.iter().enumerate() {
                 let after_rad_s = body.state.wheel_rates_rad_s()[index];
@@ -225,7 +238,7 @@ impl World {
 
     /// Reads the contacts and counts the energy that they took, including that of a scraping
     /// chassis.
-    pub(super) fn read_contacts(&mut self, dt_s: f64) {
+    fn read_contacts(&mut self, dt_s: f64) {
         let residual_m_s = &mut self.solution.residual_m_s;
         *residual_m_s = residual_m_s.max(self.reactions.error());
         let springs_j = match self.settings.contacts {

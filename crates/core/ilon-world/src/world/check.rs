@@ -1,12 +1,13 @@
 //! Checks for what cannot be simulated.
 
-use ilon_robot::{Robot, Roller, RollerForm, Wheel};
+use ilon_robot::{BodyJoint, Robot, Roller, RollerForm, Wheel};
 
 use super::check_joints::check_joints;
 use crate::contact::reactions::Reactions;
 use crate::contact::scene::Scenes;
 use crate::contact::search::free_bodies::parts;
 use crate::engine::shapes::shape_of_roller;
+use crate::error::{NOT_NEGATIVE, POSITIVE, check_numbers};
 use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::settings::NEAR;
@@ -14,8 +15,7 @@ use crate::{ContactSolver, Floor, FloorSurface, RollerBodies, Settings, WorldErr
 
 /// Refuses what cannot be simulated.
 pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<(), WorldError> {
-    const POSITIVE: &str = "finite and above 0";
-    for (name, value, range) in [
+    let given = [
         ("dt_s", Some(settings.dt_s), POSITIVE),
         ("split_dt_s", settings.split_dt_s, POSITIVE),
         (
@@ -23,23 +23,15 @@ pub(super) fn check(robot: &Robot, floor: &Floor, settings: &Settings) -> Result
             settings.contact_stiffness_n_m,
             POSITIVE,
         ),
-        (
-            "gravity_m_s2",
-            Some(settings.gravity_m_s2),
-            "finite and not below 0",
-        ),
+        ("gravity_m_s2", Some(settings.gravity_m_s2), NOT_NEGATIVE),
         (
             "contact_relaxation_s",
             settings.contact_relaxation_s,
-            "finite and not below 0",
+            NOT_NEGATIVE,
         ),
-    ] {
-        let is_in_range =
-            |value: f64| value.is_finite() && (value > 0.0 || (value == 0.0 && range != POSITIVE));
-        if let Some(value) = value.filter(|value| !is_in_range(*value)) {
-            return Err(WorldError::Setting { name, value, range });
-        }
-    }
+    ];
+    let given = given.into_iter();
+    check_numbers(given.filter_map(|(name, value, range)| Some((name, value?, range))))?;
     floor.check()?;
     if robot.wheels.is_empty() {
         return Err(WorldError::NoWheels);
@@ -82,7 +74,7 @@ pub(super) fn check_together(
         reactions: &Reactions::default(),
     };
     let mut near = Vec::new();
-    scenes.find_between_chassis(&mut near);
+    scenes.find_between_robots(&mut near);
     match near.iter().find(|place| place.gap_m < 0.0) {
         Some(_) => Err(WorldError::NoPlaceToStand {
             reason: "its chassis would lie in another robot's".to_owned(),
@@ -135,13 +127,17 @@ fn check_tread(wheel: &Wheel, load_n: f64) -> Result<(), WorldError> {
     if sag_m <= radius_m {
         return Ok(());
     }
-    Err(WorldError::TreadTooSoft {
-        wheel: wheel.name.clone(),
-        stiffness_n_m: tread.stiffness_n_m,
-        sag_mm: 1e3 * sag_m,
-        radius_mm: 1e3 * radius_m,
-        least_n_m: load_n / radius_m,
-    })
+    refused(
+        wheel,
+        format!(
+            "its tread of {} N/m would be pressed by {:.1} mm under its share of the weight, deeper than its rollers' radius of {:.1} mm; \
+             give it {:.0} N/m or more",
+            tread.stiffness_n_m,
+            1e3 * sag_m,
+            1e3 * radius_m,
+            load_n / radius_m
+        ),
+    )
 }
 
 /// Refuses rolling resistance and creep for rollers whose contact motion is unknown.
@@ -153,9 +149,11 @@ fn check_rolling(wheel: &Wheel, floor: &Floor) -> Result<(), WorldError> {
             footing.surface.drags() || footing.surface.creeps().iter().any(|creep| *creep > 0.0)
         });
     if costs && wheel.rollers.iter().any(is_modelled) {
-        return Err(WorldError::DragOnModelled {
-            wheel: wheel.name.clone(),
-        });
+        return refused(
+            wheel,
+            "its rollers have the shapes of their file, of which rolling resistance and creep are not known; take barrels, or \
+             leave the floor's and the rollers' rolling resistance and the creep out",
+        );
     }
     Ok(())
 }
@@ -168,17 +166,22 @@ fn check_play(wheel: &Wheel) -> Result<(), WorldError> {
     let is_barrel =
         |roller: &Roller| matches!(roller.form, RollerForm::Barrel | RollerForm::Made(_));
     if play_m > 0.0 && !wheel.rollers.iter().all(is_barrel) {
-        let wheel = wheel.name.clone();
-        return Err(WorldError::PlayOfNoBarrel { wheel });
+        return refused(
+            wheel,
+            "its rollers have play along their axles, which only barrels can have; take barrels, with a crown or without, or \
+             leave the play out",
+        );
     }
     if play_m >= 0.0 && play_m <= most_m {
         return Ok(());
     }
-    Err(WorldError::NoSuchPlay {
-        wheel: wheel.name.clone(),
-        play_m,
-        most_m,
-    })
+    refused(
+        wheel,
+        format!(
+            "its rollers have a play of {play_m} m along their axles; write one in metres from 0 to their radius, {most_m} m: \
+             0.2 mm is 0.0002"
+        ),
+    )
 }
 
 /// Refuses friction on invalid axles.
@@ -190,12 +193,13 @@ fn check_axles(wheel: &Wheel) -> Result<(), WorldError> {
     if friction == 0.0 || (friction > 0.0 && friction.is_finite() && is_there) {
         return Ok(());
     }
-    Err(WorldError::NoSuchAxle {
-        wheel: wheel.name.clone(),
-        friction,
-        axle_m,
-        most_m,
-    })
+    refused(
+        wheel,
+        format!(
+            "its rollers have friction of coefficient {friction} on axles of radius {axle_m} m; write a coefficient of 0 or more, and a \
+             radius in metres above 0 and below that of the rollers, {most_m} m: 2 mm is 0.002"
+        ),
+    )
 }
 
 /// Refuses features that rapier's own solver does not have.
@@ -204,36 +208,23 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
         let wheel = robot.wheels.iter().find(|wheel| has(wheel))?;
         Some(format!("{what} (wheel `{}`)", wheel.name))
     };
-    let if_so = |is_so: bool, what: &str| is_so.then(|| what.to_owned());
-    let joint = robot.joints.first();
     let mut footings = floor.all_footings();
+    let if_so = |is_so: bool, what: &str| is_so.then(|| what.to_owned());
+    let has_joint = |joint: &BodyJoint| format!("bodies on joints (joint `{}`)", joint.name);
+    let is_near = settings.roller_bodies != RollerBodies::All;
+    let is_soft = footings.any(|footing| footing.surface != FloorSurface::default());
+    let by_numbers = |wheel: &Wheel| {
+        let mut forms = wheel.rollers.iter().map(|roller| &roller.form);
+        forms.any(|form| matches!(form, RollerForm::Turned(_) | RollerForm::Tyre(_)))
+    };
+    #[rustfmt::skip]
     let features = [
+        (if_so(settings.split_dt_s.is_some(), "steps taken in parts"), "take shorter steps"),
+        (robot.joints.first().map(has_joint), "hold its joints"),
+        (if_so(is_near, "only the rollers near the ground"), "take all of them: each is a body of its own"),
+        (of_wheel("rollers with play along their axles", |wheel| wheel.surface.axial_play_m > 0.0), "leave the play out"),
         (
-            if_so(settings.split_dt_s.is_some(), "steps taken in parts"),
-            "take shorter steps",
-        ),
-        (
-            joint.map(|joint| format!("bodies on joints (joint `{}`)", joint.name)),
-            "hold its joints",
-        ),
-        (
-            if_so(
-                settings.roller_bodies != RollerBodies::All,
-                "only the rollers near the ground",
-            ),
-            "take all of them: each is a body of its own",
-        ),
-        (
-            of_wheel("rollers with play along their axles", |wheel| {
-                wheel.surface.axial_play_m > 0.0
-            }),
-            "leave the play out",
-        ),
-        (
-            of_wheel(
-                "friction on the rollers' axles that follows the load",
-                |wheel| wheel.surface.axle_friction > 0.0,
-            ),
+            of_wheel("friction on the rollers' axles that follows the load", |wheel| wheel.surface.axle_friction > 0.0),
             "leave it out, or write dry friction of the rollers' joints",
         ),
         (
@@ -242,36 +233,21 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
             }),
             "leave the rollers rigid",
         ),
+        (of_wheel("rollers with a profile by numbers", by_numbers), "take barrels"),
         (
-            of_wheel("rollers with a profile by numbers", |wheel| {
-                let mut forms = wheel.rollers.iter().map(|roller| &roller.form);
-                forms.any(|form| matches!(form, RollerForm::Turned(_) | RollerForm::Tyre(_)))
-            }),
-            "take barrels",
-        ),
-        (
-            if_so(
-                !floor.materials.is_empty(),
-                "a floor whose friction depends on the rollers' material",
-            ),
+            if_so(!floor.materials.is_empty(), "a floor whose friction depends on the rollers' material"),
             "say its friction instead",
         ),
+        (if_so(is_soft, "a floor that drags, creeps, or whose friction falls"), "leave the floor hard"),
         (
-            if_so(
-                footings.any(|footing| footing.surface != FloorSurface::default()),
-                "a floor that drags, creeps, or whose friction falls",
-            ),
-            "leave the floor hard",
-        ),
-        (
-            of_wheel("a gear that loses a share of the torque", |wheel| {
-                wheel.drive.gear_efficiency < 1.0
-            }),
+            of_wheel("a gear that loses a share of the torque", |wheel| wheel.drive.gear_efficiency < 1.0),
             "give the gear an efficiency of 1",
         ),
     ];
-    let mut refused = features.into_iter();
-    match refused.find_map(|(what, remedy)| Some((what?, remedy))) {
+    match features
+        .into_iter()
+        .find_map(|(what, remedy)| Some((what?, remedy)))
+    {
         Some((what, remedy)) => Err(WorldError::NotInRapier { what, remedy }),
         None => Ok(()),
     }
@@ -279,46 +255,59 @@ fn check_reference(robot: &Robot, floor: &Floor, settings: &Settings) -> Result<
 
 fn check_wheel(wheel: &Wheel) -> Result<(), WorldError> {
     if wheel.rollers.is_empty() {
-        return Err(WorldError::NoRollers {
-            wheel: wheel.name.clone(),
-        });
+        return refused(wheel, "it has no rollers: it would touch nothing");
     }
     check_play(wheel)?;
     check_axles(wheel)?;
+    let has_tread = wheel.surface.tread.is_some();
     for roller in &wheel.rollers {
-        if let RollerForm::AsModelled(modelled) = &roller.form {
-            if wheel.surface.tread.is_some() {
-                return Err(WorldError::TreadOnModelled {
-                    wheel: wheel.name.clone(),
-                });
+        match &roller.form {
+            RollerForm::AsModelled(_) if has_tread => {
+                return refused(
+                    wheel,
+                    "its rollers have the shapes of their file and a tread, which only barrels can have; take barrels, or \
+                     leave the tread out",
+                );
             }
-            if shape_of_roller(modelled).is_none() {
-                return Err(WorldError::FlatRoller {
-                    wheel: wheel.name.clone(),
-                    roller: roller.name.clone(),
-                });
+            RollerForm::Turned(_) if has_tread => {
+                return refused(
+                    wheel,
+                    "its rollers have a profile by numbers and a tread, which only barrels can have; make them barrels with a \
+                     crown, or leave the tread out",
+                );
             }
-            continue;
-        }
-        if roller.is_tyre() {
-            continue;
-        }
-        if let RollerForm::Turned(_) = &roller.form {
-            if wheel.surface.tread.is_some() {
-                return Err(WorldError::TreadOnTurned {
-                    wheel: wheel.name.clone(),
-                });
+            RollerForm::AsModelled(modelled) if shape_of_roller(modelled).is_none() => {
+                let name = &roller.name;
+                return refused(
+                    wheel,
+                    format!(
+                        "roller `{name}` has a collision mesh without volume; take barrels, or mend the mesh"
+                    ),
+                );
             }
-            continue;
-        }
-        let barrel = wheel.barrel(roller);
-        let end_radius_m = barrel.sphere_radius_m(barrel.half_length_m);
-        if end_radius_m <= 0.0 {
-            return Err(WorldError::RollerEndsVanish {
-                wheel: wheel.name.clone(),
-                missing_mm: -1e3 * end_radius_m,
-            });
+            RollerForm::AsModelled(_) | RollerForm::Turned(_) | RollerForm::Tyre(_) => {}
+            RollerForm::Barrel | RollerForm::Made(_) => {
+                let barrel = wheel.barrel(roller);
+                let end_radius_m = barrel.sphere_radius_m(barrel.half_length_m);
+                if end_radius_m <= 0.0 {
+                    return refused(
+                        wheel,
+                        format!(
+                            "its rollers are so long for their radius that their profile vanishes {:.2} mm before the end; use more or \
+                             thicker rollers",
+                            -1e3 * end_radius_m
+                        ),
+                    );
+                }
+            }
         }
     }
     Ok(())
+}
+
+fn refused(wheel: &Wheel, reason: impl Into<String>) -> Result<(), WorldError> {
+    Err(WorldError::Wheel {
+        wheel: wheel.name.clone(),
+        reason: reason.into(),
+    })
 }

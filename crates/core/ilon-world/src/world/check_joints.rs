@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{BodyJoint, Coupling, JointKind, Robot};
+use ilon_robot::{BodyJoint, Coupling, JointKind, JointSpring, Robot};
 
 use crate::dynamics::DEEPEST;
 use crate::{Settings, WorldError};
@@ -11,23 +11,18 @@ use crate::{Settings, WorldError};
 pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), WorldError> {
     for (index, joint) in robot.joints.iter().enumerate() {
         check_numbers(joint)?;
-        if joint.parent.is_some_and(|parent| parent >= index) {
-            return refused(
-                joint,
-                "its parent is itself or a later joint: list parents before their children",
-            );
-        }
+        holds(
+            joint.parent.is_none_or(|parent| parent < index),
+            &joint.name,
+            "its parent is itself or a later joint: list parents before their children",
+        )?;
     }
     for wheel in &robot.wheels {
-        let is_there = |carrier: usize| carrier < robot.joints.len();
-        if !wheel.carrier.is_none_or(is_there) {
-            return Err(WorldError::Joint {
-                joint: wheel.name.clone(),
-                reason:
-                    "its wheel is on a joint that the robot does not have: name one of its joints"
-                        .to_owned(),
-            });
-        }
+        holds(
+            wheel.carrier.is_none_or(|at| at < robot.joints.len()),
+            &wheel.name,
+            "its wheel is on a joint that the robot does not have: name one of its joints",
+        )?;
     }
     // From here on every path ends at the chassis.
     for (index, joint) in robot.joints.iter().enumerate() {
@@ -38,13 +33,11 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
             .any(|wheel| wheel.carrier == Some(index));
         // A wheel's own joint is one more.
         let deep = way.count() + usize::from(carries_a_wheel);
-        if deep > DEEPEST {
-            let words = format!(
-                "with it {deep} joints follow one another from the chassis on, a wheel's own among them, of which at most {DEEPEST} may: hold \
-                 one of them"
-            );
-            return refused(joint, &words);
-        }
+        let words = format!(
+            "with it {deep} joints follow one another from the chassis on, a wheel's own among them, of which at most {DEEPEST} may: hold \
+             one of them"
+        );
+        holds(deep <= DEEPEST, &joint.name, words)?;
     }
     for coupling in &robot.couplings {
         check_coupling(robot, coupling)?;
@@ -54,54 +47,54 @@ pub(super) fn check_joints(robot: &Robot, settings: &Settings) -> Result<(), Wor
     joints.try_for_each(|index| check_spring(robot, index, settings))
 }
 
-fn refused(joint: &BodyJoint, reason: &str) -> Result<(), WorldError> {
-    Err(WorldError::Joint {
-        joint: joint.name.clone(),
-        reason: reason.to_owned(),
-    })
+/// Refuses a joint of which something does not hold.
+fn holds(holds: bool, joint: &str, reason: impl Into<String>) -> Result<(), WorldError> {
+    match holds {
+        true => Ok(()),
+        false => Err(WorldError::Joint {
+            joint: joint.to_owned(),
+            reason: reason.into(),
+        }),
+    }
 }
 
 fn check_numbers(joint: &BodyJoint) -> Result<(), WorldError> {
     let mass = &joint.body.mass;
-    let is_body = mass.mass_kg.is_finite()
-        && mass.mass_kg > 0.0
-        && mass.principal_moments_kg_m2().iter().all(|i| *i >= 0.0);
-    if !is_body {
-        return refused(
-            joint,
-            "it moves a body without mass: give that a mass and an inertia, or hold the joint",
-        );
-    }
-    let [lower, upper] = joint.limits;
+    let is_body =
+        is_positive(mass.mass_kg) && mass.principal_moments_kg_m2().iter().all(|i| *i >= 0.0);
+    holds(
+        is_body,
+        &joint.name,
+        "it moves a body without mass: give that a mass and an inertia, or hold the joint",
+    )?;
     // NaN is not below anything.
-    if !matches!(lower.partial_cmp(&upper), Some(std::cmp::Ordering::Less)) {
-        let words = format!(
-            "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
-        );
-        return refused(joint, &words);
-    }
-    let not_negative = |value: f64| value.is_finite() && value >= 0.0;
-    if !not_negative(joint.damping) || !not_negative(joint.friction) {
-        return refused(
-            joint,
-            "its damping and friction must be finite and not below 0",
-        );
-    }
+    let [lower, upper] = joint.limits;
+    let words = format!(
+        "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
+    );
+    holds(lower < upper, &joint.name, words)?;
+    holds(
+        not_negative(joint.damping) && not_negative(joint.friction),
+        &joint.name,
+        "its damping and friction must be finite and not below 0",
+    )?;
     check_servo(joint)?;
-    match joint.spring() {
-        Some(spring)
-            if !(spring.stiffness.is_finite()
-                && spring.stiffness > 0.0
-                && spring.rest.is_finite()
-                && spring.preload.is_finite()) =>
-        {
-            refused(
-                joint,
-                "its spring must have a stiffness above 0, and a rest and a preload that are finite",
-            )
-        }
-        _ => Ok(()),
-    }
+    let is_spring = |spring: &JointSpring| {
+        is_positive(spring.stiffness) && spring.rest.is_finite() && spring.preload.is_finite()
+    };
+    holds(
+        joint.spring().is_none_or(is_spring),
+        &joint.name,
+        "its spring must have a stiffness above 0, and a rest and a preload that are finite",
+    )
+}
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+fn not_negative(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
 }
 
 /// Refuses an invalid servo, or one whose target its limits exclude.
@@ -109,31 +102,28 @@ fn check_servo(joint: &BodyJoint) -> Result<(), WorldError> {
     let Some(servo) = joint.servo() else {
         return Ok(());
     };
-    if !(servo.stiffness.is_finite() && servo.stiffness > 0.0) {
-        return refused(
-            joint,
-            "its servo must have a stiffness that is finite and above 0",
-        );
-    }
-    if !(servo.damping.is_finite() && servo.damping >= 0.0) {
-        return refused(joint, "its servo's damping must be finite and not below 0");
-    }
+    holds(
+        is_positive(servo.stiffness),
+        &joint.name,
+        "its servo must have a stiffness that is finite and above 0",
+    )?;
+    holds(
+        not_negative(servo.damping),
+        &joint.name,
+        "its servo's damping must be finite and not below 0",
+    )?;
     // NaN is not above anything.
-    if !(servo.effort > 0.0 && servo.rate_limit > 0.0) {
-        return refused(
-            joint,
-            "its servo's effort and rate limit must be above 0: a joint that nothing drives is free, sprung or held",
-        );
-    }
-    let [lower, upper] = joint.limits;
-    if !(servo.target.is_finite() && (lower..=upper).contains(&servo.target)) {
-        let words = format!(
-            "its servo's target of {} is not between its limits of {lower} and {upper}: move it between them",
-            servo.target
-        );
-        return refused(joint, &words);
-    }
-    Ok(())
+    holds(
+        servo.effort > 0.0 && servo.rate_limit > 0.0,
+        &joint.name,
+        "its servo's effort and rate limit must be above 0: a joint that nothing drives is free, sprung or held",
+    )?;
+    let ([lower, upper], target) = (joint.limits, servo.target);
+    let words = format!(
+        "its servo's target of {target} is not between its limits of {lower} and {upper}: move it between them"
+    );
+    let is_within = target.is_finite() && (lower..=upper).contains(&target);
+    holds(is_within, &joint.name, words)
 }
 
 /// The smallest number of steps per period of a spring: with 1.2 for a joint on another joint, a
@@ -167,17 +157,15 @@ fn check_spring(robot: &Robot, index: usize, settings: &Settings) -> Result<(), 
     let inertia = robot.inertia_on_joint(index);
     let swings_s = swing_s(inertia, spring.stiffness);
     let least_s = STEPS_A_SWING * settings.dt_s;
-    if swings_s >= least_s {
-        return Ok(());
-    }
     let softest = inertia * (TAU / least_s).powi(2);
     let unit = match joint.kind {
         JointKind::Turns => ("N m/rad", "kg m^2"),
         JointKind::Slides => ("N/m", "kg"),
     };
-    refused(
-        joint,
-        &format!(
+    holds(
+        swings_s >= least_s,
+        &joint.name,
+        format!(
             "its {} of {} {} swings the {inertia:.3e} {} that it moves once in {:.3} ms, within {STEPS_A_SWING} steps of {:.3} ms: give it less \
              than {softest:.3e}, or hold the joint, or take shorter steps",
             if joint.servo().is_some() {
@@ -201,27 +189,24 @@ fn check_coupling(robot: &Robot, coupling: &Coupling) -> Result<(), WorldError> 
             reason: "a coupling names a joint that the robot does not have".to_owned(),
         });
     };
-    let numbers = coupling.factor.is_finite() && coupling.offset.is_finite();
-    if coupling.follows >= robot.joints.len() || coupling.follows == coupling.joint || !numbers {
-        return refused(
-            joint,
-            "its coupling must follow another joint of the robot, by a finite factor and offset",
-        );
-    }
+    let by_finite = coupling.factor.is_finite() && coupling.offset.is_finite();
+    let of_another = coupling.follows < robot.joints.len() && coupling.follows != coupling.joint;
+    holds(
+        of_another && by_finite,
+        &joint.name,
+        "its coupling must follow another joint of the robot, by a finite factor and offset",
+    )?;
     let follows = |joint: usize| robot.couplings.iter().find(|of| of.joint == joint);
     let masters = std::iter::successors(Some(coupling), |of| follows(of.follows));
-    if masters.take(robot.couplings.len() + 1).count() > robot.couplings.len() {
-        return refused(
-            joint,
-            "it follows itself through other couplings: remove one of them",
-        );
-    }
-    let doubled = robot
-        .couplings
-        .iter()
-        .filter(|of| of.joint == coupling.joint);
-    if doubled.count() > 1 {
-        return refused(joint, "it follows two joints: remove one of the couplings");
-    }
-    Ok(())
+    holds(
+        masters.take(robot.couplings.len() + 1).count() <= robot.couplings.len(),
+        &joint.name,
+        "it follows itself through other couplings: remove one of them",
+    )?;
+    let of_this = |of: &&Coupling| of.joint == coupling.joint;
+    holds(
+        robot.couplings.iter().filter(of_this).count() == 1,
+        &joint.name,
+        "it follows two joints: remove one of the couplings",
+    )
 }

@@ -9,6 +9,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use super::{BodyMut, World};
 use crate::Patch;
 use crate::dynamics::Attached;
+use crate::reference::Reference;
 use crate::robot::articulated::{Articulated, wheel_inertia};
 use crate::robot::payload::{ActingPush, Payload, loaded};
 use crate::robot::state::State;
@@ -118,8 +119,10 @@ impl BodyMut<'_> {
     /// `moved_m` in the body's axes, or of the rollers that turn.
     fn weigh(&mut self, moved_m: Vector3<f64>) {
         self.articulated().weigh(moved_m);
-        if let Some(reference) = &mut self.world.reference {
-            reference.rebuild(&self.world.bodies[self.index]);
+        let world = &mut *self.world;
+        if let Some(reference) = &mut world.reference {
+            let robot = &world.bodies[self.index];
+            **reference = Reference::new(robot, &world.ground, &world.settings);
         }
     }
 

@@ -13,10 +13,10 @@ use crate::engine::shapes::{shape_of, shape_of_roller};
 use crate::ground::{Ground, HeightField};
 use crate::{Floor, WorldError};
 
-/// Distance from contact at which a robot is put down, in metres. Chosen.
-const PUT_DOWN_M: f64 = 1e-9;
-/// The smallest step of lowering a robot, in metres: beside a wall everything is near all the way
-/// down. Chosen.
+/// Distance from contact at which a robot or a body is put down, in metres. Chosen.
+pub(super) const PUT_DOWN_M: f64 = 1e-9;
+/// The smallest step of lowering it, in metres: beside a wall everything is near all the way down.
+/// Chosen.
 const LEAST_LOWERED_M: f64 = 1e-5;
 
 /// The most steps of lowering a robot by the distance to whatever is nearest. Most stand by then;
@@ -128,14 +128,9 @@ pub(super) fn standing(
             lower_m = lower_m.max(bottom_m);
         }
         lowered += 1;
-        let next_m = if lower_m.is_finite() {
-            0.5 * (free_m + lower_m)
-        } else {
-            free_m - gap_m.max(LEAST_LOWERED_M)
-        };
-        if next_m <= lower_m || next_m >= free_m {
+        let Some(next_m) = next_lower_m(free_m, lower_m, gap_m) else {
             break;
-        }
+        };
         if is_clear(next_m) {
             free_m = next_m;
         } else {
@@ -144,6 +139,16 @@ pub(super) fn standing(
     }
     refuse_what_hangs(robot, &surfaces, |surface| near(surface, free_m))?;
     Ok(at(free_m))
+}
+
+/// The height to try below one that is free, at which the nearest is as far as the gap, and above
+/// one that is not free, if any is known; `None` if rounding leaves none between. In metres.
+pub(super) fn next_lower_m(free_m: f64, lower_m: f64, gap_m: f64) -> Option<f64> {
+    let next_m = match lower_m.is_finite() {
+        true => 0.5 * (free_m + lower_m),
+        false => free_m - gap_m.max(LEAST_LOWERED_M),
+    };
+    (lower_m < next_m && next_m < free_m).then_some(next_m)
 }
 
 /// Distance of the nearest part of a robot from a plane ground, with its wheels at their start
@@ -231,35 +236,35 @@ fn surfaces(robot: &Robot) -> Vec<Surface> {
 }
 
 impl Surface {
-    /// The largest distance of the surface from the body's vertical axis, in metres.
-    fn reach_m(&self) -> f64 {
+    /// A ball around it: its middle in the body frame and its radius, in metres.
+    fn ball_m(&self) -> (Point3<f64>, f64) {
         match &self.form {
             SurfaceShape::Barrel {
                 barrel, center_m, ..
-            } => center_m.norm() + PlacedBarrel::bounding_radius_m(barrel),
+            } => (
+                Point3::from(*center_m),
+                PlacedBarrel::bounding_radius_m(barrel),
+            ),
             SurfaceShape::Turned {
                 turned, center_m, ..
-            } => center_m.norm() + turned.bounding_radius_m(),
+            } => (Point3::from(*center_m), turned.bounding_radius_m()),
             SurfaceShape::Shape(body_from_shape, shape) => {
                 let ball = shape.compute_local_bounding_sphere();
-                let center_m = body_from_shape * Point3::from(convert::to_vector(ball.center));
-                center_m.coords.norm() + ball.radius
+                let center_m = Point3::from(convert::to_vector(ball.center));
+                (body_from_shape * center_m, ball.radius)
             }
         }
     }
 
+    /// The largest distance of the surface from the body's vertical axis, in metres.
+    fn reach_m(&self) -> f64 {
+        let (middle_m, radius_m) = self.ball_m();
+        middle_m.coords.norm() + radius_m
+    }
+
     /// A point within it, in metres, with the body at a pose in the floor's frame.
     fn middle_m(&self, floor_from_body: &Isometry3<f64>) -> Vector3<f64> {
-        let in_body_m = match &self.form {
-            SurfaceShape::Barrel { center_m, .. } | SurfaceShape::Turned { center_m, .. } => {
-                Point3::from(*center_m)
-            }
-            SurfaceShape::Shape(body_from_shape, shape) => {
-                let ball = shape.compute_local_bounding_sphere();
-                body_from_shape * Point3::from(convert::to_vector(ball.center))
-            }
-        };
-        (floor_from_body * in_body_m).coords
+        (floor_from_body * self.ball_m().0).coords
     }
 
     /// Its distance from the ground with the body at a pose in the floor's frame, in metres; zero

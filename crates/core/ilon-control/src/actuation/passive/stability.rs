@@ -16,6 +16,7 @@
 //! Mikhailov all roots lie on the left if and only if its argument grows by pi as s = j omega goes
 //! from 0 to infinity.
 
+use ilon_robot::bisected;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 
 use crate::{ControlError, DynamicModel, Kinematics};
@@ -126,20 +127,13 @@ impl Loop {
             }),
             ..*self
         };
-        let (mut low, mut high) = (0.0, 1.0 / tilt.time_constant_s);
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if with(middle).is_stable(stiffness) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let paces = (0.0, 1.0 / tilt.time_constant_s);
+        let (fastest, _) = bisected(paces, 30, |pace| with(pace).is_stable(stiffness));
         let (m, d) = (self.inertia, self.damping);
         unstable(
             "one over the tilt filter's time constant, in 1/s,",
             1.0 / tilt.time_constant_s,
-            low,
+            fastest,
             format!(
                 "for {m:.4} kg at a damping of {d:.4} N s/m, whose own acceleration looks like tilt"
             ),
@@ -148,16 +142,7 @@ impl Loop {
 
     /// Returns the largest stable stiffness below an unstable one.
     pub fn stiffness_limit(&self, unstable: f64) -> f64 {
-        let (mut low, mut high) = (0.0, unstable);
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if self.is_stable(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
+        bisected((0.0, unstable), 40, |stiffness| self.is_stable(stiffness)).0
     }
 
     /// Whether the loop is stable, by Mikhailov's criterion.
@@ -318,7 +303,7 @@ mod tests {
     /// P) l with the projector P on the rates that move the body.
     #[test]
     fn a_damping_between_the_wheels_is_one_of_wheel_rates() {
-        let model = DynamicModel::new(&crate::fixtures::mecanum4()).unwrap();
+        let model = DynamicModel::new(&crate::tests::robots::mecanum4()).unwrap();
         let kinematics = model.kinematics();
         let (between_n_m_s, dt_s) = (0.02, 0.005);
         let swing = air_swing(&model, kinematics, (Vector3::zeros(), between_n_m_s), dt_s);

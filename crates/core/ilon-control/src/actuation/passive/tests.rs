@@ -1,6 +1,6 @@
 use super::*;
 use crate::Priority;
-use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 use ilon_robot::Twist;
 
 const DT_S: f64 = 1e-3;

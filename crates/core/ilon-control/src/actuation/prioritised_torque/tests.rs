@@ -1,7 +1,7 @@
 use super::*;
 use crate::DynamicModel;
 use crate::TorqueRange;
-use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 use crate::{ComputedTorque, ComputedTorqueSettings};
 use ilon_robot::Twist;
 

@@ -1,5 +1,6 @@
 //! The possible part of a line of accelerations, by roots or by bisection.
 
+use ilon_robot::bisected;
 use nalgebra::Vector3;
 
 use super::{AccelerationLimits, Course, LimitCause, LimitedBy, NOTHING, PushSharing};
@@ -68,14 +69,9 @@ impl AccelerationLimits {
                 (near, far) = (far, 2.0 * far);
             }
             // Forty bisections leave 1e-12 of the interval.
-            for _ in 0..40 {
-                let middle = 0.5 * (near + far);
-                if self.outside_n(moving, course.at(inside + way * middle)) <= SLACK_N {
-                    near = middle;
-                } else {
-                    far = middle;
-                }
-            }
+            (near, far) = bisected((near, far), 40, |off| {
+                self.outside_n(moving, course.at(inside + way * off)) <= SLACK_N
+            });
             let by = self.lacking(moving, course.at(inside + way * far));
             (inside + way * near, by)
         };

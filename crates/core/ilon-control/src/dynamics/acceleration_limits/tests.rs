@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2};
 use ilon_robot::MotorLimits;
 
 use super::*;
-use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 use crate::{DynamicModel, MotorCurve};
 
 const FRICTION: f64 = 0.6;

@@ -1,7 +1,7 @@
 use ilon_robot::{MotorLimits, Robot, Twist};
 
 use super::*;
-use crate::fixtures::{mecanum4, volksbot};
+use crate::tests::robots::{mecanum4, volksbot};
 use crate::{Heading, LimitSettings, MotorCurve, PushSharing};
 
 fn limits(robot: &Robot, share: f64, slope_rad: f64) -> AccelerationLimits {

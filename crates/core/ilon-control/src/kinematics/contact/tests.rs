@@ -1,5 +1,5 @@
 use super::*;
-use crate::fixtures::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
+use crate::tests::robots::{WheelSpec, mecanum4, mecanum4_specs, robot, six_wheels, volksbot};
 use ilon_robot::{ModelledRoller, ProfilePart};
 use std::f64::consts::{PI, TAU};
 
@@ -24,7 +24,7 @@ fn mean_twist(contact: &mut ContactKinematics, kinematics: &Kinematics, ideal: T
 #[test]
 fn sideways_a_mecanum_robot_gets_sinc_of_what_the_ideal_says() {
     for n in [6, 9, 12] {
-        let mut specs = mecanum4_specs(crate::fixtures::MECANUM_HANDEDNESS);
+        let mut specs = mecanum4_specs(crate::tests::robots::MECANUM_HANDEDNESS);
         for spec in &mut specs {
             spec.rollers = n;
         }

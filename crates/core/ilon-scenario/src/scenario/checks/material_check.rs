@@ -1,6 +1,6 @@
 //! Contradictions between materials and keys of floor and patches.
 
-use super::objection::Objection;
+use super::objection::{Objection, object_if, objection};
 use crate::scenario::Scenario;
 use crate::scenario::materials::Across;
 
@@ -38,12 +38,10 @@ impl Scenario {
             object_to_both(&key, patch.material.as_deref(), &keys)?;
             match (patch.friction, &patch.material) {
                 (None, None) => {
-                    return Err(Objection::to(
-                        key.clone(),
-                        format!("the key `{key}.friction` is missing"),
-                        format!(
-                            "add `{key}.friction`, Coulomb's coefficient of friction there, or `{key}.material`"
-                        ),
+                    return Err(objection!(
+                        "{key}",
+                        "the key `{key}.friction` is missing",
+                        "add `{key}.friction`, Coulomb's coefficient of friction there, or `{key}.material`",
                     ));
                 }
                 (friction, _) => object_to_no_grip(&key, friction.unwrap_or(1.0), patch.across)?,
@@ -56,13 +54,12 @@ impl Scenario {
             }
         }
         let named = self.rollers.material.is_some() || !self.rollers.wheel_materials.is_empty();
-        if named && !floor.is_of_material() {
-            return Err(Objection::to(
-                "rollers.material",
-                "the rollers have a material, but neither the floor nor a patch has one",
-                "write `world.floor.material`, or leave the rollers' material out",
-            ));
-        }
+        object_if!(
+            named && !floor.is_of_material(),
+            "rollers.material",
+            "the rollers have a material, but neither the floor nor a patch has one",
+            "write `world.floor.material`, or leave the rollers' material out",
+        );
         Ok(())
     }
 }
@@ -74,14 +71,10 @@ fn object_to_both(place: &str, material: Option<&str>, keys: &[Beside]) -> Resul
     };
     match keys.iter().find(|(_, stands)| *stands) {
         None => Ok(()),
-        Some((key, _)) => Err(Objection::to(
-            format!("{place}.{key}"),
-            format!(
-                "`{place}.{key}` and `{place}.material` = \"{material}\" do not go together: the pair of materials defines this value"
-            ),
-            format!(
-                "leave one of them out, or change the pair: `materials.ROLLERS.{material}.{key}`, with the rollers' material for ROLLERS"
-            ),
+        Some((key, _)) => Err(objection!(
+            "{place}.{key}",
+            "`{place}.{key}` and `{place}.material` = \"{material}\" do not go together: the pair of materials defines this value",
+            "leave one of them out, or change the pair: `materials.ROLLERS.{material}.{key}`, with the rollers' material for ROLLERS",
         )),
     }
 }
@@ -92,9 +85,9 @@ fn object_to_no_grip(place: &str, friction: f64, across: Option<Across>) -> Resu
     if friction > 0.0 || !says {
         return Ok(());
     }
-    Err(Objection::to(
-        format!("{place}.across.friction"),
-        format!("`{place}.across.friction` is given, but the friction along the nap is 0"),
+    Err(objection!(
+        "{place}.across.friction",
+        "`{place}.across.friction` is given, but the friction along the nap is 0",
         "give both a friction above 0, or leave `across` out",
     ))
 }

@@ -7,6 +7,28 @@ use toml::de::DeTable;
 
 use crate::Error;
 
+/// An [`Objection`]: its key, what is wrong, and how to repair it, each as `format!` takes it.
+macro_rules! objection {
+    ($key:literal, $message:literal, $help:literal $(,)?) => {
+        $crate::scenario::checks::objection::Objection::to(
+            format!($key),
+            format!($message),
+            format!($help),
+        )
+    };
+}
+
+/// Returns with an objection where something is wrong.
+macro_rules! object_if {
+    ($is_wrong:expr, $($objection:tt)+) => {
+        if $is_wrong {
+            return Err($crate::scenario::checks::objection::objection!($($objection)+));
+        }
+    };
+}
+
+pub(in crate::scenario) use {object_if, objection};
+
 /// An impossible demand of a scenario.
 #[derive(Debug)]
 pub(in crate::scenario) struct Objection {

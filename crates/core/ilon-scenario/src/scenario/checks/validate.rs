@@ -3,7 +3,7 @@
 
 use ilon_trace::file::MOST_ROWS;
 
-use super::objection::Objection;
+use super::objection::{Objection, object_if, objection};
 use crate::Error;
 use crate::scenario::{
     Contacts, Drives, Fault, Motion, Reference, Robot, RollerBodies, Rollers, Scenario, Step,
@@ -31,14 +31,13 @@ impl Scenario {
             roller_bodies,
             ..
         } = self.robot;
-        if (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near) {
-            return Err(Objection::to(
-                "robot.roller_bodies",
-                "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
-                 can touch the ground is known of barrels only",
-                "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
-            ));
-        }
+        object_if!(
+            (rollers, roller_bodies) == (Rollers::AsModelled, RollerBodies::Near),
+            "robot.roller_bodies",
+            "`robot.rollers` = \"as_modelled\" and `robot.roller_bodies` = \"near\" do not go together: which rollers \
+             can touch the ground is known of barrels only",
+            "put the shapes of all rollers into the world, `robot.roller_bodies` = \"all\", or take barrels",
+        );
         let mut joints = self.robot.joints.iter();
         joints.try_for_each(|(name, joint)| joint.object(name))?;
         self.controller.object()?;
@@ -48,8 +47,8 @@ impl Scenario {
         self.object_to_windows()?;
         let is_shorted = |fault: &Fault| matches!(fault, Fault::MotorLost { shorted: true, .. });
         if let (Some(index), None) = (self.faults.iter().position(is_shorted), &self.motors.dc) {
-            return Err(Objection::to(
-                format!("faults.{index}"),
+            return Err(objection!(
+                "faults.{index}",
                 "`motor_lost` with `shorted` needs the motor's winding, but there is no `[motors.dc]`",
                 "write the motor's stall_torque_n_m and no_load_rate_rad_s under [motors.dc], or leave `shorted` out: the motor then turns freely",
             ));
@@ -58,54 +57,46 @@ impl Scenario {
         let most_hz = 0.5 / self.run.control_dt_s;
         let is_too_fast = |fault: &Fault| matches!(fault, Fault::Tilt { frequency_hz, .. } if *frequency_hz > most_hz);
         if let Some(index) = self.faults.iter().position(is_too_fast) {
-            return Err(Objection::to(
-                format!("faults.{index}.tilt.frequency_hz"),
-                format!(
-                    "the ground rocks at more than half the control rate, {most_hz} Hz, so its motion cannot be recorded"
-                ),
+            return Err(objection!(
+                "faults.{index}.tilt.frequency_hz",
+                "the ground rocks at more than half the control rate, {most_hz} Hz, so its motion cannot be recorded",
                 "write a lower frequency_hz, or a shorter `run.control_dt_s`",
             ));
         }
         let law = self.wheel_loop.law;
-        if law == WheelLaw::Passive && self.wheel_loop.latency_s() > 0.0 {
-            return Err(Objection::to(
-                "wheel_loop.latency_s",
-                "the passive law does not support `wheel_loop.latency_s`: its gains are derived for torques without delay",
-                "leave it out, or choose another `wheel_loop.law`",
-            ));
-        }
-        if self.wheel_loop.passive.is_some() && law != WheelLaw::Passive {
-            return Err(Objection::to(
-                "wheel_loop.passive",
-                "`[wheel_loop.passive]` has no effect: `wheel_loop.law` is not \"passive\"",
-                "write law = \"passive\", or leave the section out",
-            ));
-        }
-        if self.wheel_loop.friction.is_some()
-            && !matches!(law, WheelLaw::PrioritisedTorque | WheelLaw::Passive)
-        {
-            return Err(Objection::to(
-                "wheel_loop.friction",
-                "`wheel_loop.friction` has no effect: this `wheel_loop.law` does not use grip",
-                "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
-            ));
-        }
+        object_if!(
+            law == WheelLaw::Passive && self.wheel_loop.latency_s() > 0.0,
+            "wheel_loop.latency_s",
+            "the passive law does not support `wheel_loop.latency_s`: its gains are derived for torques without delay",
+            "leave it out, or choose another `wheel_loop.law`",
+        );
+        object_if!(
+            self.wheel_loop.passive.is_some() && law != WheelLaw::Passive,
+            "wheel_loop.passive",
+            "`[wheel_loop.passive]` has no effect: `wheel_loop.law` is not \"passive\"",
+            "write law = \"passive\", or leave the section out",
+        );
+        object_if!(
+            self.wheel_loop.friction.is_some()
+                && !matches!(law, WheelLaw::PrioritisedTorque | WheelLaw::Passive),
+            "wheel_loop.friction",
+            "`wheel_loop.friction` has no effect: this `wheel_loop.law` does not use grip",
+            "write law = \"prioritised_torque\" or \"passive\", or leave the friction out",
+        );
         let floor = &self.world.floor;
-        if floor.rough.is_some() && floor.height_map.is_some() {
-            return Err(Objection::to(
-                "world.floor.height_map",
-                "`world.floor.rough` and `world.floor.height_map` exclude each other: each replaces the floor's plane",
-                "leave one of them out",
-            ));
-        }
+        object_if!(
+            floor.rough.is_some() && floor.height_map.is_some(),
+            "world.floor.height_map",
+            "`world.floor.rough` and `world.floor.height_map` exclude each other: each replaces the floor's plane",
+            "leave one of them out",
+        );
         let fusion = self.sensors.fusion.as_ref();
-        if self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope) {
-            return Err(Objection::to(
-                "sensors.fusion.gyroscope",
-                "`sensors.fusion.gyroscope` needs a gyroscope, but there is no `[sensors.imu]`",
-                "add `[sensors.imu]`, or leave the key out: the rate of turn then comes from the wheels",
-            ));
-        }
+        object_if!(
+            self.sensors.imu.is_none() && fusion.is_some_and(|fusion| fusion.gyroscope),
+            "sensors.fusion.gyroscope",
+            "`sensors.fusion.gyroscope` needs a gyroscope, but there is no `[sensors.imu]`",
+            "add `[sensors.imu]`, or leave the key out: the rate of turn then comes from the wheels",
+        );
         self.object_to_times()?;
         if self.twist.is_some() {
             self.expect.object_to_tracking()?;
@@ -119,87 +110,64 @@ impl Scenario {
         if solver.contacts == Contacts::Ilon {
             return Ok(());
         }
-        if self.robot.roller_bodies == RollerBodies::Near {
-            return Err(Objection::to(
-                "robot.roller_bodies",
-                "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
-                 is a body of its own there",
-                "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
-            ));
-        }
+        object_if!(
+            self.robot.roller_bodies == RollerBodies::Near,
+            "robot.roller_bodies",
+            "`world.solver.contacts` = \"rapier\" and `robot.roller_bodies` = \"near\" do not go together: every roller \
+             is a body of its own there",
+            "write `robot.roller_bodies` = \"all\", or let ilon solve the contacts",
+        );
         let leans = |fault: &Fault| matches!(fault, Fault::Tilt { .. });
         if let Some(index) = self.faults.iter().position(leans) {
-            return Err(Objection::to(
-                format!("faults.{index}"),
+            return Err(objection!(
+                "faults.{index}",
                 "a tilting ground does not go with `world.solver.contacts` = \"rapier\", where gravity is constant",
                 "leave it out, or let ilon solve the contacts",
             ));
         }
         if !self.world.bodies.is_empty() {
-            return Err(Objection::to(
+            return Err(objection!(
                 "world.bodies",
                 "`world.solver.contacts` = \"rapier\" and `world.bodies` do not go together: only ilon's solver moves free bodies",
                 "leave the bodies out, or let ilon solve the contacts",
             ));
         }
         let (floor, rollers) = (&self.world.floor, &self.rollers);
+        let is_there = |of: Option<f64>| of.is_some_and(|of| of > 0.0);
+        let floor_drags = is_there(floor.rolling_resistance);
+        let rollers_drag = is_there(rollers.rolling_resistance);
         let gives = [
             ("rollers.tread", rollers.tread.is_some()),
-            (
-                "rollers.rolling_resistance",
-                rollers.rolling_resistance.is_some_and(|drag| drag > 0.0),
-            ),
+            ("rollers.rolling_resistance", rollers_drag),
             ("rollers.bearings", rollers.bearings.is_some()),
-            (
-                "rollers.axle_friction",
-                rollers.axle_friction.is_some_and(|friction| friction > 0.0),
-            ),
-            (
-                "rollers.axial_play_m",
-                rollers.axial_play_m.is_some_and(|play_m| play_m > 0.0),
-            ),
-            (
-                "world.floor.rolling_resistance",
-                floor.rolling_resistance.is_some_and(|drag| drag > 0.0),
-            ),
-            (
-                "world.floor.creep",
-                floor.creep.is_some_and(|creep| creep > 0.0),
-            ),
+            ("rollers.axle_friction", is_there(rollers.axle_friction)),
+            ("rollers.axial_play_m", is_there(rollers.axial_play_m)),
+            ("world.floor.rolling_resistance", floor_drags),
+            ("world.floor.creep", is_there(floor.creep)),
             ("world.floor.sliding", floor.sliding.is_some()),
             ("world.floor.across", floor.across.is_some()),
             ("world.floor.against", floor.against.is_some()),
         ];
         if let Some((key, _)) = gives.into_iter().find(|(_, gives)| *gives) {
-            return Err(Objection::to(
-                key,
-                format!(
-                    "`{key}` is not supported by `world.solver.contacts` = \"rapier\", which has neither treads, bearings and play of rollers nor floors that drag"
-                ),
+            return Err(objection!(
+                "{key}",
+                "`{key}` is not supported by `world.solver.contacts` = \"rapier\", which has neither treads, bearings and play of rollers nor floors that drag",
                 "leave it out, or let ilon solve the contacts",
             ));
         }
-        let keys = [
-            ("world.solver.split_dt_s", solver.split_dt_s),
-            (
-                "world.solver.contact_stiffness_n_m",
-                solver.contact_stiffness_n_m,
-            ),
-            (
-                "world.solver.contact_relaxation_s",
-                solver.contact_relaxation_s,
-            ),
-        ];
-        match keys.into_iter().find(|(_, value)| value.is_some()) {
-            Some((key, _)) => Err(Objection::to(
-                key,
-                format!(
-                    "`{key}` is a setting of ilon's solver, but `world.solver.contacts` = \"rapier\""
-                ),
+        for (key, value) in [
+            ("split_dt_s", solver.split_dt_s),
+            ("contact_stiffness_n_m", solver.contact_stiffness_n_m),
+            ("contact_relaxation_s", solver.contact_relaxation_s),
+        ] {
+            object_if!(
+                value.is_some(),
+                "world.solver.{key}",
+                "`world.solver.{key}` is a setting of ilon's solver, but `world.solver.contacts` = \"rapier\"",
                 "leave it out, or let ilon solve the contacts",
-            )),
-            None => Ok(()),
+            );
         }
+        Ok(())
     }
 
     fn object_to_motion(&self) -> Result<(), Objection> {
@@ -219,38 +187,33 @@ impl Scenario {
                     self.playback.is_some() && of_joints.is_none(),
                 ];
                 if of_joints.is_some() && stand == [false; 3] {
-                    return Err(Objection::to(
+                    return Err(objection!(
                         "playback.drives",
                         "the log only drives joints, and the wheels have no command",
                         "add a `[twist]` (all zeros to stand still) or a `[reference]`",
                     ));
                 }
                 let (key, stands) = match stand {
-                    [false, false, false] => (
-                        "",
-                        "the scenario has no motion: neither `[twist]` nor `[reference]` nor `[playback]` is there",
-                    ),
-                    [_, true, false] => (
-                        "twist",
-                        "the scenario has two motions, `[reference]` and `[twist]`: it takes one",
-                    ),
-                    [true, _, _] => (
-                        "playback",
-                        "the scenario has two motions, `[reference]` and `[playback]`: it takes one",
-                    ),
-                    _ => (
-                        "playback",
-                        "the scenario has two motions, `[twist]` and `[playback]`: it takes one",
-                    ),
+                    [false, false, false] => {
+                        let none = "no motion: neither `[twist]` nor `[reference]` nor `[playback]` is there";
+                        let lacks_time = "; and the key `run.duration_s` is missing";
+                        let further = if self.run.is_open() { lacks_time } else { "" };
+                        ("", format!("{none}{further}"))
+                    }
+                    _ => {
+                        let [one, key] = match stand {
+                            [_, true, false] => ["reference", "twist"],
+                            [true, ..] => ["reference", "playback"],
+                            _ => ["twist", "playback"],
+                        };
+                        let two = format!("two motions, `[{one}]` and `[{key}]`: it takes one");
+                        (key, two)
+                    }
                 };
-                let lacks_time = stand == [false; 3] && self.run.is_open();
-                Err(Objection::to(
-                    key,
-                    match lacks_time {
-                        true => format!("{stands}; and the key `run.duration_s` is missing"),
-                        false => stands.to_owned(),
-                    },
-                    "write `twist = { vx_m_s = 0.3 }` for a velocity, `[reference.circle]`, `[reference.line]` or another path for the guidance to \
+                Err(objection!(
+                    "{key}",
+                    "the scenario has {stands}",
+                    "write `twist = {{ vx_m_s = 0.3 }}` for a velocity, `[reference.circle]`, `[reference.line]` or another path for the guidance to \
                      follow, or `[playback]` for what a log says",
                 ))
             }
@@ -266,11 +229,9 @@ impl Scenario {
             None => Ok(()),
             Some((key, from_s, until_s)) => {
                 let until_s = until_s.unwrap_or_default();
-                Err(Objection::to(
-                    key.clone(),
-                    format!(
-                        "`{key}` never happens: it ends at {until_s} s, before it begins at {from_s} s"
-                    ),
+                Err(objection!(
+                    "{key}",
+                    "`{key}` never happens: it ends at {until_s} s, before it begins at {from_s} s",
                     "let `until_s` come after `from_s`, or leave it out",
                 ))
             }
@@ -299,13 +260,12 @@ impl Scenario {
         };
         let key = "wheel_loop.period_s";
         let section = &self.wheel_loop;
-        if !section.takes_whole_steps() && self.sensors.encoders.counts_per_turn.is_none() {
-            return Err(Objection::to(
-                key,
-                "`wheel_loop.period_s` has no effect: a continuous PID acts within each step",
-                "leave it out, or set `wheel_loop.timing` to \"sampled\"",
-            ));
-        }
+        object_if!(
+            !section.takes_whole_steps() && self.sensors.encoders.counts_per_turn.is_none(),
+            "{key}",
+            "`wheel_loop.period_s` has no effect: a continuous PID acts within each step",
+            "leave it out, or set `wheel_loop.timing` to \"sampled\"",
+        );
         let control_dt_s = self.run.control_dt_s;
         let step_s = match self.run.physics_dt_s {
             Step::Seconds(dt_s) => dt_s,
@@ -314,124 +274,87 @@ impl Scenario {
         if is_whole(period_s / step_s) && is_whole(control_dt_s / period_s) {
             return Ok(());
         }
-        Err(Objection::to(
-            key,
-            format!(
-                "`wheel_loop.period_s` = {period_s} must be a whole number of physics steps, and `run.control_dt_s` = {control_dt_s} a whole \
-                 number of these periods"
-            ),
-            format!(
-                "set it to {}, the control period, and `run.physics_dt_s` to a whole part of it",
-                control_dt_s
-            ),
+        Err(objection!(
+            "{key}",
+            "`wheel_loop.period_s` = {period_s} must be a whole number of physics steps, and `run.control_dt_s` = {control_dt_s} a whole \
+             number of these periods",
+            "set it to {control_dt_s}, the control period, and `run.physics_dt_s` to a whole part of it",
         ))
     }
 
     fn object_to_times(&self) -> Result<(), Objection> {
         let run = &self.run;
+        let (duration_s, control_dt_s) = (run.duration_s, run.control_dt_s);
         self.object_to_loop_period()?;
         if let Step::Seconds(dt_s) = run.physics_dt_s {
-            let steps = run.control_dt_s / dt_s;
-            if !is_whole(steps) {
-                return Err(Objection::to(
-                    "run.physics_dt_s",
-                    format!(
-                        "`run.control_dt_s` = {} is {steps:.6} physics steps of `run.physics_dt_s` = {dt_s}, \
-                         but must be a whole number of them",
-                        run.control_dt_s
-                    ),
-                    format!(
-                        "set `run.physics_dt_s` to {}, which divides it",
-                        run.control_dt_s / steps.ceil().max(1.0)
-                    ),
-                ));
-            }
+            let steps = control_dt_s / dt_s;
+            let part_s = control_dt_s / steps.ceil().max(1.0);
+            object_if!(
+                !is_whole(steps),
+                "run.physics_dt_s",
+                "`run.control_dt_s` = {control_dt_s} is {steps:.6} physics steps of `run.physics_dt_s` = {dt_s}, \
+                 but must be a whole number of them",
+                "set `run.physics_dt_s` to {part_s}, which divides it",
+            );
             self.object_to_step(dt_s)?;
         }
         if run.is_open() {
             // The duration is known after the log is read; then this check is repeated.
             return match &self.playback {
                 Some(_) => Ok(()),
-                None => Err(Objection::to(
+                None => Err(objection!(
                     "run.duration_s",
                     "the key `run.duration_s` is missing",
                     "add `run.duration_s`: simulated time in seconds; only a `playback` can do without: it ends with its log",
                 )),
             };
         }
-        if run.duration_s < run.control_dt_s {
-            return Err(Objection::to(
-                "run.duration_s",
-                format!(
-                    "`run.duration_s` = {} is shorter than one control period, `run.control_dt_s` = {}",
-                    run.duration_s, run.control_dt_s
-                ),
-                "lengthen the run or shorten the control period",
-            ));
-        }
-        let periods = run.duration_s / run.control_dt_s;
-        let (rows, most) = (
-            periods / f64::from(run.record_every.max(1)),
-            MOST_ROWS as f64,
+        object_if!(
+            duration_s < control_dt_s,
+            "run.duration_s",
+            "`run.duration_s` = {duration_s} is shorter than one control period, `run.control_dt_s` = {control_dt_s}",
+            "lengthen the run or shorten the control period",
         );
-        if rows > most {
-            return Err(Objection::to(
-                "run.duration_s",
-                format!(
-                    "`run.duration_s` = {} makes {rows:.1e} rows, more than the {most:.0e} of the longest trace",
-                    run.duration_s
-                ),
-                format!(
-                    "shorten the run, or record less often: `run.record_every` = {:.0}",
-                    (periods / most).ceil()
-                ),
-            ));
-        }
+        let (periods, most) = (duration_s / control_dt_s, MOST_ROWS as f64);
+        let rows = periods / f64::from(run.record_every.max(1));
+        let every = (periods / most).ceil();
+        object_if!(
+            rows > most,
+            "run.duration_s",
+            "`run.duration_s` = {duration_s} makes {rows:.1e} rows, more than the {most:.0e} of the longest trace",
+            "shorten the run, or record less often: `run.record_every` = {every:.0}",
+        );
         let latency_s = self.sensors.pose.latency_s;
-        if latency_s > run.duration_s {
-            return Err(Objection::to(
-                "sensors.pose.latency_s",
-                format!(
-                    "`sensors.pose.latency_s` = {latency_s} is longer than the run, `run.duration_s` = {}: no pose would \
-                     ever arrive",
-                    run.duration_s
-                ),
-                "shorten the latency or lengthen the run",
-            ));
-        }
+        object_if!(
+            latency_s > duration_s,
+            "sensors.pose.latency_s",
+            "`sensors.pose.latency_s` = {latency_s} is longer than the run, `run.duration_s` = {duration_s}: no pose would \
+             ever arrive",
+            "shorten the latency or lengthen the run",
+        );
         Ok(())
     }
 
     /// Refuses physics steps that would never end the run, or that miss poses.
     fn object_to_step(&self, physics_dt_s: f64) -> Result<(), Objection> {
-        let steps = self.run.duration_s / physics_dt_s;
-        if !self.run.is_open() && steps > MOST_STEPS {
-            return Err(Objection::to(
-                "run.duration_s",
-                format!(
-                    "`run.duration_s` = {} takes {steps:.1e} physics steps of `run.physics_dt_s` = {physics_dt_s}, where \
-                     at most {MOST_STEPS:.0e} are taken",
-                    self.run.duration_s
-                ),
-                "shorten the run or lengthen its steps",
-            ));
-        }
+        let duration_s = self.run.duration_s;
+        let steps = duration_s / physics_dt_s;
+        object_if!(
+            !self.run.is_open() && steps > MOST_STEPS,
+            "run.duration_s",
+            "`run.duration_s` = {duration_s} takes {steps:.1e} physics steps of `run.physics_dt_s` = {physics_dt_s}, where \
+             at most {MOST_STEPS:.0e} are taken",
+            "shorten the run or lengthen its steps",
+        );
+        let (rate_hz, most_hz) = (self.sensors.pose.rate_hz.unwrap_or(0.0), 1.0 / physics_dt_s);
         // A relative slack of 1e-9 for rounding.
-        if let Some(rate_hz) = self.sensors.pose.rate_hz
-            && rate_hz * physics_dt_s > 1.0 + 1e-9
-        {
-            return Err(Objection::to(
-                "sensors.pose.rate_hz",
-                format!(
-                    "`sensors.pose.rate_hz` = {rate_hz} asks for more than one pose in a physics step, \
-                     `run.physics_dt_s` = {physics_dt_s}"
-                ),
-                format!(
-                    "take poses at {:.6} Hz at most, or shorten the step",
-                    1.0 / physics_dt_s
-                ),
-            ));
-        }
+        object_if!(
+            rate_hz * physics_dt_s > 1.0 + 1e-9,
+            "sensors.pose.rate_hz",
+            "`sensors.pose.rate_hz` = {rate_hz} asks for more than one pose in a physics step, \
+             `run.physics_dt_s` = {physics_dt_s}",
+            "take poses at {most_hz:.6} Hz at most, or shorten the step",
+        );
         Ok(())
     }
 
@@ -453,43 +376,37 @@ fn is_whole(steps: f64) -> bool {
 
 fn object_to_timing(tracked: &Tracked) -> Result<(), Objection> {
     let is_timed = tracked.timing.is_some();
-    let is_path = !matches!(tracked.path, Reference::HoldPose { .. });
-    let (key, message) = if is_timed && !is_path {
-        (
-            "reference.timing",
-            "`reference.timing` needs a path, but the reference holds one pose",
-        )
-    } else if !is_timed && tracked.share_of_limits.is_some() {
-        (
-            "reference.share_of_limits",
-            "`reference.share_of_limits` has no effect without `reference.timing`",
-        )
-    } else if !is_timed && tracked.share_of_grip.is_some() {
-        (
-            "reference.share_of_grip",
-            "`reference.share_of_grip` has no effect without `reference.timing`",
-        )
-    } else {
-        return Ok(());
-    };
-    Err(Objection::to(key, message, "leave it out"))
+    object_if!(
+        is_timed && matches!(tracked.path, Reference::HoldPose { .. }),
+        "reference.timing",
+        "`reference.timing` needs a path, but the reference holds one pose",
+        "leave it out",
+    );
+    for (key, share) in [
+        ("share_of_limits", tracked.share_of_limits),
+        ("share_of_grip", tracked.share_of_grip),
+    ] {
+        object_if!(
+            !is_timed && share.is_some(),
+            "reference.{key}",
+            "`reference.{key}` has no effect without `reference.timing`",
+            "leave it out",
+        );
+    }
+    Ok(())
 }
 
 fn object_to_schedule(twist: &Twist) -> Result<(), Objection> {
     let mut before_s = twist.rest_s;
     for (index, next) in twist.schedule.iter().enumerate() {
-        if next.from_s < before_s + twist.ramp_s {
-            return Err(Objection::to(
-                format!("twist.schedule.{index}.from_s"),
-                format!(
-                    "`twist.schedule.{index}` begins at {} s, while the ramp before it lasts until {} s",
-                    next.from_s,
-                    before_s + twist.ramp_s
-                ),
-                "order the schedule by `from_s` and leave each ramp its time",
-            ));
-        }
-        before_s = next.from_s;
+        let (from_s, end_s) = (next.from_s, before_s + twist.ramp_s);
+        object_if!(
+            from_s < end_s,
+            "twist.schedule.{index}.from_s",
+            "`twist.schedule.{index}` begins at {from_s} s, while the ramp before it lasts until {end_s} s",
+            "order the schedule by `from_s` and leave each ramp its time",
+        );
+        before_s = from_s;
     }
     Ok(())
 }

@@ -74,7 +74,7 @@ impl ReactionSolver {
                 self.nearby.append(&mut self.found);
             }
         }
-        scenes.find_between_chassis(&mut self.nearby);
+        scenes.find_between_robots(&mut self.nearby);
         scenes.find_near_free_bodies(&mut self.workspace, &mut self.nearby);
     }
 

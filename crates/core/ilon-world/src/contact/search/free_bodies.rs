@@ -1,4 +1,5 @@
-//! Finds places where free bodies are near the ground, robots and one another.
+//! Finds places where free bodies are near the ground, robots and one another, and where the bodies
+//! of two robots are near each other.
 
 use nalgebra::{Point3, Vector3};
 
@@ -28,11 +29,32 @@ impl Scenes<'_> {
             for (solid, shape) in solids(scene.body, &scene.step.middle).zip(shapes) {
                 let own = FreePart {
                     scene: &scene,
+                    joint: None,
                     solid: &solid,
                     bounds: solid.bounds(),
                     friction: shape.friction,
                 };
                 self.find_around(own, room, found);
+            }
+        }
+    }
+
+    /// Adds the places where the chassis of two robots, and the bodies on their joints, are near
+    /// each other. Their rollers are left out.
+    pub fn find_between_robots(&self, found: &mut Vec<Candidate>) {
+        // One robot has no other before it.
+        for scene in self.each().skip(1).filter(|scene| scene.body.is_robot()) {
+            for (joint, solid) in parts(scene.body, &scene.step.middle) {
+                let own = FreePart {
+                    scene: &scene,
+                    joint,
+                    solid: &solid,
+                    bounds: solid.bounds(),
+                    friction: None,
+                };
+                for other in self.each().take(scene.index) {
+                    find_between_chassis(&other, own, found);
+                }
             }
         }
     }
@@ -51,9 +73,10 @@ impl Scenes<'_> {
                 is_corner: false,
             };
             let other = contact.other.map(|other| self.of(other));
+            let other = other.as_ref().map(|other| (other, None));
             Candidate {
                 friction: Some(contact.friction),
-                ..candidate((scene, None), other.as_ref(), &near)
+                ..candidate((scene, None), other, &near)
             }
         }));
     }
@@ -96,10 +119,12 @@ impl Scenes<'_> {
     }
 }
 
-/// A shape of a free body.
+/// A shape of a free body, or of a robot's body for another robot.
 #[derive(Clone, Copy)]
 struct FreePart<'a> {
     scene: &'a Scene<'a>,
+    /// The joint of a robot's body.
+    joint: Option<usize>,
     solid: &'a Solid<'a>,
     /// Its bounding box.
     bounds: Bounds,
@@ -148,7 +173,7 @@ pub(crate) fn travel_m(body: &Articulated, state: &State, dt_s: f64) -> f64 {
 }
 
 /// The largest speed of a point of a body on a joint by the rates of a state, in m/s.
-pub(crate) fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
+fn fastest_link_m_s(body: &Articulated, state: &State) -> f64 {
     let of_links = parts(body, state).filter(|(joint, _)| joint.is_some());
     let fastest = of_links.map(|(joint, solid)| {
         let ball = solid.shape.compute_local_bounding_sphere();
@@ -203,7 +228,7 @@ fn find_between_chassis(a: &Scene<'_>, own: FreePart<'_>, found: &mut Vec<Candid
             part.near(own.solid, within_m, |near| {
                 found.push(Candidate {
                     friction: own.friction,
-                    ..candidate((a, joint), Some(b), &near)
+                    ..candidate((a, joint), Some((b, own.joint)), &near)
                 });
             });
         }
@@ -222,6 +247,7 @@ fn find_robot(
         solid,
         bounds,
         friction,
+        ..
     } = own;
     let Some(piece) = solid.piece() else {
         return;
@@ -243,24 +269,24 @@ fn find_robot(
     }
 }
 
-/// A place of A's chassis, or of its body on a joint, near a free body, or of a free body near the
-/// ground.
+/// A place of A's chassis, or of its body on a joint, near a free body or another robot's, or of a
+/// free body near the ground.
 fn candidate(
     (a, joint): (&Scene<'_>, Option<usize>),
-    b: Option<&Scene<'_>>,
+    b: Option<(&Scene<'_>, Option<usize>)>,
     near: &Near,
 ) -> Candidate {
     let turning = if near.is_corner {
         let axes = frame(near.normal, Vector3::x());
-        let of_b = b.map(|scene| scene.gained_by_turning_m_s(None, &near.place_m));
+        let of_b = b.map(|(scene, joint)| scene.gained_by_turning_m_s(joint, &near.place_m));
         let of_a = a.gained_by_turning_m_s(joint, &near.place_m);
         let gained_m_s = of_a - of_b.unwrap_or_else(Vector3::zeros);
         Turning::in_each_half(0.5 * along_frame(&axes, &gained_m_s))
     } else {
         Turning::NONE
     };
-    let of_b = b.map_or(Partner::Ground, |scene| {
-        Partner::Of(scene.member(Part::Chassis))
+    let of_b = b.map_or(Partner::Ground, |(scene, joint)| {
+        Partner::Of(scene.member(Part::of_body(joint)))
     });
     let between = (a.member(Part::of_body(joint)), of_b);
     Candidate {

@@ -12,14 +12,10 @@ use crate::free::FreeBody;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
 use crate::world::free::islands::{bounds, bounds_of_parts};
+use crate::world::standing::{PUT_DOWN_M, next_lower_m};
 
-/// Distance from contact at which a body is put down, in metres. Chosen.
-const PUT_DOWN_M: f64 = 1e-9;
 /// Below this distance, positions are computed in f64, in metres. Chosen.
 const NEAR_M: f64 = 1e-4;
-/// The smallest step of lowering a body, in metres: beside a wall everything is near all the way
-/// down. Chosen.
-const LEAST_LOWERED_M: f64 = 1e-5;
 /// The distance around a body within which uneven ground is searched, in metres. Chosen.
 const LOOKS_M: f64 = 0.02;
 /// The most steps of lowering a body by the distance to whatever is nearest. Chosen.
@@ -91,14 +87,9 @@ impl World {
             if gap_m < PUT_DOWN_M || !gap_m.is_finite() {
                 break;
             }
-            let next_m = if lower_m.is_finite() {
-                0.5 * (free_m + lower_m)
-            } else {
-                free_m - gap_m.max(LEAST_LOWERED_M)
-            };
-            if next_m <= lower_m || next_m >= free_m {
+            let Some(next_m) = next_lower_m(free_m, lower_m, gap_m) else {
                 break;
-            }
+            };
             if self.nearest((built, others), at(next_m)).0 <= 0.0 {
                 lower_m = next_m;
             } else {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::fixtures::{mecanum4, six_wheels, volksbot};
+use crate::tests::robots::{mecanum4, six_wheels, volksbot};
 use crate::{LimitSettings, MotorCurve, PushSharing};
 use ilon_robot::{MotorLimits, Robot};
 

@@ -5,7 +5,7 @@ use ilon_robot::{
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use crate::fixtures::mecanum4;
+use crate::tests::robots::mecanum4;
 
 /// A revolute joint on the chassis, about a direction at a point in metres. It carries a body with
 /// a mass in kg, whose centre relative to that point is given at joint position zero, and with the

@@ -1,0 +1,5 @@
+//! Robots and joints that the tests of all modules share.
+
+pub mod joints;
+pub mod robots;
+pub mod tyres;
