@@ -543,7 +543,8 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 direction = format!("{} {} {}", turned.x, turned.y, turned.z);
                 frame = root;
             }
-            let [first, second] = names.map(|tag| number_of(engine, tag).unwrap_or(1.0));
+            let written = |tag| child(engine, tag).map(|n| escaped(n.text().unwrap_or_default()));
+            let [first, second] = names.map(|tag| written(tag).unwrap_or_else(|| "1".into()));
             writer.raw(
                 fdir1,
                 "gazebo",

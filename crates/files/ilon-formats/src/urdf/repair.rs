@@ -412,11 +412,16 @@ fn leave_out_lowest(source: &Source, deep_m: f64) -> Option<(Vec<Edit>, String)>
     let floor_m = lowest_m - deep_m.max(0.0) - NEAR_M;
     let mut edits = Vec::new();
     let mut names = Vec::new();
+    let (mut shapes_of, mut shapes) = (None, Vec::new());
     for (_, link, i) in reaches.into_iter().filter(|of| of.0 > floor_m) {
         let name = &tree.links[link].name;
         let node = source.named("link", name)?;
-        let mut shapes = node.children().filter(|n| n.has_tag_name("collision"));
-        let shape = shapes.nth(i)?;
+        if shapes_of != Some(link) {
+            let children = node.children();
+            shapes = children.filter(|n| n.has_tag_name("collision")).collect();
+            shapes_of = Some(link);
+        }
+        let shape = *shapes.get(i)?;
         edits.push((shape.range(), lines_of(&source.text()[shape.range()])));
         let line = source.line_of(shape);
         names.push(format!("collision {} of `{name}` on line {line}", i + 1));

@@ -3,6 +3,7 @@
 
 use ilon_formats::{Fault, Handedness, LoadOptions, LoadRobot, Remedy, RobotError};
 use ilon_robot::Robot;
+use test_case::test_case;
 
 const PLACES: [(&str, f64, f64); 4] = [
     ("fl", 0.2, 0.18),
@@ -361,6 +362,27 @@ fn directions_of_friction_are_read_in_either_order() {
         help.contains("`<fdir1>` of `plain_fl` names no frame but the wheel's own"),
         "{help}"
     );
+}
+
+/// A friction that is not a number does not count as 1, with which `mu2` 0 would grip along the
+/// direction: it is named with its line.
+#[test_case("abc"; "words")]
+#[test_case(""; "nothing")]
+#[test_case("1,0"; "a decimal comma")]
+#[test_case("nan"; "not a number")]
+fn frictions_that_are_no_numbers_are_named_with_their_line(mu: &str) {
+    let settings = PLACES.map(|(name, x, y)| {
+        let side = -(x * y).signum();
+        format!(
+            r#"<gazebo reference="plain_{name}">
+<mu1>{mu}</mu1><mu2>0</mu2><fdir1 expressed_in="base">1 {side} 0</fdir1></gazebo>"#
+        )
+    });
+    let before = format!("{BASE}{}", wheels("plain", "base"));
+    let help = robot(&[&before, &settings.concat()]).unwrap_err().help();
+    let said = format!("is not a number, but `{mu}`");
+    let named = help.contains("the `<fdir1>` of `plain_fl` cannot be used: the `mu1` on line ");
+    assert!(named && help.contains(&said), "{help}");
 }
 
 /// Fixed roller joints are one fault, which a repair fixes; the chassis's clearance is relative to

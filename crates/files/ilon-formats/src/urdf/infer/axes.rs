@@ -154,11 +154,20 @@ fn friction_direction(
     };
     let fdir1 = friction_setting(source, link, &["fdir1"])?;
     let number = |tags: &[&str]| {
-        let said = friction_setting(source, link, tags);
-        said.and_then(|of| text_of(of).trim().parse::<f64>().ok())
-            .unwrap_or(1.0)
+        let Some(of) = friction_setting(source, link, tags) else {
+            return Ok(1.0);
+        };
+        let text = text_of(of);
+        let number = text.trim().parse::<f64>().ok().filter(|mu| !mu.is_nan());
+        number.ok_or_else(|| {
+            let (tag, line) = (of.tag_name().name(), source.line_of(of));
+            format!("cannot be used: the `{tag}` on line {line} is not a number, but `{text}`")
+        })
     };
-    let (first, second) = (number(&["mu", "mu1"]), number(&["mu2"]));
+    let (first, second) = match (number(&["mu", "mu1"]), number(&["mu2"])) {
+        (Ok(first), Ok(second)) => (first, second),
+        (Err(why), _) | (_, Err(why)) => return Some(Err(why)),
+    };
     if first.max(second) <= 0.0 || first.min(second) > SLIDES * first.max(second) {
         let why = format!(
             "cannot be used with `mu` {first} and `mu2` {second}: rollers need one direction with less than {SLIDES} of the other's friction"
