@@ -268,7 +268,8 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
     for name in options.arguments.keys() {
         if !expanded.arguments.contains_key(name) {
             let subject = format!("argument `{name}`");
-            remarks.push(Remark::new(subject, "the file declares no such argument"));
+            let words = format!("the file declares no such argument: only `${{{name}}}` takes it");
+            remarks.push(Remark::new(subject, words));
         }
     }
     let origins = expanded.origins.into_iter().map(|(at, place)| {

@@ -21,6 +21,9 @@ const REMOVED: f64 = 0.15;
 pub struct Contradiction {
     from_s: Option<f64>,
     time_s: f64,
+    /// The sums of |r|^2 and |q'|^2 over these times, in rad^2/s: r as M was then, which steering
+    /// changes.
+    sizes: Sizes,
     /// The sum of q' q'^T over these times, in rad^2/s.
     products: DMatrix<f64>,
     residual: Vec<f64>,
@@ -49,6 +52,7 @@ impl Contradiction {
         Self {
             from_s: None,
             time_s: 0.0,
+            sizes: Sizes::default(),
             products: DMatrix::zeros(wheels, wheels),
             residual: vec![0.0; wheels],
         }
@@ -84,6 +88,8 @@ impl Contradiction {
         if sizes.share() >= LEAST_SHARE && rim_m_s >= LEAST_M_S {
             self.from_s.get_or_insert(t_s);
             self.time_s += span_s;
+            self.sizes.of_no_motion += span_s * sizes.of_no_motion;
+            self.sizes.of_all += span_s * sizes.of_all;
             let rates = DVector::from_column_slice(rates_rad_s);
             self.products.ger(span_s, &rates, &rates, 1.0);
         }
@@ -93,18 +99,26 @@ impl Contradiction {
     /// consistent. `whose` names their source.
     pub fn remark(&self, kinematics: &Kinematics, robot: &Robot, whose: &str) -> Option<String> {
         let from_s = self.from_s.filter(|_| self.time_s >= LEAST_S)?;
-        let share = (self.of_no_motion(kinematics, &self.products) / self.products.trace()).sqrt();
-        let mended = self.mended(kinematics, robot);
-        let remedy = match &mended[..] {
-            [] => "no single reversal or exchange of wheels removes it".to_owned(),
-            [first] => format!("{first} removes it"),
-            [first, rest @ ..] => format!("{first} removes it, and so does {}", rest.join(", or ")),
+        let slowest_rad_s = steering_limit_rad_s(robot);
+        let mended = match slowest_rad_s {
+            None => self.mended(kinematics, robot),
+            Some(_) => Vec::new(),
+        };
+        let remedy = match (&mended[..], slowest_rad_s) {
+            ([], Some(rate_rad_s)) => format!(
+                "steered wheels do so while their steering is on its way, and its joints turn at up to {rate_rad_s} rad/s"
+            ),
+            ([], None) => "no single reversal or exchange of wheels removes it".to_owned(),
+            ([first], _) => format!("{first} removes it"),
+            ([first, rest @ ..], _) => {
+                format!("{first} removes it, and so does {}", rest.join(", or "))
+            }
         };
         Some(format!(
             "{whose} contradict each other from {from_s:.2} s on, for {:.2} s: {:.0} % of them belongs to no motion of the robot, so that wheels \
              slide against each other on any floor, and where the robot goes is up to friction (column `rate_conflict_share`); {remedy}",
             self.time_s,
-            100.0 * share
+            100.0 * self.sizes.share()
         ))
     }
 
@@ -151,15 +165,25 @@ impl Contradiction {
     }
 }
 
+/// The lowest limit of the rate of joints that steer wheels, in rad/s; `None` without such joints.
+fn steering_limit_rad_s(robot: &Robot) -> Option<f64> {
+    let steering = robot
+        .wheels
+        .iter()
+        .filter_map(|wheel| robot.steering_of(wheel));
+    let limits = steering.filter_map(|joint| Some(robot.joints[joint].servo()?.rate_limit));
+    limits.reduce(f64::min).filter(|limit| limit.is_finite())
+}
+
 #[cfg(test)]
 mod tests {
     use ilon_control::Kinematics;
 
     use super::*;
 
-    /// Four mecanum wheels of the textbook.
-    fn robot() -> Robot {
-        let file = "../../../assets/robots/mecanum4.toml";
+    /// A robot of four wheels.
+    fn robot(name: &str) -> Robot {
+        let file = format!("../../../assets/robots/{name}");
         let text = format!("[robot]\nfile = '{file}'\n[twist]\n[run]\nduration_s = 1");
         let here = env!("CARGO_MANIFEST_DIR");
         let scenario = ilon_scenario::Scenario::from_toml(&text, "s", here).expect("a scenario");
@@ -169,7 +193,7 @@ mod tests {
     }
 
     fn said(rows: &[[f64; 4]]) -> Option<String> {
-        let robot = robot();
+        let robot = robot("mecanum4.toml");
         let kinematics = Kinematics::new(&robot).expect("a kinematics");
         let mut found = Contradiction::new(4);
         for (row, rates) in rows.iter().enumerate() {
@@ -199,5 +223,21 @@ mod tests {
         );
         let free = said(&[[7.0, -2.0, 3.0, -5.0], [1.0, 4.0, -6.0, 3.0]]).unwrap_or_default();
         assert!(free.contains("no single reversal or exchange"), "{free}");
+    }
+
+    /// The share is that of the rates when they were: steering turns M afterwards, as another
+    /// robot's M stands for here.
+    #[test]
+    fn what_steering_turns_afterwards_changes_no_share() {
+        let [robot, other] = ["mecanum4.toml", "skid4.urdf"].map(robot);
+        let [kinematics, after] = [&robot, &other].map(|of| Kinematics::new(of).expect("M"));
+        let mut found = Contradiction::new(4);
+        let rates = [-6.0, 6.0, 6.0, 6.0];
+        let sizes = found.of(&kinematics, &rates);
+        found.add(&kinematics, &rates, sizes, [0.0, 1.0]);
+        let said = found
+            .remark(&after, &robot, "the wheel rates")
+            .unwrap_or_default();
+        assert!(said.contains("50 % of them"), "{said}");
     }
 }

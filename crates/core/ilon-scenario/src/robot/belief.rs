@@ -40,12 +40,17 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
         alike(wheel, section)?;
     }
     let before = wheels.clone();
+    // The wheel in whose real place each is believed, but for other errors.
+    let mut meant: Vec<usize> = (0..wheels.len()).collect();
     for (name, of_wheel) in &section.wheels {
         let index = wheel_index(name, robot, "`controller.robot.wheels` is")?;
         let wheel = &mut wheels[index];
         if let Some(other) = &of_wheel.taken_for {
             let other = wheel_index(other, robot, "`taken_for` in `controller.robot.wheels` is")?;
             *wheel = as_in(&robot.wheels[index], &before[other]);
+            // Cables of drives are exchanged, not those of the steering.
+            wheel.carrier = before[other].carrier;
+            meant[index] = other;
         }
         single(wheel, of_wheel);
     }
@@ -61,14 +66,13 @@ pub fn believed(scenario: &Scenario, robot: &Robot) -> Result<Option<Robot>, Err
             "leave gamma_deg out, or name a robot with rollers as `controller.robot.file`",
         ));
     }
-    seen_from_origin(&mut wheels, section);
-    if wheels == robot.wheels {
+    let mut believed = robot.clone();
+    believed.wheels = wheels;
+    take_steering_along(&mut believed, robot, &meant);
+    seen_from_origin(&mut believed, section);
+    if believed.wheels == robot.wheels {
         return Ok(None);
     }
-    let believed = Robot {
-        wheels,
-        ..robot.clone()
-    };
     match Kinematics::new(&believed) {
         Ok(_) => Ok(Some(believed)),
         Err(reason) => Err(Error::invalid(
@@ -95,18 +99,23 @@ pub fn in_words(section: &Believed, robot: &Robot, believed: &Robot) -> String {
     const MOST: usize = 3;
     let mut phrases = Vec::new();
     // What the keys of the whole robot say is said so, and not of each wheel again.
-    let mut wheels = robot.wheels.clone();
-    if let (Some(lever_m), Some(first)) = (section.lever_m, wheels.first()) {
-        let [said, own] = [lever_m, lever_of(first)].map(|lever_m| 1e3 * lever_m);
-        phrases.push(format!("`lever_m` of {said:.2} mm in place of {own:.2} mm"));
+    let mut own = robot.clone();
+    if let (Some(lever_m), Some(first)) = (section.lever_m, robot.wheels.first()) {
+        let [said, real] = [lever_m, lever_of(first)].map(|lever_m| 1e3 * lever_m);
+        phrases.push(format!(
+            "`lever_m` of {said:.2} mm in place of {real:.2} mm"
+        ));
         let lever = Believed {
             lever_m: Some(lever_m),
             ..Believed::default()
         };
         // Without a lever of its own there is no believed robot.
-        let _ = wheels.iter_mut().try_for_each(|wheel| alike(wheel, &lever));
+        let _ = own
+            .wheels
+            .iter_mut()
+            .try_for_each(|wheel| alike(wheel, &lever));
     }
-    if seen_from_origin(&mut wheels, section) {
+    if seen_from_origin(&mut own, section) {
         let at = [section.origin_x_m, section.origin_y_m].map(|m| format!("{:.2}", 1e3 * m));
         let turned = match section.origin_heading_deg {
             0.0 => String::new(),
@@ -115,10 +124,10 @@ pub fn in_words(section: &Believed, robot: &Robot, believed: &Robot) -> String {
         phrases.push(format!("the origin at ({}, {}) mm{turned}", at[0], at[1]));
     }
     let mut pairs: Vec<[Wheel; 2]> = Vec::new();
-    for (real, believed) in wheels.iter().zip(&believed.wheels) {
+    for (real, believed) in own.wheels.iter().zip(&believed.wheels) {
         let (mut taken_for, mut believed) = (real.clone(), believed.clone());
         let apart_m = |wheel: &Wheel| (wheel.position_m() - believed.position_m()).xy().norm();
-        let other = wheels.iter().find(|wheel| apart_m(wheel) < SAME);
+        let other = own.wheels.iter().find(|wheel| apart_m(wheel) < SAME);
         if let Some(other) = other.filter(|other| other.name != real.name) {
             phrases.push(format!("`{}` taken for `{}`", real.name, other.name));
             taken_for = as_in(real, other);
@@ -157,8 +166,24 @@ pub fn in_words(section: &Believed, robot: &Robot, believed: &Robot) -> String {
     }
 }
 
-/// Moves wheels to where the origin that is believed in has them; gives whether that is elsewhere.
-fn seen_from_origin(wheels: &mut [Wheel], section: &Believed) -> bool {
+/// Moves the joints that steer wheels with these, by the mean of a joint's wheels: a module that is
+/// believed elsewhere has its steering axis there.
+fn take_steering_along(believed: &mut Robot, robot: &Robot, meant: &[usize]) {
+    for at in 0..believed.joints.len() {
+        let its = believed.wheels.iter().zip(meant);
+        let its = its.filter(|(wheel, _)| robot.steering_of(wheel) == Some(at));
+        let moved_m: Vec<Vector3<f64>> = its
+            .map(|(wheel, of)| wheel.position_m() - robot.wheels[*of].position_m())
+            .collect();
+        let count = moved_m.len().max(1) as f64;
+        let mean_m = moved_m.iter().sum::<Vector3<f64>>() / count;
+        believed.joints[at].body_from_joint.translation.vector += mean_m;
+    }
+}
+
+/// Moves wheels and joints to where the origin that is believed in has them; gives whether that is
+/// elsewhere.
+fn seen_from_origin(robot: &mut Robot, section: &Believed) -> bool {
     let origin_from_body = Isometry3::new(
         Vector3::new(section.origin_x_m, section.origin_y_m, 0.0),
         section.origin_heading_deg.to_radians() * Vector3::z(),
@@ -166,8 +191,11 @@ fn seen_from_origin(wheels: &mut [Wheel], section: &Believed) -> bool {
     .inverse();
     let is_elsewhere = origin_from_body != Isometry3::identity();
     if is_elsewhere {
-        for wheel in wheels {
+        for wheel in &mut robot.wheels {
             wheel.body_from_hub = origin_from_body * wheel.body_from_hub;
+        }
+        for joint in &mut robot.joints {
+            joint.body_from_joint = origin_from_body * joint.body_from_joint;
         }
     }
     is_elsewhere

@@ -24,8 +24,13 @@ pub trait Wording {
     fn package(&self, name: &str) -> String;
 
     /// The questions that only a person can answer, with the other options needed, given that
-    /// `options` were set.
-    fn question(&self, question: &Question, options: &LoadOptions) -> String;
+    /// `options` were set; the options to roll on tyres instead, or why that fails.
+    fn question(
+        &self,
+        question: &Question,
+        options: &LoadOptions,
+        on_tyres: Option<Result<LoadOptions, String>>,
+    ) -> String;
 
     /// That `proposal` works, given that `options` were set.
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String;
@@ -40,7 +45,12 @@ impl Wording for Keys {
         format!("`packages = {{ {name} = \"FOLDER\" }}` in `[robot]`")
     }
 
-    fn question(&self, question: &Question, options: &LoadOptions) -> String {
+    fn question(
+        &self,
+        question: &Question,
+        options: &LoadOptions,
+        on_tyres: Option<Result<LoadOptions, String>>,
+    ) -> String {
         let asked = question.asked.iter().filter_map(|remedy| {
             Some(match remedy {
                 Remedy::WhichRollers { wheels, parallel } => format!(
@@ -55,11 +65,12 @@ impl Wording for Keys {
         let known = keys(&with_blank_arguments(question), options);
         let keys: Vec<String> = known.into_iter().chain(asked).collect();
         let blanks = blanks(question);
-        let on_tyres = tyres_instead(question).map(|on_tyres| {
-            format!(
-                "; on tyres: `{}`",
-                self::keys(&on_tyres, options).join("`, `")
-            )
+        let on_tyres = on_tyres.map(|on_tyres| match on_tyres {
+            Ok(on_tyres) => {
+                let keys = self::keys(&on_tyres, options);
+                format!("; on tyres: `{}`", keys.join("`, `"))
+            }
+            Err(why) => format!("; on tyres it cannot be read either: {why}"),
         });
         format!(
             "fill in {blanks}, in `[robot]`: `{}`{}",
@@ -87,7 +98,7 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
 
 /// The options with which the wheels of a question roll on tyres instead of rollers, if nothing
 /// else is asked for and their axles are parallel.
-pub fn tyres_instead(question: &Question) -> Option<LoadOptions> {
+fn tyres_instead(question: &Question) -> Option<LoadOptions> {
     let [Remedy::WhichRollers { wheels, parallel }] = &question.asked[..] else {
         return None;
     };
@@ -254,11 +265,19 @@ impl Refusal {
             closing.push(format!("say {}", advice.join(", ")));
         }
         let question = diagnosis.question.as_ref();
-        closing.extend(question.map(|question| match &question.in_the_way {
-            None => wording.question(question, options),
-            Some(what) => format!(
-                "no option is enough: whatever else is said, this stands in the way: {what}"
-            ),
+        closing.extend(question.map(|question| {
+            let on_tyres = tyres_instead(question).map(|tried| {
+                let loaded = Robot::load_with(path, &tried);
+                loaded.map(|_| tried).map_err(|error| error.to_string())
+            });
+            match (&question.in_the_way, on_tyres) {
+                (None, on_tyres) => wording.question(question, options, on_tyres),
+                // Rollers cannot be put in, whichever they are.
+                (Some(_), Some(Ok(on_tyres))) => wording.proposed(&on_tyres, options),
+                (Some(what), _) => format!(
+                    "no option is enough: whatever else is said, this stands in the way: {what}"
+                ),
+            }
         }));
         let proposal = diagnosis.proposal.as_ref();
         closing.extend(proposal.map(|proposal| wording.proposed(proposal, options)));

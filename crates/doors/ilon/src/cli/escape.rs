@@ -30,38 +30,89 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// The longest line left whole, and the length of the parts of a longer one, in characters. With a
+/// prefix a line stays within 240.
+const WHOLE: usize = 220;
+const PART: usize = 180;
+
 /// Breaks a long line between words. No break falls within backticks, as quoted text may be copied,
 /// or where the next line would begin like a command to a log-reading machine. Text to copy gets a
-/// line of its own.
+/// line of its own, and goes on in further ones only where a shell or TOML reads them as one.
 pub(super) fn folded(line: &str) -> String {
     /// Phrases before text to copy.
     const COPIED: [&str; 2] = ["this works", "fill in "];
-    /// The longest line left whole, and the length of the parts of a longer one, in characters.
-    /// With a prefix a line stays within 240.
-    const WHOLE: usize = 220;
-    const PART: usize = 180;
     if line.chars().count() <= WHOLE {
         return line.to_owned();
     }
     let copied = COPIED.iter().filter_map(|words| line.find(words)).min();
     let (line, copied) = line.split_at(copied.unwrap_or(line.len()));
-    // Words before a command, and a second command, stand on lines of their own.
+    // A second command stands on a line of its own.
     let copied = copied.replacen("; on tyres: ", ";\non tyres: ", 1);
-    let apart = |line: &str| match line.split_once(": `") {
-        Some((words, command)) if line.starts_with("fill in") && line.chars().count() > WHOLE => {
-            format!("{words}:\n`{command}")
-        }
-        _ => line.to_owned(),
-    };
-    let copied: Vec<String> = copied.split('\n').map(apart).collect();
-    let copied = copied.join("\n");
-    let mut folded = String::with_capacity(line.len());
-    let (mut length, mut is_quoted) = (0, false);
+    let copied = copied.split('\n').map(|part| match part.chars().count() {
+        ..=WHOLE => part.to_owned(),
+        _ => filled(part),
+    });
+    let mut parts: Vec<String> = copied.filter(|part| !part.is_empty()).collect();
+    let line = filled(line);
+    if !line.is_empty() {
+        let end = line.trim_end().len();
+        parts.insert(
+            0,
+            line[..if parts.is_empty() { line.len() } else { end }].to_owned(),
+        );
+    }
+    parts.join("\n")
+}
+
+/// Breaks a line between words and quoted parts.
+fn filled(line: &str) -> String {
+    let mut filled = String::with_capacity(line.len());
+    let (mut length, mut unit) = (0, String::new());
     for (i, word) in line.split(' ').enumerate() {
+        let goes_on = !unit.is_empty();
+        unit = if goes_on {
+            unit + " " + word
+        } else {
+            word.to_owned()
+        };
+        if unit.matches('`').count() % 2 == 1 {
+            continue;
+        }
+        let of_unit = unit.chars().count();
+        let is_first = i == unit.matches(' ').count();
+        let may_break = !is_first && !unit.is_empty() && !unit.starts_with("::");
+        if may_break && length + 1 + of_unit > PART {
+            filled.push('\n');
+            length = 0;
+        } else if !is_first {
+            filled.push(' ');
+            length += 1;
+        }
+        let unit = std::mem::take(&mut unit);
+        filled.push_str(&if of_unit > PART {
+            continued(&unit)
+        } else {
+            unit
+        });
+        length += of_unit;
+    }
+    if !unit.is_empty() && !filled.is_empty() {
+        filled.push(' ');
+    }
+    filled + &unit
+}
+
+/// Breaks quoted text to copy where a shell goes on after a backslash, and TOML after an element of
+/// a list; never within a word, as the next line is indented.
+fn continued(quoted: &str) -> String {
+    let is_command = quoted.starts_with("`ilon ");
+    let mut folded = String::with_capacity(quoted.len());
+    let (mut length, mut is_quoted, mut lists, mut in_list) = (0, !is_command, 0, false);
+    for (i, word) in quoted.split(' ').enumerate() {
         let of_word = word.chars().count();
-        let may_break = i > 0 && !is_quoted && !word.is_empty() && !word.starts_with("::");
+        let may_break = i > 0 && (!is_quoted || in_list);
         if may_break && length + 1 + of_word > PART {
-            folded.push('\n');
+            folded.push_str(if is_quoted { "\n" } else { " \\\n" });
             length = 0;
         } else if i > 0 {
             folded.push(' ');
@@ -69,13 +120,13 @@ pub(super) fn folded(line: &str) -> String {
         }
         folded.push_str(word);
         length += of_word;
-        is_quoted ^= word.matches('`').count() % 2 == 1;
+        // An escaped quote mark begins and ends nothing.
+        is_quoted ^= is_command && word.replace("\\'", "").matches('\'').count() % 2 == 1;
+        lists += word.matches('[').count();
+        lists -= word.matches(']').count().min(lists);
+        in_list = lists > 0 && word.ends_with(',');
     }
-    if !folded.is_empty() && !copied.is_empty() {
-        folded.truncate(folded.trim_end().len());
-        folded.push('\n');
-    }
-    folded + &copied
+    folded
 }
 
 /// Escapes a sentence for the user, and folds it if it is long: later lines are indented.
@@ -178,10 +229,8 @@ mod tests {
         assert_eq!(folded(&long).replace('\n', " "), long);
         let command = format!("{long}: `ilon inspect {}`", "--wheels a ".repeat(40));
         let last = folded(&command);
-        assert!(
-            last.contains(&command[command.find('`').unwrap()..]),
-            "{last}"
-        );
+        assert!(last.contains(":\n`ilon inspect --wheels a"), "{last}");
+        assert!(last.lines().all(|line| line.len() <= 200), "{last}");
         assert!(!folded(&"::error:: ".repeat(60)).contains('\n'));
         let words = "a word ".repeat(15);
         let two = format!(
@@ -198,10 +247,54 @@ mod tests {
             "`a = 1`, ".repeat(40)
         );
         let last = folded(&keys);
-        assert!(
-            last.lines().last().unwrap().starts_with("this works, in"),
-            "{last}"
-        );
+        let start = |line: &str| line.starts_with("this works, in `[robot]`: `a = 1`,");
+        assert!(last.lines().any(start), "{last}");
+        assert!(last.lines().all(|line| line.len() <= 200), "{last}");
+    }
+
+    /// A shell reads a folded command, indented as messages are, as the words that were folded, and
+    /// TOML a folded list; a line has at most 182 characters of the command (180 and ` \`).
+    #[test]
+    #[cfg(unix)]
+    fn a_folded_command_can_be_copied() {
+        let names: Vec<String> = (0..20)
+            .map(|i| format!("front_left_wheel_joint_{i}"))
+            .collect();
+        let list = format!("robot.tyres={{ joints = [\"{}\"] }}", names.join("\", \""));
+        let words = [
+            "run",
+            "my robot.urdf",
+            "it's",
+            &names.join(","),
+            "--set",
+            &list,
+        ];
+        let mut quoted: Vec<String> = words.map(super::super::flags::shell).to_vec();
+        quoted.extend((0..20).map(|i| format!("--flag-{i} value")));
+        let message = format!("next: drive it, `ilon {}`", quoted.join(" "));
+        let shown = sentence(&message);
+        let widest = shown.lines().map(|line| line.chars().count()).max();
+        // The names without spaces between them are one word, which stays whole.
+        assert!(widest <= Some(names.join(",").len() + 10), "{shown}");
+        let copied = shown.split('`').nth(1).expect("a command");
+        assert!(copied.contains(" \\\n"), "{copied}");
+        let script = format!("ilon() {{ printf '%s\\0' \"$@\"; }}\n{copied}\n");
+        let output = std::process::Command::new("sh")
+            .args(["-c", &script])
+            .output()
+            .expect("sh");
+        let read = String::from_utf8(output.stdout).expect("UTF-8");
+        let read: Vec<&str> = read.trim_end_matches('\0').split('\0').collect();
+        assert_eq!(read.len(), words.len() + 40, "{read:?}");
+        assert_eq!(read[..5], words[..5]);
+        let [read, meant] = [read[5], &list].map(|text| {
+            let value = format!(
+                "joints = {}",
+                &text["robot.tyres={ joints = ".len()..text.len() - 2]
+            );
+            toml::from_str::<toml::Table>(&value).expect("a list of TOML")
+        });
+        assert_eq!(read, meant);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Load options as command-line flags, for the suggestions in error messages.
 
 use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
-use ilon_sim::remedy::{Wording, blanks, rounded, tyres_instead, with_blank_arguments};
+use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
 
 /// The flags of a command that reads a robot's file.
 pub(super) struct Flags {
@@ -14,7 +14,12 @@ impl Wording for Flags {
         format!("`--package {}=FOLDER`", shell(name))
     }
 
-    fn question(&self, question: &Question, _options: &LoadOptions) -> String {
+    fn question(
+        &self,
+        question: &Question,
+        _options: &LoadOptions,
+        on_tyres: Option<Result<LoadOptions, String>>,
+    ) -> String {
         let asked = question.asked.iter().filter_map(|remedy| {
             Some(match remedy {
                 Remedy::WhichRollers { wheels, parallel } => {
@@ -23,8 +28,8 @@ impl Wording for Flags {
                     } else {
                         "--gamma-deg"
                     };
-                    let wheels = shell(&wheels.join(","));
-                    format!("--rollers NUMBER {gamma} ANGLE --wheels {wheels}")
+                    let wheels = of_joints("--wheels", wheels).join(" ");
+                    format!("--rollers NUMBER {gamma} ANGLE {wheels}")
                 }
                 Remedy::WheelRadius { guess_m: None } => "--wheel-radius-m METRES".to_owned(),
                 _ => return None,
@@ -35,9 +40,12 @@ impl Wording for Flags {
             .chain(asked);
         let flags: Vec<String> = flags.collect();
         let blanks = blanks(question);
-        let on_tyres = tyres_instead(question).map(|options| {
-            let known = self::flags(&options).join(" ");
-            format!("; on tyres: `{} {known}`", self.command)
+        let on_tyres = on_tyres.map(|options| match options {
+            Ok(options) => {
+                let known = self::flags(&options).join(" ");
+                format!("; on tyres: `{} {known}`", self.command)
+            }
+            Err(why) => format!("; on tyres it cannot be read either: {why}"),
         });
         format!(
             "fill in {blanks}: `{} {}`{}",
@@ -83,12 +91,8 @@ fn flags(options: &LoadOptions) -> Vec<String> {
     }
     if let Some(tyres) = &options.tyres {
         flags.push("--tyres".to_owned());
-        if !tyres.joints.is_empty() {
-            flags.push(format!("--wheels {}", shell(&tyres.joints.join(","))));
-        }
-        if !tyres.free.is_empty() {
-            flags.push(format!("--free-wheels {}", shell(&tyres.free.join(","))));
-        }
+        flags.extend(of_joints("--wheels", &tyres.joints));
+        flags.extend(of_joints("--free-wheels", &tyres.free));
         flags.extend(tyres.width_m.map(|m| format!("--tyre-width-m {m}")));
         let shoulder_m = tyres.shoulder_radius_m;
         flags.extend(shoulder_m.map(|m| format!("--tyre-shoulder-m {m}")));
@@ -110,9 +114,7 @@ fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
         Handedness::AllDeg(gamma_deg) => format!("--gamma-deg {}", rounded(*gamma_deg)),
         Handedness::EachDeg(gammas_deg) => format!("--gamma-deg {}", listed(gammas_deg)),
     });
-    if !wheels.joints.is_empty() {
-        flags.push(format!("--wheels {}", shell(&wheels.joints.join(","))));
-    }
+    flags.extend(of_joints("--wheels", &wheels.joints));
     for (flag, value) in [
         ("--roller-radius-m", wheels.roller_radius_m),
         ("--roller-mass-kg", wheels.roller_mass_kg),
@@ -120,6 +122,21 @@ fn wheel_flags(wheels: &WheelOptions) -> Vec<String> {
         flags.extend(value.map(|value| format!("{flag} {value}")));
     }
     flags
+}
+
+/// The flag that names joints, again where the names are many: a line is broken between flags.
+fn of_joints(flag: &str, joints: &[String]) -> Vec<String> {
+    /// Most characters of the names after a flag, chosen.
+    const MOST: usize = 120;
+    let mut lists: Vec<String> = Vec::new();
+    for joint in joints {
+        match lists.last_mut() {
+            Some(list) if list.len() + joint.len() < MOST => *list += &format!(",{joint}"),
+            _ => lists.push(joint.clone()),
+        }
+    }
+    let of = |list: &String| format!("{flag} {}", shell(list));
+    lists.iter().map(of).collect()
 }
 
 /// Quotes a word for a shell.
@@ -147,8 +164,7 @@ mod tests {
             reading: crate::cli::robot::Reading,
         }
         let mut options = LoadOptions::default();
-        let text =
-            "joints = [\"l\", \"r\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
+        let text = "joints = [\"a_long_name_of_a_wheel_on_the_left_which_is_one_of_many_on_a_side\", \"a_long_name_of_a_wheel_on_the_right_which_is_one_of_many_on_a_side\"]\nfree = [\"c\"]\nwidth_m = 0.04\nshoulder_radius_m = 0.01\n";
         options.tyres = Some(toml::from_str(text).expect("tyres"));
         let written = flags(&options).join(" ");
         let words = std::iter::once("ilon").chain(written.split(' '));

@@ -7,7 +7,7 @@ use ilon_files::FileAccess;
 use ilon_formats::{LoadOptions, Loaded, WheelOutline};
 use ilon_trace::file::write_text;
 
-use super::escape::{path_in_line, sentence};
+use super::escape::{folded, path_in_line, sentence};
 use super::kind::{Kind, wants};
 use super::options::Sandbox;
 use super::outcome::Outcome;
@@ -118,10 +118,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 format!(" --set {}", flags::shell(&setting))
             })
             .collect();
-        console::lines(&format!(
-            "\nnext: drive it, `ilon run {robot}{settings}{}`\n",
+        let next = format!(
+            "next: drive it, `ilon run {robot}{settings}{}`",
             arguments.sandbox.words()
-        ))?;
+        );
+        console::lines(&format!("\n{}\n", folded(&next)))?;
         for path in [&arguments.svg, &arguments.html].into_iter().flatten() {
             console::lines(&format!("\ndrawn in {}\n", path_in_line(path)))?;
         }
@@ -466,7 +467,13 @@ fn held_rows(tyres: &TyresInspection) -> Table {
     let mut table = Table::new();
     table.heading("rows that tyres add: no motion along their axles; unsteered tyres on parallel axles give one, in their middle");
     for held in &tyres.rows {
-        let name = held.wheels.join(", ");
+        // More wheels on one axle line are counted.
+        let name = match &held.wheels[..] {
+            [first, second, rest @ ..] if rest.len() > 2 => {
+                format!("{first}, {second} and {} more", rest.len())
+            }
+            few => few.join(", "),
+        };
         let name = match held.is_steered {
             true => format!("{name}, steered"),
             false => name,

@@ -262,3 +262,69 @@ fn what_was_repaired_for_a_scenario_is_said() {
     assert!(repaired.status.success(), "{}", err(&repaired));
     assert!(err(&repaired).contains("repaired"), "{}", err(&repaired));
 }
+
+/// A command that a refusal proposes for twelve wheels with long names is folded into lines within
+/// 240 characters; copied into a shell with its line breaks, it reads the robot. Tyres that the
+/// robot cannot stand on are not proposed: the reason is given instead.
+#[test]
+#[cfg(unix)]
+fn a_long_command_can_be_copied_into_a_shell() {
+    let one = |i: usize| {
+        let (name, x) = (
+            format!("drive_wheel_joint_of_the_base_number_{i}"),
+            (i / 2) as f64,
+        );
+        wheel(&name, 0.15 - 0.06 * x, [0.13, -0.13][i % 2], CYLINDER)
+    };
+    let robot = BASE.replace("WHEELS", &(0..12).map(one).collect::<String>());
+    let bench = Bench::new();
+    bench.write("robot.urdf", &robot);
+    let refusal = err(&bench.ilon(&["inspect", "robot.urdf"]));
+    let longest = refusal.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(240), "{refusal}");
+    let command = refusal
+        .split("on tyres: `")
+        .nth(1)
+        .or_else(|| refusal.split("on tyres:\n").nth(1));
+    let command = command
+        .expect("tyres are proposed")
+        .trim_start()
+        .trim_start_matches('`');
+    let command = command.split('`').next().expect("a command");
+    assert!(command.contains(" \\\n"), "{command}");
+    let folder = std::path::Path::new(env!("CARGO_BIN_EXE_ilon"))
+        .parent()
+        .expect("a folder");
+    let path = format!(
+        "{}:{}",
+        folder.display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
+    let mut shell = Command::new("sh");
+    shell.args(["-c", command]).env("PATH", path);
+    let printed = out(&shell.current_dir(bench.folder.path()).output().unwrap());
+    assert_eq!(printed.matches("  tyre").count(), 12, "{printed}");
+    let longest = printed.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(240), "{printed}");
+    // Three wheels on one side of the centre of mass do not carry it.
+    let wheels = [
+        ("fr", 0.15, -0.13),
+        ("rr", -0.15, -0.13),
+        ("rl", -0.15, 0.13),
+    ];
+    let wheels: String = wheels
+        .iter()
+        .map(|(name, x, y)| wheel(name, *x, *y, CYLINDER))
+        .collect();
+    let heavy = BASE.replacen(
+        "<inertial>",
+        "<inertial><origin xyz=\"0.08 0.08 0.05\"/>",
+        1,
+    );
+    bench.write("robot.urdf", &heavy.replace("WHEELS", &wheels));
+    let refusal = err(&bench.ilon(&["inspect", "robot.urdf"]));
+    assert!(
+        !refusal.contains("on tyres: `") && !refusal.contains("on tyres:\n"),
+        "{refusal}"
+    );
+}

@@ -57,6 +57,7 @@ pub(super) fn converted(
             model: *model,
             frames: frames_by_name(*model),
             old_axes: version_before(version, (1, 5)),
+            leaves_out: options.leave_out_missing,
             fault: &fault,
         };
         let mut prepared = UrdfText::as_it_is(file, "");
@@ -110,6 +111,8 @@ struct Model<'a, 'i, 'f> {
     frames: HashMap<&'a str, Node<'a, 'i>>,
     /// Whether axes are given in the model's frame, as they were before SDF 1.5.
     old_axes: bool,
+    /// Whether joints to links of absent models are left out.
+    leaves_out: bool,
     fault: &'f dyn Fn(Node, String) -> RobotError,
 }
 
@@ -201,13 +204,15 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 ));
                 continue;
             }
-            for link in [&parent, &child] {
-                if !links.contains(link.as_str()) {
-                    return Err((self.fault)(
-                        node,
-                        format!("the joint names `{link}`, which is no link"),
-                    ));
+            let is_missing = |link: &&String| !links.contains(link.as_str());
+            if let Some(link) = [&parent, &child].into_iter().find(is_missing) {
+                let names = format!("names `{link}`, which is no link");
+                if !self.leaves_out {
+                    return Err((self.fault)(node, format!("the joint {names}")));
                 }
+                let subject = format!("joint `{}`", node.attribute("name").unwrap_or_default());
+                remarks.push(Remark::new(subject, format!("left out, for it {names}")));
+                continue;
             }
             hinges.push(Hinge {
                 node,

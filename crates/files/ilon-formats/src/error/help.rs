@@ -365,6 +365,9 @@ impl Fault {
             }
             Self::ChassisBelowFloor { .. } => vec![Remedy::Repair],
             Self::UnknownLink { .. } | Self::SeveralRoots { .. } => vec![Remedy::LeaveOutMissing],
+            Self::Format { reason } if reason.ends_with("which is no link") => {
+                vec![Remedy::LeaveOutMissing]
+            }
             Self::MissingArgument { name, .. } => vec![Remedy::Argument {
                 name: name.clone(),
                 value: None,

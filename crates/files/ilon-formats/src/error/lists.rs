@@ -80,7 +80,7 @@ pub(super) fn listed(names: &[String]) -> String {
 }
 
 /// Returns how many follow the shown ones, after a separator; nothing if all are shown.
-fn and_more(count: usize, shown: usize, separator: &str) -> String {
+pub(crate) fn and_more(count: usize, shown: usize, separator: &str) -> String {
     match count.saturating_sub(shown) {
         0 => String::new(),
         rest => format!("{separator} and {rest} more"),

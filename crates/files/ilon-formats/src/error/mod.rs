@@ -17,6 +17,7 @@ use std::sync::{Arc, OnceLock};
 pub use clue::{Clue, ClueKind, Clues};
 pub use fault::{Fault, Proposed};
 pub(crate) use help::{NOT_SET, is_zero_size};
+pub(crate) use lists::and_more;
 pub use named::{CandidateJoint, MissingFile};
 pub use remedy::Remedy;
 

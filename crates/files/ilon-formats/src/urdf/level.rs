@@ -8,6 +8,7 @@
 use nalgebra::{Unit, Vector3};
 
 use super::hub::hub_frame_towards;
+use crate::error::and_more;
 use crate::model::{Remark, Robot, Wheel};
 
 /// Axes within this angle count as level: pi/2 written as 1.57 is off by 0.8 mrad, pi written as
@@ -19,6 +20,8 @@ const ROUNDED_RAD: f64 = 2.5e-3;
 const ROUNDED_M: f64 = 5e-5;
 /// The same as a share of a wheel's radius, for small robots.
 const ROUNDED_SHARE: f64 = 1e-3;
+/// Most deviations that the remark names.
+const MOST_SAID: usize = 3;
 /// Smaller deviations count as exact, in radians and metres: far below a contact's deflection.
 const EXACT: f64 = 1e-9;
 
@@ -33,11 +36,15 @@ fn rounded_m(wheels: &[Wheel]) -> f64 {
 /// with the amounts. Wheels turn about their middles and take their rollers along.
 pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
     let up = common_ground(robot);
-    let mut said = Vec::new();
+    let (mut said, mut more) = (Vec::new(), 0);
+    let mut say = |words: String| match said.len() {
+        ..MOST_SAID => said.push(words),
+        _ => more += 1,
+    };
     for wheel in &mut robot.wheels {
         let lean_rad = turn_level(wheel, &up);
         if lean_rad > EXACT {
-            said.push(format!(
+            say(format!(
                 "the axis of `{}` leans by {:.4} deg",
                 wheel.name,
                 lean_rad.to_degrees()
@@ -45,7 +52,7 @@ pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
         }
     }
     for (wheel, above_m) in bring_to_one_height(robot, &up) {
-        said.push(format!(
+        say(format!(
             "`{}` ends {:.4} mm {} than most",
             robot.wheels[wheel].name,
             1e3 * above_m.abs(),
@@ -56,9 +63,10 @@ pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
         Remark::new(
             "the wheels",
             format!(
-                "taken as level, for rounded numbers explain what is off: {}. As rigid as it is simulated, the robot would rock on some of its wheels; no \
+                "taken as level, for rounded numbers explain what is off: {}{}. As rigid as it is simulated, the robot would rock on some of its wheels; no \
                  real frame does",
-                said.join(", ")
+                said.join(", "),
+                and_more(said.len() + more, MOST_SAID, ",")
             ),
         )
     })

@@ -217,9 +217,10 @@ pub(super) fn decide(
     in_order(loading, &order, roles)
 }
 
-/// Returns the moving joints, parents before their children, if their chains are short enough.
+/// Returns the moving joints, parents before their children. In a longer chain those are held that
+/// nobody gave a role.
 fn in_order(
-    loading: &Loading,
+    loading: &mut Loading,
     order: &[usize],
     mut roles: Vec<Option<Role>>,
 ) -> Result<Linkage, RobotError> {
@@ -235,15 +236,21 @@ fn in_order(
         };
         check_joint(loading, joint)?;
         if movers[joint] >= DEEPEST {
-            return Err(refused(
-                loading,
-                joint,
-                format!(
+            let name = &tree.joints[joint].name;
+            if loading.options.joints.contains_key(name) {
+                let words = format!(
                     "it would be the {}th joint that moves on the way from the chassis; at most {DEEPEST} may follow one another: hold \
                      one of them",
                     DEEPEST + 1
-                ),
-            ));
+                );
+                return Err(refused(loading, joint, words));
+            }
+            let words = format!(
+                "held: {DEEPEST} joints that move precede it on the way from the chassis, and no more may; hold one of them in [robot.joints.NAME] to let it move"
+            );
+            let subject = format!("joint `{name}`");
+            loading.remarks.push(Remark::new(subject, words));
+            continue;
         }
         movers[joint] += 1;
         linkage.joints.push((joint, role));
@@ -298,7 +305,7 @@ fn why_it_does_not_follow(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> 
         let link = &tree.links[of.child].name;
         format!("it moves link `{link}`, which has no mass; give it an `<inertial>`")
     } else if lower >= upper {
-        format!("its lower limit of {lower} is not below its upper one of {upper}; correct them")
+        no_way(lower, upper).join("; ")
     } else {
         return None;
     };
@@ -526,8 +533,9 @@ fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String>
     }
     let [lower, upper] = of.travel;
     if lower >= upper {
+        let [what, repair] = no_way(lower, upper);
         return Some(format!(
-            "held: its lower limit of {lower} is not below its upper one of {upper}; exchange them, and it is free as a rocker is"
+            "held: {what}; {repair}, and it is free as a rocker is"
         ));
     }
     let child = &tree.links[of.child];
@@ -607,6 +615,16 @@ fn refuse_strangers(loading: &Loading, wheels: &HashSet<usize>) -> Result<(), Ro
     Ok(())
 }
 
+/// Says that limits leave a joint no way, and the repair.
+fn no_way(lower: f64, upper: f64) -> [String; 2] {
+    if lower == upper {
+        let what = format!("both of its limits are {lower}, so that it cannot move");
+        return [what, "set them apart".to_owned()];
+    }
+    let what = format!("its lower limit of {lower} is not below its upper one of {upper}");
+    [what, "exchange them".to_owned()]
+}
+
 /// Rejects stops in the wrong order.
 fn check_joint(loading: &Loading, joint: usize) -> Result<(), RobotError> {
     let of = &loading.tree.joints[joint];
@@ -614,8 +632,7 @@ fn check_joint(loading: &Loading, joint: usize) -> Result<(), RobotError> {
     if lower < upper {
         return Ok(());
     }
-    let words = format!(
-        "its lower limit of {lower} is not below its upper one of {upper}: exchange them, or hold the joint"
-    );
+    let [what, repair] = no_way(lower, upper);
+    let words = format!("{what}: {repair}, or hold the joint");
     Err(refused(loading, joint, words))
 }

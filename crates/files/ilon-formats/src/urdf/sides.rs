@@ -97,7 +97,10 @@ impl Side {
     /// `wheel_fl_joint`, `WheelRR`.
     fn of(name: &str) -> Self {
         let mut side = Self::default();
-        for word in words(name) {
+        let mut words = words(name);
+        // Beside a whole word `fr` is short for front.
+        words.sort_by_key(|word| word.len() == 2);
+        for word in words {
             let (ahead, left) = match word.as_str() {
                 "front" | "forward" => (Some(true), None),
                 "rear" | "back" | "hind" => (Some(false), None),
@@ -146,6 +149,7 @@ mod tests {
             ("frontRightWheel", side(Some(true), Some(false))),
             ("back_wheel", side(Some(false), None)),
             ("WheelLR", side(Some(false), Some(true))),
+            ("fr_left_joint", side(Some(true), Some(true))),
             ("wheel_3", side(None, None)),
             ("backpack_fringe", side(None, None)),
         ] {

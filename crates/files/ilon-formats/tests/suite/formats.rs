@@ -6,7 +6,7 @@ use crate::common;
 use std::fmt::Write;
 
 use common::{SPEC, small};
-use ilon_formats::{Fault, LoadRobot, RobotError, Spec, generate};
+use ilon_formats::{Fault, LoadOptions, LoadRobot, RobotError, Spec, generate};
 use ilon_robot::{MassProperties, Robot, Wheel};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
@@ -935,6 +935,21 @@ fn models_within_a_model_included_and_merged_ones_are_read() {
             .contains("4 files that it names cannot be found: `model://wheel`"),
         "{error}"
     );
+    // A sensor whose model is missing is left out with the joint that holds it, and the robot is
+    // the same; without the option the joint is refused.
+    let sensor = "<include><uri>model://laser</uri></include><joint name=\"holds\" type=\"fixed\"><parent>base</parent>\
+        <child>laser::link</child></joint></model>";
+    let with_sensor = plain.replacen("</model>", sensor, 1);
+    std::fs::write(at("sensor.sdf"), &with_sensor).unwrap();
+    let mut options = LoadOptions::default();
+    options.leave_out_missing = true;
+    let loaded = Robot::load_with(at("sensor.sdf"), &options).unwrap().robot;
+    assert_eq!(stand(&loaded), found[0]);
+    let says = |remark: &ilon_robot::Remark| {
+        remark.subject == "joint `holds`"
+            && remark.text.contains("left out, for it names `laser::link`")
+    };
+    assert!(loaded.remarks.iter().any(says), "{:?}", loaded.remarks);
 }
 
 /// A solid of revolution about its longest axis is approximated by balls: at its middle it is as

@@ -119,7 +119,8 @@ fn axes_of_rounded_turns_are_level() {
             "{rpy}: {lean_rad} {apart_m}"
         );
         assert!(
-            said(&levelled).is_some_and(|text| text.contains("leans by")),
+            said(&levelled).is_some_and(|text| text.matches("leans by").count() == 3
+                && text.contains(", and 1 more. As rigid")),
             "{rpy}"
         );
         for (wheel, as_meant) in levelled.wheels.iter().zip(&robot(&exact(), "0 0 0").wheels) {

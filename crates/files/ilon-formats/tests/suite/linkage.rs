@@ -332,6 +332,7 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
 
 /// A rocker that is held because of an error reports it, with what would make it free.
 #[test_case(r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, "exchange them"; "limits the wrong way round")]
+#[test_case(r#"<limit lower="0" upper="0" effort="0" velocity="0"/>"#, MASS, "held: both of its limits are 0, so that it cannot move; set them apart"; "no way at all")]
 #[test_case(LIMIT, "", "which has no mass"; "no mass")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="nobody"/>"#, MASS, "which is no joint of the file"; "a mimic of nobody")]
@@ -499,4 +500,37 @@ fn a_follower_that_is_held_says_why(
     let subject = format!("joint `{joint}`");
     assert!(remarked(&robot, &subject, words), "{:?}", robot.remarks);
     assert!(remarked(&robot, &subject, "though it mimics"));
+}
+
+/// Eight springs in a row, as of a gripper's rubber on an arm: six move, as many as may follow one
+/// another; the last two are held, with a remark each, where they were refused.
+#[test]
+fn of_a_long_chain_of_springs_the_last_are_held() {
+    let spring = r#"stiffness="40" range="-9 11""#;
+    let mut nested = String::new();
+    for i in (0..8).rev() {
+        let (x, geom) = (
+            0.05,
+            r#"<geom type="box" size="0.01 0.01 0.01" mass="0.1" contype="0" conaffinity="0"/>"#,
+        );
+        nested = format!(
+            r#"<body name="part{i}" pos="{x} 0 0.02"><joint name="spring{i}" axis="0 0 1" {spring}/>{geom}{nested}</body>"#
+        );
+    }
+    let text = mjcf("range=\"-9 11\"", "").replace(
+        r#"<body name="rocker""#,
+        &format!(r#"{nested}<body name="rocker""#),
+    );
+    let robot = load(&text, &[]).unwrap().robot;
+    let moves = |name: &str| robot.joints.iter().any(|joint| joint.name == name);
+    for i in 0..8 {
+        let name = format!("spring{i}");
+        assert_eq!(moves(&name), i < 6, "{name}");
+        let is_said = remarked(
+            &robot,
+            &format!("joint `{name}`"),
+            "6 joints that move precede it",
+        );
+        assert_eq!(is_said, i >= 6, "{name}");
+    }
 }

@@ -11,7 +11,7 @@ use ilon_trace::metrics::TwistRatio;
 
 use super::one::{Arguments, Told, one, print_json};
 use crate::Scenario;
-use crate::cli::escape::path_in_line;
+use crate::cli::escape::{folded, path_in_line};
 use crate::cli::failure::Failure;
 use crate::cli::outcome::Outcome;
 use crate::cli::robot::{robot_alone, robot_line};
@@ -89,11 +89,15 @@ pub(super) fn run(
     }
     if !arguments.json {
         let robot = flags::shell(&robot.display().to_string());
+        let next = format!(
+            "next: change a scenario; if your real robot drifts, see which causes look like it: `ilon explain {robot}{}`",
+            arguments.settings.words()
+        );
         console::lines(&format!(
-            "{}\nwritten to {}: a scenario and its report for each motion\nnext: change a scenario; if your real robot drifts, see which causes look like it: `ilon explain {robot}{}`\n",
+            "{}\nwritten to {}: a scenario and its report for each motion\n{}\n",
             table(&name, &told, has_rollers),
             path_in_line(&folder),
-            arguments.settings.words()
+            folded(&next)
         ))?;
     }
     print_json(arguments, &summaries)?;
@@ -104,7 +108,7 @@ pub(super) fn run(
 /// used.
 fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
-    table.heading(&format!(
+    table.heading(&folded(&format!(
         "{name}: speed reached, as share of the command; what is taken from the wheels' speed by {}; drift from the command and of wheel \
          odometry, per metre or per turn on the spot, + ahead and to the left; most grip used",
         if has_rollers {
@@ -112,7 +116,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         } else {
             "slip"
         }
-    ));
+    )));
     // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
     // that.
     let asked = |motion: &StandardMotion, ratio: &TwistRatio| {
