@@ -614,7 +614,7 @@ mod tests {
         assert!(!remarks(ROOF).contains("multiples"), "{}", remarks(ROOF));
         let said = remarks(&high);
         assert!(
-            said.contains("multiples of 15.26 mm") && said.contains("cut off"),
+            said.contains("multiples of 15.26 mm: wheels of 50.0 mm") && said.contains("cut off"),
             "{said}"
         );
         assert!(!said.contains("picture"), "{said}");

@@ -79,6 +79,28 @@ impl Study {
             .collect()
     }
 
+    /// Returns two runs that overlap in one log: what counts twice makes intervals too narrow, and
+    /// fits what is held out.
+    fn same_part(&self) -> Option<[usize; 2]> {
+        let runs = self.file.runs.iter().enumerate();
+        let mut parts: Vec<_> = runs
+            .map(|(index, run)| {
+                let path = self.resolve(&run.file);
+                (path.canonicalize().unwrap_or(path), run, index)
+            })
+            .collect();
+        parts.sort_by(|(one, a, _), (other, b, _)| {
+            one.cmp(other).then(a.from_s.total_cmp(&b.from_s))
+        });
+        parts.windows(2).find_map(|two| match two {
+            [(one, a, i), (other, b, k)] => {
+                let overlap = one == other && a.to_s.is_none_or(|to_s| b.from_s < to_s);
+                overlap.then(|| [*i.min(k), *i.max(k)])
+            }
+            _ => None,
+        })
+    }
+
     fn check(&self) -> Result<(), Error> {
         let file = &self.file;
         let invalid = |message: String, help: &str| Err(Error::invalid(message, help));
@@ -95,6 +117,17 @@ impl Study {
                     "let `to_s` be after `from_s`",
                 );
             }
+        }
+        if let Some([one, other]) = self.same_part() {
+            return invalid(
+                format!(
+                    "runs {} and {} hold the same part of `{}`",
+                    one + 1,
+                    other + 1,
+                    file.runs[other].file.display()
+                ),
+                "name each log once, or let its parts follow each other by `from_s` and `to_s`",
+            );
         }
         if !(file.window_s.is_finite() && file.window_s > 0.0) {
             return invalid(

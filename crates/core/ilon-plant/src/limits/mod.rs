@@ -770,6 +770,18 @@ mod tests {
         }
     }
 
+    /// Motors without a largest rate have no top speed, of which there would be shares.
+    #[test]
+    fn without_a_top_speed_motions_are_evaluated_at_rest_alone() {
+        let (scenario, mut robot) = of("");
+        for wheel in &mut robot.wheels {
+            wheel.motor.velocity_rad_s = f64::INFINITY;
+        }
+        let limits = Limits::of(&scenario, &robot).expect("it stands");
+        let speeds: Vec<f64> = limits.rows.iter().map(|row| row.speed).collect();
+        assert_eq!(speeds, vec![0.0; MOTIONS.len()]);
+    }
+
     #[test]
     fn a_floor_that_drags_is_left_out_whatever_the_rollers_are() {
         let (scenario, robot) = of("world.floor.rolling_resistance = 0.01");

@@ -412,5 +412,9 @@ mod tests {
         }
         let rates = Aim::Setpoints(points.into(), Quantity::Rate, Between::Linear);
         assert_eq!(driven(rates).fastest(), (1.5, 1.1));
+        // However slow it is: a tenth in two seconds.
+        let slow = [[1.0, 0.0], [3.0, 0.1]].into();
+        let slow = Aim::Setpoints(slow, Quantity::Position, Between::Linear);
+        assert_eq!(driven(slow).fastest(), (0.05, 1.0));
     }
 }

@@ -274,3 +274,41 @@ fn read_column(
         _ => None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use parquet::data_type::DoubleType;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+
+    use super::*;
+
+    /// A page of nulls alone has rows and no values: the pages after it are read as well.
+    #[test]
+    fn rows_after_a_page_of_nulls_are_read() {
+        let file = tempfile::tempfile().unwrap();
+        let schema = parse_message_type("message m { OPTIONAL DOUBLE x; }").unwrap();
+        let pages = WriterProperties::builder()
+            .set_data_page_row_count_limit(2)
+            .set_write_batch_size(2)
+            .build();
+        let (copy, schema) = (file.try_clone().unwrap(), Arc::new(schema));
+        let mut writer = SerializedFileWriter::new(copy, schema, Arc::new(pages)).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        column
+            .typed::<DoubleType>()
+            .write_batch(&[1.0, 2.0], Some(&[0, 0, 0, 0, 1, 1]), None)
+            .unwrap();
+        column.close().unwrap();
+        group.close().unwrap();
+        writer.close().unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        let column = reader.get_row_group(0).unwrap().get_column_reader(0);
+        let rows = read_column(column.unwrap(), 6).unwrap().unwrap();
+        assert_eq!(rows, [None, None, None, None, Some(1.0), Some(2.0)]);
+    }
+}

@@ -114,6 +114,7 @@ mod tests {
         const SIGNALS: [&str; 2] = ["position_error_m", "heading_error_rad"];
         for key in SHARES.iter().chain(&LOSSES).chain(&SIZES) {
             assert!(by_key(key).is_some() || SIGNALS.contains(key), "{key}");
+            assert_eq!(limits(key).map(|of| of.least), Some(0.0), "{key}");
         }
         for signed in [
             "end_x_m",

@@ -81,6 +81,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn refused(error: CompareError) -> Failure {
     match error {
         CompareError::Read { path, source } => Failure::read(&path, source),
+        CompareError::Summary { .. } => Failure::usage(
+            error.to_string(),
+            "delete it, and the figures are computed from the trace, or run the scenario again",
+        ),
         CompareError::TooFew => Failure::usage(
             error.to_string(),
             "name at least two run folders, trace files or scenario files",

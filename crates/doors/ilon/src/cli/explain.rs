@@ -21,7 +21,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 "name the robot's file",
             ));
         }
+        arguments.reading.none_beside(&arguments.file)?;
         return of_scenario::run(arguments, &files);
+    }
+    if arguments.open || arguments.out.as_os_str() != arguments::OUT {
+        return Err(Failure::usage(
+            "--out and --open are about a scenario, and this is a robot",
+            "leave them out, or name a scenario",
+        ));
     }
     of_robot::run(arguments, &files)
 }

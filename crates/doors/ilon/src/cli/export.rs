@@ -55,6 +55,7 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Writes the FMU, after a check that its content can be run.
 fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    arguments.reading.none_beside(path)?;
     let library = match &arguments.library {
         Some(library) => library.clone(),
         None => of_this_command()?,

@@ -33,11 +33,16 @@ pub(super) struct Arguments {
         value_name = "NAMES",
         value_delimiter = ',',
         default_value = "radius_m.*,lever_m",
-        requires = "plan"
+        conflicts_with = "study"
     )]
     free: Vec<String>,
     /// Speed of the course, in m/s.
-    #[arg(long, value_name = "M/S", default_value_t = 0.2, requires = "plan")]
+    #[arg(
+        long,
+        value_name = "M/S",
+        default_value_t = 0.2,
+        conflicts_with = "study"
+    )]
     speed: f64,
     #[command(flatten)]
     out: Out,

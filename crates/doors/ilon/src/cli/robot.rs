@@ -7,6 +7,7 @@ use ilon_formats::{
 };
 use ilon_robot::Robot;
 
+use super::escape::path_in_line;
 use super::failure::Failure;
 use super::flags::{Flags, shell};
 use super::options::Sandbox;
@@ -15,7 +16,7 @@ use crate::scenario::Setting;
 use crate::sim::remedy;
 
 /// Options of reading a robot's file.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub(super) struct Reading {
     #[command(flatten)]
     sources: Sources,
@@ -34,7 +35,7 @@ pub(super) struct Reading {
 }
 
 /// What a robot's file is read with, whatever becomes of the robot.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 pub(super) struct Sources {
     /// Folder of a ROS package, for `package://NAME/...`; repeatable.
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
@@ -55,7 +56,7 @@ pub(super) struct Sources {
 
 /// Rollers for wheels that have none in the file: `[robot.wheels]` of a scenario, on the command
 /// line.
-#[derive(Clone, Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, PartialEq, clap::Args)]
 #[command(next_help_heading = "Rollers for wheels that have none in the file")]
 struct Wheels {
     /// Rollers on each wheel.
@@ -139,6 +140,20 @@ impl Reading {
         options.wheels = self.wheels.options();
         options.tyres = self.wheels.tyres();
         options
+    }
+
+    /// Refuses all of them for a scenario, which says itself how its robot is read.
+    pub(super) fn none_beside(&self, scenario: &Path) -> Result<(), Failure> {
+        match *self == Self::default() {
+            true => Ok(()),
+            false => Err(Failure::usage(
+                format!(
+                    "options of a robot's file are given, and `{}` is a scenario",
+                    path_in_line(scenario)
+                ),
+                "write them under `[robot]` in the scenario, or name the robot's file",
+            )),
+        }
     }
 }
 

@@ -108,6 +108,45 @@ fn the_table_has_a_column_a_run_and_tells_what_was_set_differently() {
     assert!(folder.path("out/compare.html").is_file());
 }
 
+/// A folder's `summary.json` that is not one is an error, not a run without it; without one, and
+/// with that of another run, the figures are those of the trace.
+#[test]
+fn a_bad_summary_is_refused_and_a_missing_one_is_computed() {
+    let folder = Folder::new();
+    let file = folder.path("runs/slick/summary.json");
+    let good = std::fs::read_to_string(&file).expect("a summary");
+    let of_another = std::fs::read_to_string(folder.path("runs/grippy/summary.json"));
+    let compare = || folder.ilon(&["compare", "runs/slick", "runs/grippy", "--json"]);
+    let first = |output: &std::process::Output| -> Value {
+        let all: Value = serde_json::from_str(&stdout(output)).expect("JSON");
+        all["runs"][0]["summary"]["slip_energy_j"].clone()
+    };
+    let of_good = first(&compare());
+    let wrong_type = good.replacen("\"steps\": ", "\"steps\": -", 1);
+    assert_ne!(wrong_type, good);
+    for bad in [
+        "",
+        &good[..good.len() / 2],
+        "not JSON",
+        "[]",
+        "{\"name\": \"another program's\"}",
+        &wrong_type,
+    ] {
+        std::fs::write(&file, bad).expect("a spoilt summary");
+        let output = compare();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{bad}: {stderr}");
+        let what = "`runs/slick/summary.json` is not the summary of a run: ";
+        assert!(stderr.contains(what), "{stderr}");
+        assert!(stderr.contains("delete it"), "{stderr}");
+        assert!(!stdout(&output).contains("runs"));
+    }
+    std::fs::write(&file, of_another.expect("a summary")).expect("a summary");
+    assert_eq!(first(&compare()), of_good);
+    std::fs::remove_file(&file).expect("no summary");
+    assert_eq!(first(&compare()), of_good);
+}
+
 #[test]
 fn what_is_no_run_is_refused_with_what_to_name_instead() {
     let folder = Folder::new();

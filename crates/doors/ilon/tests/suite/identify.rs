@@ -434,6 +434,18 @@ fn bad_studies_and_logs_end_with_code_2_their_place_and_nothing_written() {
         &format!("{STUDY}\n[simulate]\ndrive_s = 0.5\n{simulated}{unknown}"),
         "world.flor",
     );
+    // Counted twice, a log would narrow the intervals, and held out it would judge itself.
+    let parts = |first: &str, second: &str| {
+        format!("{STUDY}{first}\n[[runs]]\nfile = \"./log.csv\"\n{second}\n")
+    };
+    let same = "runs 1 and 2 hold the same part of `";
+    refused(&parts("", "held_out = true"), same);
+    refused(&parts("to_s = 10.1", "from_s = 10"), same);
+    folder.write("study.toml", &parts("from_s = 10", "to_s = 10"));
+    ended_with(
+        0,
+        &folder.ilon(&["identify", "study.toml", "--out", "parts"]),
+    );
     // A clock that was set back, in the middle.
     let mut rows: Vec<String> = table().lines().map(str::to_owned).collect();
     rows.swap(700, 760);

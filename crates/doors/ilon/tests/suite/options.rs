@@ -441,3 +441,38 @@ fn a_run_answers_before_it_lists_figures() {
     assert!(rows(&long) > rows(&short), "{long}");
     assert!(long.starts_with(answer), "{long}");
 }
+
+/// An option that the command would not read is refused: who gives it expects it to act.
+#[test]
+fn options_that_would_have_no_effect_are_refused() {
+    let folder = Folder::new();
+    folder.write("study.toml", "");
+    let refused = |arguments: &[&str], words: &str| {
+        let said = ended_with(2, &folder.ilon(arguments));
+        assert!(said.contains(words), "{arguments:?}: {said}");
+    };
+    let of_robots = "options of a robot's file are given, and `good.toml` is a scenario";
+    for reading in [&["--repair"][..], &X, &["--wheel-radius-m", "0.1"]] {
+        refused(&[&["explain", "good.toml"], reading].concat(), of_robots);
+        refused(
+            &[&["export", "--mjcf", "--scenario", "good.toml"], reading].concat(),
+            of_robots,
+        );
+        refused(
+            &[&["export", "--fmu", "good.toml"], reading].concat(),
+            of_robots,
+        );
+    }
+    for of_scenarios in [&["--out", "why"][..], &["--open"]] {
+        refused(
+            &[&["explain", "robot.urdf"], of_scenarios].concat(),
+            "--out and --open are about a scenario",
+        );
+    }
+    for of_plans in [["--free", "radius_m"], ["--speed", "0.3"]] {
+        refused(
+            &[&["identify", "study.toml"][..], &of_plans].concat(),
+            "cannot be used with",
+        );
+    }
+}

@@ -49,6 +49,14 @@ pub enum CompareError {
     /// The trace cannot be read.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// The folder's summary is not one.
+    #[error("`{}` is not the summary of a run: {reason}", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Fewer than two runs.
     #[error("a comparison takes two runs or more")]
     TooFew,
@@ -78,7 +86,7 @@ impl ComparedRun {
     /// trace.
     ///
     /// # Errors
-    /// If there is no readable trace.
+    /// If there is no readable trace, or the folder's `summary.json` is not a summary.
     pub fn load(path: &Path) -> Result<Self, CompareError> {
         let is_folder = std::fs::metadata(path)
             .map_err(|source| CompareError::Read {
@@ -98,12 +106,11 @@ impl ComparedRun {
         }
         let trace = Trace::read_parquet(&trace_path)?;
         let mut summary = Summary::of(&trace, &Settings::default());
-        let written = FileAccess::anywhere().read(&path.join("summary.json"), SUMMARY_BYTES);
-        let written = written
-            .ok()
-            .and_then(|json| serde_json::from_slice::<Summary>(&json).ok());
-        if let Some(written) = written.filter(|written| written.trace_hash == summary.trace_hash) {
-            summary = written;
+        if is_folder && let Some(written) = written(&path.join("summary.json"))? {
+            // One of another trace says nothing of this one.
+            if written.trace_hash == summary.trace_hash {
+                summary = written;
+            }
         }
         Ok(Self {
             name: trace.header.scenario_name.clone(),
@@ -310,6 +317,22 @@ fn collect(key: &str, value: &toml::Value, found: &mut BTreeMap<String, String>)
         value => {
             found.insert(key.to_owned(), value.to_string());
         }
+    }
+}
+
+/// The summary in a file; `None` if there is none.
+fn written(path: &Path) -> Result<Option<Summary>, CompareError> {
+    let bad = |reason| CompareError::Summary {
+        path: path.to_owned(),
+        reason,
+    };
+    match FileAccess::anywhere().read(path, SUMMARY_BYTES) {
+        Ok(json) => {
+            let summary = serde_json::from_slice(&json).map_err(|e| bad(e.to_string()));
+            summary.map(Some)
+        }
+        Err(_) if !path.is_symlink() && !path.exists() => Ok(None),
+        Err(reason) => Err(bad(reason.to_string())),
     }
 }
 

@@ -200,8 +200,11 @@ mod tests {
         assert_eq!(check("1e8", "").unwrap(), None);
         assert_eq!(check("1e8", &payload("50")).unwrap(), None);
         let remark = check("2e4", "").unwrap().expect("a remark");
+        // A quarter of its weight on each spring.
+        let sinks_mm = 1e3 * robot.mass_kg() * 9.81 / 4.0 / 2e4;
         assert!(
-            remark.contains("sink") && remark.contains("contact_stiffness"),
+            remark.contains(&format!("sink by {sinks_mm:.3} mm"))
+                && remark.contains("contact_stiffness"),
             "{remark}"
         );
         assert!(check("100", "").is_err());

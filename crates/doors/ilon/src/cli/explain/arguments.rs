@@ -6,6 +6,9 @@ use super::seen::Seen;
 use crate::cli::options::{Sandbox, Settings};
 use crate::cli::robot::Reading;
 
+/// The default of `--out`.
+pub(super) const OUT: &str = "out/explain/<scenario>";
+
 /// Arguments of `ilon explain`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -17,7 +20,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub sandbox: Sandbox,
     /// Folder of the results of a scenario.
-    #[arg(long, value_name = "DIR", default_value = "out/explain/<scenario>")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long)]

@@ -7,7 +7,7 @@ use ilon_trace::Rows;
 use ilon_trace::effects::{self, Ablation, FLOORS};
 use serde_json::{Value, json};
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, OUT};
 use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
@@ -21,9 +21,9 @@ use crate::{Causes, Scenario};
 
 pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, Failure> {
     let scenario = Scenario::load_within(&arguments.file, &arguments.settings.settings, files)?;
-    let out = match arguments.out.to_str() {
-        Some("out/explain/<scenario>") => PathBuf::from("out/explain").join(&scenario.name),
-        _ => arguments.out.clone(),
+    let out = match arguments.out.as_os_str() == OUT {
+        true => PathBuf::from("out/explain").join(&scenario.name),
+        false => arguments.out.clone(),
     };
     let inputs = output::inputs(&arguments.file, &scenario);
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
