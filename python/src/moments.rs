@@ -203,6 +203,10 @@ impl Wheels {
         }
     }
 
+    fn each<'py>(&self, py: Python<'py>, of: impl Fn(&WheelTally) -> f64) -> Array<'py> {
+        array(py, &self.over.iter().map(of).collect::<Vec<_>>())
+    }
+
     fn rows<'py, const N: usize>(
         &self,
         py: Python<'py>,
@@ -220,21 +224,12 @@ getters! { Wheels |me, py|
     /// Rates about the wheels' axes, in rad/s.
     rates_rad_s: Array<'py> = array(py, &me.rates_rad_s);
     /// The ground's normal forces in N: means over the last advance.
-    loads_n: Array<'py> = {
-        let loads = me.over.iter().map(WheelTally::normal_force_mean_n);
-        array(py, &loads.collect::<Vec<_>>())
-    };
+    loads_n: Array<'py> = me.each(py, WheelTally::normal_force_mean_n);
     /// The largest share of its friction limit that each wheel used in the last advance; 1 where it
     /// slid.
-    friction_used_max: Array<'py> = {
-        let used = me.over.iter().map(|wheel| wheel.friction_used_max);
-        array(py, &used.collect::<Vec<_>>())
-    };
+    friction_used_max: Array<'py> = me.each(py, |wheel| wheel.friction_used_max);
     /// The largest sliding speed of each wheel in the last advance, in m/s.
-    slip_speed_max_m_s: Array<'py> = {
-        let speeds = me.over.iter().map(|wheel| wheel.sliding_max_m_s);
-        array(py, &speeds.collect::<Vec<_>>())
-    };
+    slip_speed_max_m_s: Array<'py> = me.each(py, |wheel| wheel.sliding_max_m_s);
     /// The ground's tangential forces: a row of x and y in the body frame for each wheel, in N:
     /// means over the last advance.
     forces_in_body_n: PyResult<Floats<'py>> = me.rows(py, |wheel| wheel.force_mean_in_body_n().into());

@@ -37,9 +37,7 @@ pub fn inspect<'py>(
     limits: Option<&Bound<'py, PyAny>>,
     sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Seen<'py>> {
-    let Value::Table(robot) = to_toml(options.as_any())? else {
-        return Err(PyTypeError::new_err("the options of a robot are a dict"));
-    };
+    let robot = table_of(options)?;
     let files = scenario::files(py, sandbox)?;
     let settings = limits.map(scenario::read_settings).transpose()?;
     let inspected = py.detach(|| inspected(&path, robot, settings.as_ref(), &files));
@@ -62,9 +60,7 @@ pub fn suspects<'py>(
     settings: Option<&Bound<'py, PyAny>>,
     sandbox: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let Value::Table(robot) = to_toml(options.as_any())? else {
-        return Err(PyTypeError::new_err("the options of a robot are a dict"));
-    };
+    let robot = table_of(options)?;
     let files = scenario::files(py, sandbox)?;
     let settings = settings.map(scenario::read_settings).transpose()?;
     let settings = settings
@@ -77,6 +73,13 @@ pub fn suspects<'py>(
         ilon::sim::causes::suspects(&robot, &settings, &files)
     });
     as_python(py, &found.or_raise(py)?)
+}
+
+fn table_of(options: &Bound<'_, PyMapping>) -> PyResult<Table> {
+    match to_toml(options.as_any())? {
+        Value::Table(robot) => Ok(robot),
+        _ => Err(PyTypeError::new_err("the options of a robot are a dict")),
+    }
 }
 
 /// The robot of a file, and a scenario in which it stands.

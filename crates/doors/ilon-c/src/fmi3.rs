@@ -308,7 +308,7 @@ unsafe fn set<T: Copy>(
 
 /// Defines the functions that read and set one type.
 macro_rules! of_type {
-    ($get:ident, $set:ident, $type:ty, $take:expr, $make:expr) => {
+    ($get:ident, $set:ident, $type:ty, $variant:ident, $take:expr, $make:expr) => {
         /// Reads variables of this type.
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $get(
@@ -318,8 +318,12 @@ macro_rules! of_type {
             values: *mut $type,
             value_count: usize,
         ) -> Fmi3Status {
+            let take = |value| match value {
+                Value::$variant(value) => Some($take(value)),
+                _ => None,
+            };
             // SAFETY: the caller guarantees both arrays.
-            unsafe { get(instance, (references, count), (values, value_count), $take) }
+            unsafe { get(instance, (references, count), (values, value_count), take) }
         }
 
         /// Sets variables of this type.
@@ -331,8 +335,9 @@ macro_rules! of_type {
             values: *const $type,
             value_count: usize,
         ) -> Fmi3Status {
+            let make = |value| Value::$variant($make(value));
             // SAFETY: the caller guarantees both arrays.
-            unsafe { set(instance, (references, count), (values, value_count), $make) }
+            unsafe { set(instance, (references, count), (values, value_count), make) }
         }
     };
 }
@@ -341,32 +346,19 @@ of_type!(
     fmi3GetFloat64,
     fmi3SetFloat64,
     f64,
-    |value| match value {
-        Value::Real(value) => Some(value),
-        _ => None,
-    },
-    Value::Real
+    Real,
+    f64::from,
+    f64::from
 );
-of_type!(
-    fmi3GetInt64,
-    fmi3SetInt64,
-    i64,
-    |value| match value {
-        Value::Whole(value) => Some(value),
-        _ => None,
-    },
-    Value::Whole
-);
+of_type!(fmi3GetInt64, fmi3SetInt64, i64, Whole, i64::from, i64::from);
 // C may write any byte into a bool; every value except 0 is true.
 of_type!(
     fmi3GetBoolean,
     fmi3SetBoolean,
     u8,
-    |value| match value {
-        Value::Flag(value) => Some(u8::from(value)),
-        _ => None,
-    },
-    |value| Value::Flag(value != 0)
+    Flag,
+    u8::from,
+    |value| value != 0
 );
 
 /// Saves the state of an instance into `state`, or into a new state if that is null.

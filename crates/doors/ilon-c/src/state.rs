@@ -146,30 +146,20 @@ pub struct IlonEnergies {
 
 impl From<Pose> for IlonPose {
     fn from(pose: Pose) -> Self {
-        let Pose {
-            x_m,
-            y_m,
-            heading_rad,
-        } = pose;
         Self {
-            x_m,
-            y_m,
-            heading_rad,
+            x_m: pose.x_m,
+            y_m: pose.y_m,
+            heading_rad: pose.heading_rad,
         }
     }
 }
 
 impl From<IlonPose> for Pose {
     fn from(pose: IlonPose) -> Self {
-        let IlonPose {
-            x_m,
-            y_m,
-            heading_rad,
-        } = pose;
         Self {
-            x_m,
-            y_m,
-            heading_rad,
+            x_m: pose.x_m,
+            y_m: pose.y_m,
+            heading_rad: pose.heading_rad,
         }
     }
 }

@@ -77,11 +77,13 @@ pub fn encode(value: &dyn Serialize) -> Result<String, ::toml::ser::Error> {
 }
 
 impl DecodeError {
+    /// Adds the place, unless there is one.
     fn at(mut self, span: &Range<usize>) -> Self {
         self.span.get_or_insert_with(|| span.clone());
         self
     }
 
+    /// Adds a key to the path.
     fn below(mut self, key: &str) -> Self {
         self.path.insert(0, key.to_owned());
         self
@@ -95,22 +97,6 @@ impl Error for DecodeError {
             path: Vec::new(),
             span: None,
         }
-    }
-}
-
-/// Adds the place to an error that has none yet.
-fn at<T>(span: &Range<usize>, read: Result<T, DecodeError>) -> Result<T, DecodeError> {
-    match read {
-        Err(error) => Err(error.at(span)),
-        read => read,
-    }
-}
-
-/// Adds a key to the path of an error.
-fn below<T>(key: &str, read: Result<T, DecodeError>) -> Result<T, DecodeError> {
-    match read {
-        Err(error) => Err(error.below(key)),
-        read => read,
     }
 }
 
@@ -180,7 +166,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             Ok(Plain::Table(entries)) => visitor.visit_map(entries),
             Err(error) => Err(error),
         };
-        at(&span, read)
+        read.map_err(|error| error.at(&span))
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
@@ -206,7 +192,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             Ok(choice) => visitor.visit_enum(choice),
             Err(error) => Err(error),
         };
-        at(&span, read)
+        read.map_err(|error| error.at(&span))
     }
 
     forward_to_deserialize_any! {
@@ -220,13 +206,6 @@ struct Items<'de> {
     rest: std::iter::Enumerate<std::vec::IntoIter<Spanned<DeValue<'de>>>>,
 }
 
-impl<'de> Items<'de> {
-    fn next(&mut self) -> Option<(usize, Node<'de>)> {
-        let (index, value) = self.rest.next()?;
-        Some((index, Node(value)))
-    }
-}
-
 impl<'de> SeqAccess<'de> for Items<'de> {
     type Error = DecodeError;
 
@@ -234,13 +213,11 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, DecodeError> {
-        let Some((index, value)) = self.next() else {
+        let Some((index, value)) = self.rest.next() else {
             return Ok(None);
         };
-        match seed.deserialize(value) {
-            Ok(value) => Ok(Some(value)),
-            Err(error) => Err(error.below(&index.to_string())),
-        }
+        let read = seed.deserialize(Node(value)).map(Some);
+        read.map_err(|error| error.below(&index.to_string()))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -258,17 +235,6 @@ struct Entries<'de> {
 /// Deserializer of a key.
 type Key<'de> = CowStrDeserializer<'de, DecodeError>;
 
-impl<'de> Entries<'de> {
-    /// The next key with its place; its value is kept.
-    fn next_key(&mut self) -> Option<(Key<'de>, Range<usize>)> {
-        let (key, value) = self.rest.next()?;
-        let span = key.span();
-        let key = key.into_inner();
-        self.next = Some((key.clone(), value));
-        Some((Key::new(key), span))
-    }
-}
-
 impl<'de> MapAccess<'de> for Entries<'de> {
     type Error = DecodeError;
 
@@ -276,13 +242,14 @@ impl<'de> MapAccess<'de> for Entries<'de> {
         &mut self,
         seed: K,
     ) -> Result<Option<K::Value>, DecodeError> {
-        let Some((key, span)) = self.next_key() else {
+        let Some((key, value)) = self.rest.next() else {
             return Ok(None);
         };
-        match seed.deserialize(key) {
-            Ok(key) => Ok(Some(key)),
-            Err(error) => Err(error.at(&span)),
-        }
+        let span = key.span();
+        let key = key.into_inner();
+        self.next = Some((key.clone(), value));
+        let read = seed.deserialize(Key::new(key)).map(Some);
+        read.map_err(|error| error.at(&span))
     }
 
     fn next_value_seed<T: DeserializeSeed<'de>>(
@@ -292,7 +259,8 @@ impl<'de> MapAccess<'de> for Entries<'de> {
         let Some((key, value)) = self.next.take() else {
             return Err(DecodeError::custom("a value without a key"));
         };
-        below(&key, seed.deserialize(Node(value)))
+        seed.deserialize(Node(value))
+            .map_err(|error| error.below(&key))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -372,14 +340,16 @@ impl<'de> VariantAccess<'de> for Form<'de> {
     ) -> Result<T::Value, DecodeError> {
         match self.value {
             None => seed.deserialize(UnitDeserializer::new()),
-            Some(value) => below(&self.name, seed.deserialize(Node(value))),
+            Some(value) => (seed.deserialize(Node(value))).map_err(|error| error.below(&self.name)),
         }
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, DecodeError> {
         match self.value {
             None => UnitDeserializer::new().deserialize_any(visitor),
-            Some(value) => below(&self.name, Node(value).deserialize_any(visitor)),
+            Some(value) => {
+                (Node(value).deserialize_any(visitor)).map_err(|error| error.below(&self.name))
+            }
         }
     }
 
@@ -397,7 +367,7 @@ impl<'de> VariantAccess<'de> for Form<'de> {
             Some(error) => Err(error),
             None => Node(value).deserialize_any(visitor),
         };
-        below(&self.name, read)
+        read.map_err(|error| error.below(&self.name))
     }
 }
 

@@ -28,7 +28,7 @@ use self::elements::{
 };
 use self::suspension::{Carrier, carriers, write_carrier};
 use crate::described_wheel;
-use crate::error::{Fault, RobotError};
+use crate::error::RobotError;
 use crate::model::{
     Barrel, DriveTrain, Roller, RollerForm, RollerSurface, RollersAsMade, SolidOfRevolution, Wheel,
 };
@@ -81,10 +81,8 @@ pub fn generate(spec: &Spec) -> Result<String, RobotError> {
         })
         .collect::<Result<Vec<Option<Wheel>>, _>>()?;
     let mut out = String::new();
-    write_robot(&mut out, spec, &wheels, &made).map_err(|e| {
-        let reason = e.to_string();
-        RobotError::new(&spec.name, Fault::Unreadable { reason })
-    })?;
+    // Writing to a string cannot fail.
+    let _ = write_robot(&mut out, spec, &wheels, &made);
     Ok(out)
 }
 

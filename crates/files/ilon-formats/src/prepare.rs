@@ -40,8 +40,7 @@ pub(crate) fn read_text(
         .as_ref()
         .is_ok_and(|text| is_lfs_pointer(text.as_bytes()))
     {
-        let reason = LFS_POINTER.to_owned();
-        return Err(RobotError::new(file, Fault::Unreadable { reason }));
+        return Err(RobotError::new(file, Fault::unreadable(LFS_POINTER)));
     }
     text.map_err(|fault| {
         let fault = match fault {
@@ -51,13 +50,9 @@ pub(crate) fn read_text(
             },
             ReadError::Io(error) if error.kind() == ErrorKind::NotFound => {
                 let near = near(path, options);
-                Fault::Unreadable {
-                    reason: format!("{}{near}", ReadError::Io(error)),
-                }
+                Fault::unreadable(format!("{}{near}", ReadError::Io(error)))
             }
-            other => Fault::Unreadable {
-                reason: other.to_string(),
-            },
+            other => Fault::unreadable(other),
         };
         RobotError::new(file, fault)
     })
@@ -109,7 +104,7 @@ pub(crate) fn prepare(
             let spec = SpecOnTyres::from_toml_str_with(text, file, &options.spec)?;
             return Ok(UrdfText::as_it_is(
                 file,
-                &generate::generate_on_tyres(&spec)?,
+                &generate::generate_on_tyres(&spec),
             ));
         }
         let spec = Spec::from_toml_str_with(text, file, &options.spec)?;

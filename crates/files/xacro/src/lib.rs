@@ -57,7 +57,7 @@ mod text;
 pub mod xml;
 mod yaml;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 use std::thread;
 
@@ -108,9 +108,4 @@ pub fn expand(
             Err(e) => Err(failure(&format!("no thread can be started: {e}"))),
         }
     })
-}
-
-/// Returns a path as written, relative to a folder.
-fn from_folder(folder: &Path, written: &str) -> PathBuf {
-    folder.join(written)
 }

@@ -27,31 +27,27 @@ pub enum DashKind {
     DashDot,
 }
 
-/// A solid line.
-pub const fn solid(color: &'static str) -> Pen {
+const fn pen(color: &'static str, dash: DashKind, width_px: f64) -> Pen {
     Pen {
         color,
-        dash: DashKind::Solid,
-        width_px: 1.8,
+        dash,
+        width_px,
     }
+}
+
+/// A solid line.
+pub const fn solid(color: &'static str) -> Pen {
+    pen(color, DashKind::Solid, 1.8)
 }
 
 /// A dashed line.
 pub const fn dashed(color: &'static str) -> Pen {
-    Pen {
-        color,
-        dash: DashKind::Dash,
-        width_px: 1.6,
-    }
+    pen(color, DashKind::Dash, 1.6)
 }
 
 /// A dotted line.
 pub const fn dotted(color: &'static str) -> Pen {
-    Pen {
-        color,
-        dash: DashKind::Dot,
-        width_px: 1.6,
-    }
+    pen(color, DashKind::Dot, 1.6)
 }
 
 /// The pen of a wheel: colours repeat after eight wheels, dashes change with each.
@@ -63,11 +59,7 @@ pub fn wheel_pen(index: usize) -> Pen {
         2 => DashKind::Dot,
         _ => DashKind::DashDot,
     };
-    Pen {
-        color: COLORS[index % COLORS.len()],
-        dash,
-        width_px: 1.6,
-    }
+    pen(COLORS[index % COLORS.len()], dash, 1.6)
 }
 
 impl Pen {

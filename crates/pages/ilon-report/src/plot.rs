@@ -107,36 +107,28 @@ impl Curve {
     }
 
     /// Makes the curve constant from each point to the next.
-    pub fn steps(self) -> Self {
-        Self {
-            kind: CurveKind::Steps,
-            ..self
-        }
+    pub fn steps(mut self) -> Self {
+        self.kind = CurveKind::Steps;
+        self
     }
 
     /// Adds a dot at each point.
-    pub fn with_dots(self, size_px: usize) -> Self {
-        Self {
-            kind: CurveKind::Dotted,
-            size_px,
-            ..self
-        }
+    pub fn with_dots(mut self, size_px: usize) -> Self {
+        self.kind = CurveKind::Dotted;
+        self.size_px = size_px;
+        self
     }
 
     /// Makes it an area stacked on the areas before it. All areas of a plot need the same x.
-    pub fn stacked(self) -> Self {
-        Self {
-            kind: CurveKind::Area,
-            ..self
-        }
+    pub fn stacked(mut self) -> Self {
+        self.kind = CurveKind::Area;
+        self
     }
 
     /// Leaves the curve out of the legend.
-    pub fn unlisted(self) -> Self {
-        Self {
-            listed: false,
-            ..self
-        }
+    pub fn unlisted(mut self) -> Self {
+        self.listed = false;
+        self
     }
 
     /// Sets the opacity, from 0 to 1.
@@ -145,12 +137,10 @@ impl Curve {
     }
 
     /// Adds labels at its points, above or below them.
-    pub fn labels(self, labels: Vec<String>, below: bool) -> Self {
-        Self {
-            labels,
-            labels_below: below,
-            ..self
-        }
+    pub fn labels(mut self, labels: Vec<String>, below: bool) -> Self {
+        self.labels = labels;
+        self.labels_below = below;
+        self
     }
 
     fn to_json(&self) -> Value {
@@ -240,19 +230,15 @@ impl Axis {
     }
 
     /// Always includes zero.
-    pub fn from_zero(self) -> Self {
-        Self {
-            from_zero: true,
-            ..self
-        }
+    pub fn from_zero(mut self) -> Self {
+        self.from_zero = true;
+        self
     }
 
     /// Sets a fixed range.
-    pub fn range(self, from: f64, to: f64) -> Self {
-        Self {
-            range: Some([from, to]),
-            ..self
-        }
+    pub fn range(mut self, from: f64, to: f64) -> Self {
+        self.range = Some([from, to]);
+        self
     }
 
     /// Sets a smallest span: smaller variation is noise, and is drawn small.
@@ -308,27 +294,21 @@ impl Layout {
     }
 
     /// Gives both axes the same scale.
-    pub fn equal(self) -> Self {
-        Self {
-            equal: true,
-            ..self
-        }
+    pub fn equal(mut self) -> Self {
+        self.equal = true;
+        self
     }
 
     /// Puts the bars of a row below each other; otherwise they are stacked by sign.
-    pub fn grouped(self) -> Self {
-        Self {
-            grouped: true,
-            ..self
-        }
+    pub fn grouped(mut self) -> Self {
+        self.grouped = true;
+        self
     }
 
     /// Hides the axes, as for circles around a centre.
-    pub fn bare(self) -> Self {
-        Self {
-            marks: true,
-            ..self
-        }
+    pub fn bare(mut self) -> Self {
+        self.marks = true;
+        self
     }
 }
 

@@ -224,11 +224,6 @@ impl Frames {
                 .collect(),
         }
     }
-
-    /// The size of the values in the page, in bytes of base64.
-    pub fn data_bytes(&self) -> usize {
-        self.columns.iter().map(|column| column.data.len()).sum()
-    }
 }
 
 /// All columns of a robot with these numbers of rollers per wheel, of free bodies, and of joints
@@ -236,6 +231,7 @@ impl Frames {
 fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Interpolation, Store)> {
     use Interpolation::{Angle, Line, Step};
     use Store::{Exact, Small};
+    // After the time the pose of the body; free bodies have the same columns.
     let of_body = [
         ("t", Line, Exact),
         ("x", Line, Exact),
@@ -273,16 +269,9 @@ fn names(rollers: &[usize], bodies: usize, joints: usize) -> Vec<(String, Interp
         names.extend(of_wheel.map(|(name, kind)| (format!("w{wheel}_{name}"), kind, Small)));
         names.extend((0..rollers).map(|r| (format!("w{wheel}_r{r}"), Angle, Small)));
     }
-    let of_free = [
-        ("x", Line, Exact),
-        ("y", Line, Exact),
-        ("z", Line, Exact),
-        ("roll", Angle, Small),
-        ("pitch", Angle, Small),
-        ("yaw", Angle, Small),
-    ];
     for body in 0..bodies {
-        names.extend(of_free.map(|(name, kind, store)| (format!("b{body}_{name}"), kind, store)));
+        let of_free = of_body[1..7].iter();
+        names.extend(of_free.map(|&(name, kind, store)| (format!("b{body}_{name}"), kind, store)));
     }
     names.extend((0..joints).map(|joint| (format!("j{joint}"), Line, Small)));
     names

@@ -63,10 +63,10 @@ pub(super) struct Arguments {
     rollers: Option<ContactMode>,
     /// Physics steps a second [default: 1000,500,240,120,60,30,20, near also 40,15,10, and rapier
     /// 1000,500,240].
-    #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = rate_hz)]
+    #[arg(long, value_name = "HZ,..", value_delimiter = ',', value_parser = |text: &str| within(text, 1.0, 100_000.0, "steps a second"))]
     rates: Vec<f64>,
     /// Bandwidth of the wheel loops on the ground [default: 60].
-    #[arg(long, value_name = "RAD_S", value_parser = bandwidth_rad_s)]
+    #[arg(long, value_name = "RAD_S", value_parser = |text: &str| within(text, 0.1, 10_000.0, "rad/s"))]
     bandwidth: Option<f64>,
     /// Headings of the measurement, in degrees; speed is measured at the first [default: 0,20].
     #[arg(
@@ -216,14 +216,6 @@ fn kind(text: &str) -> Result<ContactMode, String> {
         "name `all` rollers, those `near` the ground, or `rapier`, which solves the contacts of all itself"
             .to_owned()
     })
-}
-
-fn rate_hz(text: &str) -> Result<f64, String> {
-    within(text, 1.0, 100_000.0, "steps a second")
-}
-
-fn bandwidth_rad_s(text: &str) -> Result<f64, String> {
-    within(text, 0.1, 10_000.0, "rad/s")
 }
 
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {

@@ -66,7 +66,8 @@ fn install_printer() {
 }
 
 /// An error whose texts are short and escaped.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
 struct PlainFault {
     message: String,
     help: Option<String>,
@@ -108,14 +109,6 @@ impl PlainFault {
         first.chain([between]).chain(last).collect()
     }
 }
-
-impl fmt::Display for PlainFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for PlainFault {}
 
 impl Diagnostic for PlainFault {
     fn severity(&self) -> Option<Severity> {

@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ));
     }
     let urdf = match SpecOnTyres::load(&arguments.spec)? {
-        Some(spec) => ilon_formats::generate_on_tyres(&spec)?,
+        Some(spec) => ilon_formats::generate_on_tyres(&spec),
         None => ilon_formats::generate(&Spec::load(&arguments.spec)?)?,
     };
     // Only a robot that runs is written.

@@ -25,6 +25,18 @@ fn is_of_names(argument: &str) -> bool {
 }
 
 impl Fault {
+    /// A file that cannot be read, with the reason.
+    pub(crate) fn unreadable(reason: impl ToString) -> Self {
+        let reason = reason.to_string();
+        Self::Unreadable { reason }
+    }
+
+    /// An attribute that an element lacks.
+    pub(crate) fn missing_attribute(name: &str) -> Self {
+        let attribute = name.to_owned();
+        Self::MissingAttribute { attribute }
+    }
+
     /// A missing joint, with the one of `others` that was probably meant.
     pub(crate) fn unknown_joint<'a>(joint: &str, others: impl Iterator<Item = &'a str>) -> Self {
         /// Smallest Jaro-Winkler similarity of two names of which one was meant for the other.

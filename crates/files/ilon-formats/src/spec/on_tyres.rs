@@ -156,10 +156,7 @@ impl SpecOnTyres {
         let path = path.as_ref();
         let file = path.display().to_string();
         let read = FileAccess::anywhere().read_text(path, MAX_BYTES);
-        let text = read.map_err(|e| {
-            let reason = e.to_string();
-            RobotError::new(&file, Fault::Unreadable { reason })
-        })?;
+        let text = read.map_err(|e| RobotError::new(&file, Fault::unreadable(e)))?;
         let is_on_tyres = is_on_tyres(&text);
         is_on_tyres
             .then(|| Self::from_toml_str_with(&text, &file, &Table::new()))

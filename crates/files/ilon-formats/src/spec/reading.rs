@@ -30,10 +30,9 @@ impl Spec {
     pub fn load_through(path: impl AsRef<Path>, files: &FileAccess) -> Result<Self, RobotError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = files.read_text(path, MAX_BYTES).map_err(|e| {
-            let reason = e.to_string();
-            RobotError::new(&file, Fault::Unreadable { reason })
-        })?;
+        let text = files
+            .read_text(path, MAX_BYTES)
+            .map_err(|e| RobotError::new(&file, Fault::unreadable(e)))?;
         Self::from_toml_str_with(&text, &file, &Table::new())
     }
 

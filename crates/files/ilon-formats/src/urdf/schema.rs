@@ -91,10 +91,7 @@ fn names_a_joint(source: &Source, node: Node, joints: &HashSet<&str>) -> Result<
             let fault = Fault::unknown_joint(joint, joints.iter().copied());
             Err(source.attribute_error(node, "joint", fault))
         }
-        None => {
-            let attribute = "joint".to_owned();
-            Err(source.error(node, Fault::MissingAttribute { attribute }))
-        }
+        None => Err(source.error(node, Fault::missing_attribute("joint"))),
     }
 }
 
@@ -128,8 +125,7 @@ fn unique_names(source: &Source, tag: &'static str, faults: &mut Faults) {
     let mut first: HashMap<&str, Node> = HashMap::new();
     for node in source.all(tag) {
         let Some(name) = node.attribute("name").filter(|n| !n.trim().is_empty()) else {
-            let attribute = "name".to_owned();
-            faults.push(source.error(node, Fault::MissingAttribute { attribute }));
+            faults.push(source.error(node, Fault::missing_attribute("name")));
             continue;
         };
         if let Some(taken) = first.get(name) {
@@ -164,8 +160,7 @@ fn check_geometry(source: &Source, shape: Node, faults: &mut Faults) {
     match geometry.children().find(Node::is_element) {
         Some(kind) if GEOMETRIES.contains(&kind.tag_name().name()) => {
             if kind.has_tag_name("mesh") && kind.attribute("filename").is_none() {
-                let attribute = "filename".to_owned();
-                faults.push(source.error(kind, Fault::MissingAttribute { attribute }));
+                faults.push(source.error(kind, Fault::missing_attribute("filename")));
             }
             check_numbers(source, kind, faults);
         }
@@ -184,8 +179,7 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
         }
     }
     let Some(joint_type) = joint.attribute("type") else {
-        let attribute = "type".to_owned();
-        faults.push(source.error(joint, Fault::MissingAttribute { attribute }));
+        faults.push(source.error(joint, Fault::missing_attribute("type")));
         return;
     };
     if !JOINT_TYPES.contains(&joint_type) {
@@ -225,8 +219,7 @@ fn check_ends(source: &Source, joint: Node, links: &HashSet<&str>, faults: &mut 
         };
         match end.attribute("link") {
             None => {
-                let attribute = "link".to_owned();
-                faults.push(source.error(end, Fault::MissingAttribute { attribute }));
+                faults.push(source.error(end, Fault::missing_attribute("link")));
             }
             Some(link) if !links.contains(link) => {
                 let link = link.to_owned();

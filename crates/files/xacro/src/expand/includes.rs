@@ -9,7 +9,7 @@ use super::{Around, Expander, Inside, LEVELS_OF_ELEMENT, MOST_FILES, Result};
 use crate::dom::{Element, Origin, Parsed, SourceFile};
 use crate::python::{Error, Value};
 use crate::scope::Scope;
-use crate::{MAX_FILE_BYTES, Missing, from_folder};
+use crate::{MAX_FILE_BYTES, Missing};
 
 impl Expander<'_> {
     pub(super) fn include(
@@ -100,7 +100,7 @@ impl Expander<'_> {
 
     /// Returns the files of an include: one, or those that match a pattern in its last part.
     pub(super) fn included_files(&self, name: &str, origin: &Origin) -> Vec<std::path::PathBuf> {
-        let path = from_folder(&self.folder(), name);
+        let path = self.folder().join(name);
         if !name.contains(['*', '?', '[']) {
             return vec![path];
         }

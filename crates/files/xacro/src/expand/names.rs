@@ -10,7 +10,7 @@ use crate::dom::Origin;
 use crate::python::{Arguments, Error, Surroundings, Value, XacroFunction, text};
 use crate::scope::Scope;
 use crate::substitution::Answers;
-use crate::{MAX_FILE_BYTES, from_folder, yaml};
+use crate::{MAX_FILE_BYTES, yaml};
 
 /// The environment of an expression.
 pub(super) struct View<'a> {
@@ -71,13 +71,13 @@ impl Expander<'_> {
                 value.map(Value::text).ok_or(Error::Argument(name))
             }
             (XacroFunction::AbsFilename, [name]) => {
-                let path = from_folder(&self.folder(), &text(name)?);
+                let path = self.folder().join(text(name)?);
                 Ok(Value::text(path.display().to_string()))
             }
             (XacroFunction::Dotify, [dict @ Value::Dict(_)]) => Ok(dict.clone()),
             (XacroFunction::LoadYaml, [name]) => {
                 let name = text(name)?;
-                let path = from_folder(&self.folder(), &name);
+                let path = self.folder().join(&name);
                 let read = self.host.read_text(&path, MAX_FILE_BYTES);
                 let read = read.map_err(|fault| Error::File(name.clone(), fault.to_string()))?;
                 yaml::load(&read, view).map_err(|e| e.within(format!("`{name}`")))

@@ -3,9 +3,6 @@
 //! Needs Chromium, named by `ILON_CHROMIUM` or found as `chromium`; without it the tests report
 //! that they were skipped.
 
-#[path = "../../examples/scene/page.rs"]
-mod page;
-
 use std::path::Path;
 use std::process::Command;
 
@@ -13,6 +10,8 @@ use ilon_formats::{LoadRobot, link_tree};
 use ilon_robot::{Robot, VisualMeshes};
 use ilon_scene::{Contact, Description, Frame, Frames, Relief, Scene, WheelFrame, embed};
 use serde_json::Value;
+
+use crate::page;
 
 fn browser() -> Option<String> {
     let named = std::env::var("ILON_CHROMIUM").unwrap_or_else(|_| "chromium".to_owned());

@@ -2,5 +2,6 @@
 
 mod in_browser;
 mod meshes;
+mod page;
 mod robots;
 mod run;

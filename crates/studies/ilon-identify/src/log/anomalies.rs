@@ -180,10 +180,7 @@ fn resets(log: &Log, robot: &Robot, period_s: f64, anomalies: &mut Vec<Anomaly>)
                 known.name,
                 shown(step),
                 shown(log.times_s[first + 1]),
-                match jumps.len() {
-                    1 => String::new(),
-                    count => format!(", and {} times more", count - 1),
-                }
+                and_more(jumps.len())
             ),
             help,
         ));
@@ -256,10 +253,7 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
                 "the pose jumps by {} m between two rows at {} s{}",
                 shown(steps[*first]),
                 shown(log.times_s[first + 1]),
-                match jumps.len() {
-                    1 => String::new(),
-                    count => format!(", and {} times more", count - 1),
-                }
+                and_more(jumps.len())
             ),
             "the tracker lost the robot, or took another for it; such stretches are left out",
         ));
@@ -298,4 +292,12 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
 /// Formats a number with four digits.
 pub(crate) fn shown(x: f64) -> String {
     ilon_trace::number(ilon_trace::significant(x, 4))
+}
+
+/// The further ones of so many jumps, of which the first is described.
+fn and_more(count: usize) -> String {
+    match count {
+        1 => String::new(),
+        _ => format!(", and {} times more", count - 1),
+    }
 }

@@ -380,10 +380,7 @@ impl<'a> Problem<'a> {
         search: &Search,
     ) -> Result<Option<Fitted>, Error> {
         let residuals = |seen: &[f64]| -> Result<Option<Vec<f64>>, Error> {
-            Ok(self.made(seen)?.map(|made| {
-                let rows = self.rows(seen, &made, |together| &together.mean);
-                rows.iter().map(|[left, error]| left / error).collect()
-            }))
+            Ok(self.left(seen, &[])?.map(|left| left.as_slice().to_vec()))
         };
         let at_start = Search {
             steps: 0,
