@@ -16,7 +16,9 @@ use nalgebra::{Isometry3, Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vecto
 use crate::ControlError;
 use crate::error::finite;
 use crate::kinematics::matrix::{multiply, rows_of_m, vector_of};
-use crate::kinematics::singularity::{RANK_TOLERANCE, scaled, singular_values, singularity_of};
+use crate::kinematics::singularity::{
+    RANK_TOLERANCE, reach_m, scaled, singular_values, singularity_of,
+};
 use crate::kinematics::tyres::{Mount, held_rows, mounts};
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
@@ -276,9 +278,19 @@ impl Kinematics {
             ata += row * row.transpose();
             aty += row * (self.lever_m[wheel] * rates_rad_s[wheel]);
         }
-        let Some(x) = ata.cholesky().map(|ata| ata.solve(&aty)) else {
+        // Turning over the robot's size, as in `assemble`: what is left of a motion that they do not
+        // determine is rounding.
+        let length_m = reach_m(&self.wheels, self.reference_point_m);
+        let size = Vector3::new(1.0, 1.0, 1.0 / length_m);
+        let even = Matrix3::from_diagonal(&size) * ata * Matrix3::from_diagonal(&size);
+        let known = even.cholesky().filter(|root| {
+            let pivots = root.l_dirty().diagonal();
+            pivots.min() > RANK_TOLERANCE * pivots.max()
+        });
+        let Some(known) = known else {
             return;
         };
+        let x = known.solve(&aty.component_mul(&size)).component_mul(&size);
         for (wheel, of) in self.wheels.iter().enumerate() {
             if !is_driven(of) {
                 rates_rad_s[wheel] = (self.rate_matrix.row(wheel) * x).x;

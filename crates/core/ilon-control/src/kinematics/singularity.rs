@@ -128,13 +128,18 @@ pub(crate) fn scaled(
     wheels: &[Wheel],
     point_m: Vector2<f64>,
 ) -> (MatrixXx3<f64>, f64) {
-    let far = |w: &Wheel| (w.position_m().xy() - point_m).norm();
-    let length_m = wheels.iter().map(far).fold(0.0, f64::max);
-    // All wheels in one place: any length works, the rank is below 3 anyway.
-    let length_m = if length_m > 0.0 { length_m } else { 1.0 };
+    let length_m = reach_m(wheels, point_m);
     let mut m = m.clone();
     m.column_mut(2).scale_mut(1.0 / length_m);
     (m, length_m)
+}
+
+/// The distance of the furthest wheel from a point, in metres; 1 if all stand there: any length
+/// works then, the rank is below 3 anyway.
+pub(crate) fn reach_m(wheels: &[Wheel], point_m: Vector2<f64>) -> f64 {
+    let far = |w: &Wheel| (w.position_m().xy() - point_m).norm();
+    let length_m = wheels.iter().map(far).fold(0.0, f64::max);
+    if length_m > 0.0 { length_m } else { 1.0 }
 }
 
 /// Returns the singular values of a tall matrix of three columns in falling order with their right

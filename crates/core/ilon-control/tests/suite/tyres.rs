@@ -122,6 +122,22 @@ fn free_wheels_roll_along_with_the_driven_ones() {
     for (is, should) in rates.iter().zip(expected) {
         assert!((is - should).abs() < 1e-12, "{rates:?}");
     }
+    // Two of three omni wheels determine no motion, however they stand.
+    for angle_deg in 0..90 {
+        let mut two = Robot::load("../../../assets/robots/volksbot.toml").expect("a robot");
+        let turn = nalgebra::Isometry3::rotation(
+            nalgebra::Vector3::z() * f64::from(angle_deg).to_radians(),
+        );
+        for wheel in &mut two.wheels {
+            wheel.body_from_hub = turn * wheel.body_from_hub;
+        }
+        two.wheels[1].motor.effort_n_m = 0.0;
+        let mut rates = [1.0, -7.0, 0.5];
+        Kinematics::new(&two)
+            .expect("three wheels")
+            .roll_idle(&mut rates);
+        assert_eq!(rates, [1.0, -7.0, 0.5], "at {angle_deg} degrees");
+    }
     let mut idle = shipped("tricycle");
     idle.wheels
         .iter_mut()

@@ -122,6 +122,7 @@ impl LimitRow {
             largest: share,
             by_statics: 1.0,
             share_held: share,
+            cause: "grip",
             ..Limit::default()
         };
         Self {

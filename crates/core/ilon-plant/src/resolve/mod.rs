@@ -23,7 +23,7 @@ use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::{self, Played};
 use ilon_scenario::course::reference;
 use ilon_scenario::robot::belief::believed;
-use ilon_scenario::scenario::{Contacts, Drives, Rollers, Scenario, Step};
+use ilon_scenario::scenario::{Contacts, Drives, Playback, Rollers, Scenario, Step};
 use ilon_scenario::{Choices, Error, Resolved};
 
 /// The source of the commands to the wheels.
@@ -338,8 +338,17 @@ fn of_scenario(scenario: &Scenario, robot: &Robot, of_ground: &[String]) -> Vec<
         ));
     }
     remarks.extend(wrong_hands(robot));
-    // What the controller believes is told by its effects, and rates of a log are no command of ours.
-    if scenario.controller.robot.is_none() && scenario.playback.is_none() {
+    // What the controller believes is seen by its effects, and wheels that a log drives are no
+    // command of ours.
+    let drives_wheels = |of: &Playback| {
+        let drives = of.drives;
+        matches!(
+            drives,
+            Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques
+        )
+    };
+    let is_played = scenario.playback.as_ref().is_some_and(drives_wheels);
+    if scenario.controller.robot.is_none() && !is_played {
         remarks.extend(odd_wheel(robot));
     }
     remarks.extend_from_slice(of_ground);

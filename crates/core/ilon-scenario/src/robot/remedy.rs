@@ -267,8 +267,9 @@ impl Refusal {
         let question = diagnosis.question.as_ref();
         closing.extend(question.map(|question| {
             let on_tyres = tyres_instead(question).map(|tried| {
-                let loaded = Robot::load_with(path, &tried);
-                loaded.map(|_| tried).map_err(|error| error.to_string())
+                let loaded = Robot::load_with(path, &tried).map_err(|error| error.to_string())?;
+                let drives = Kinematics::new(&loaded.robot).map_err(|error| error.to_string());
+                drives.map(|_| tried)
             });
             match (&question.in_the_way, on_tyres) {
                 (None, on_tyres) => wording.question(question, options, on_tyres),

@@ -67,7 +67,7 @@ fn apart_m(one: &Trace, other: &Trace) -> f64 {
 }
 
 /// A tricycle's log has its driven wheel and its steering: the wheels behind roll along, and neither
-/// contradict it nor count as commanded to stand.
+/// contradict it nor count as commanded to stand. Their names in other logs are no mistake.
 #[test]
 fn a_log_need_not_have_wheels_that_no_motor_drives() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -85,7 +85,7 @@ fn a_log_need_not_have_wheels_that_no_motor_drives() {
     std::fs::write(folder.path().join("log.csv"), text).expect("a log");
     let robot = ROBOT.replace("mecanum4.urdf", "tricycle.toml");
     let text = format!(
-        "[robot]\nfile = \"{robot}\"\n[playback]\nfile = \"log.csv\"\ndrives = \"wheel_angles\"\n[run]\nduration_s = 6\n"
+        "[robot]\nfile = \"{robot}\"\n[playback]\nfile = \"log.csv\"\ndrives = \"wheel_angles\"\n[playback.names]\nleft = \"rear_left\"\n[run]\nduration_s = 6\n"
     );
     let mut scenario = Scenario::from_toml(&text, "test", folder.path()).expect("a scenario");
     scenario.folder = folder.path().to_owned();

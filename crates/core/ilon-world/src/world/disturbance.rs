@@ -158,7 +158,7 @@ impl World {
     /// The frame stays the floor's, and the inertial forces of a rotating frame are left out: at a
     /// distance r from the axis, while the floor rotates with the rate w and the angular
     /// acceleration a, a r + w^2 r, and 2 w v for a body moving at v, all in m/s^2, compared with
-    /// gravity. Contacts that rapier solves keep their original direction of gravity.
+    /// gravity. Contacts that rapier solves keep the direction of gravity that they were built with.
     pub fn lean(&mut self, down_in_floor: &Vector3<f64>) {
         let Some(down) = down_in_floor.try_normalize(f64::MIN_POSITIVE) else {
             return;

@@ -20,7 +20,7 @@ use crate::scenario::Drives;
 /// recording.
 pub(super) fn read(wanted: &Wanted<'_>, files: &FileAccess) -> Result<LogContents, Error> {
     if let Drives::WheelRates | Drives::WheelAngles | Drives::WheelTorques = wanted.section.drives {
-        wanted.wheels.iter().for_each(|(_, wheel)| {
+        wanted.all_wheels.iter().for_each(|wheel| {
             wanted.name(wheel);
         });
     }
@@ -282,10 +282,13 @@ impl Said<'_> {
     /// One number of each wheel, in the robot's order.
     fn numbers_of_wheels(&self) -> Result<Vec<f64>, Error> {
         let data = self.decode::<Float64MultiArray>()?.data;
-        let (numbers, wheels) = (data.len(), self.wanted.wheel_count);
+        let (numbers, wheels) = (data.len(), self.wanted.all_wheels.len());
         if numbers == wheels {
             let driven = self.wanted.wheels.iter();
             return Ok(driven.map(|(wheel, _)| data[*wheel]).collect());
+        }
+        if numbers == self.wanted.wheels.len() {
+            return Ok(data);
         }
         let topic = self.message.topic;
         Err(self.wanted.fault(

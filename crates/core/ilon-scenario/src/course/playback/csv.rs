@@ -187,6 +187,10 @@ impl NamedColumns<'_> {
 
     /// One column per wheel.
     fn wheels(&self, kinds: &[(&str, f64)]) -> Result<Vec<Column>, Error> {
+        // Names of wheels that no motor drives are known too.
+        self.wanted.all_wheels.iter().for_each(|wheel| {
+            self.wanted.name(wheel);
+        });
         let columns = self.wanted.wheels.iter().map(|(index, wheel)| {
             let theirs = self.wanted.name(wheel);
             // By the joint's name, as written by hand, or by its index, as in a trace of ilon.

@@ -110,7 +110,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
     let wanted = Wanted {
         section,
         wheels: &wheels,
-        wheel_count: robot.wheels.len(),
+        all_wheels: robot.wheels.iter().map(|wheel| &wheel.name[..]).collect(),
         joints: &joints,
         path: &path,
         asked: RefCell::default(),

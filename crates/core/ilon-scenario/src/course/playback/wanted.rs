@@ -15,8 +15,8 @@ pub(super) struct Wanted<'a> {
     pub section: &'a Playback,
     /// The wheels that it drives, by their places in the robot and their names.
     pub wheels: &'a [(usize, &'a str)],
-    /// The number of all wheels of the robot.
-    pub wheel_count: usize,
+    /// The names of all wheels of the robot.
+    pub all_wheels: Vec<&'a str>,
     /// The joints between bodies that it may drive.
     pub joints: &'a [(&'a str, JointKind)],
     pub path: &'a Path,
