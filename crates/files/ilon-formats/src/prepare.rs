@@ -263,7 +263,8 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
     for name in options.arguments.keys() {
         if !expanded.arguments.contains_key(name) {
             let subject = format!("argument `{name}`");
-            let words = format!("the file declares no such argument: only `${{{name}}}` takes it");
+            let words =
+                format!("the file declares no such argument: only `$(arg {name})` takes it");
             remarks.push(Remark::new(subject, words));
         }
     }
@@ -314,8 +315,14 @@ fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand
             let more = text[at..end].find(&format!("<{tag} {attribute}"))?;
             Some((at + more, *tag))
         });
-        let closed = text[end..].find("</gazebo>");
-        at = closed.map_or(text.len(), |more| end + more + 1);
+        // An empty element is closed at once.
+        let tag_ends = text[end..].find('>').map_or(text.len(), |more| end + more);
+        at = match text[..tag_ends].ends_with('/') {
+            true => tag_ends,
+            false => text[end..]
+                .find("</gazebo>")
+                .map_or(text.len(), |more| end + more + 1),
+        };
     }
     let (at, tag) = found?;
     let after = expanded.origins.partition_point(|(start, _)| *start <= at);

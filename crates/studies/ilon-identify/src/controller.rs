@@ -144,16 +144,24 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
         };
         let radii_m = robot.wheels.iter().enumerate().map(own_m);
         let mean_m = radii_m.sum::<f64>() / robot.wheels.len() as f64;
-        let unknown = Interval::around(mean_m, f64::NAN);
-        return Controller {
-            radius_m: Some(Value::new(mean_m, unknown, "m", radius_m)),
-            wheels: (wheels.into_iter())
-                .map(|(wheel, radius_m)| WheelSetting {
-                    wheel: robot.wheels[wheel].name.clone(),
-                    radius_m: radius_m.clone(),
-                    rate_factor: mean_m / radius_m.value,
-                })
+        let mean = |value: f64| Value::new(value, Interval::around(value, f64::NAN), "m", radius_m);
+        let setting = |name: &str, radius_m: Value| WheelSetting {
+            wheel: name.to_owned(),
+            rate_factor: mean_m / radius_m.value,
+            radius_m,
+        };
+        // The controller of a robot that is held sideways has one radius a side.
+        let wheels = match is_held(robot) {
+            true => [("left", 1.0), ("right", -1.0)]
+                .map(|(name, side)| setting(name, radius_of_side(robot, &wheels, side, &mean)))
+                .into(),
+            false => (wheels.iter())
+                .map(|(wheel, radius_m)| setting(&robot.wheels[*wheel].name, (*radius_m).clone()))
                 .collect(),
+        };
+        return Controller {
+            radius_m: Some(mean(mean_m)),
+            wheels,
             ..fitted
         };
     }
@@ -177,6 +185,37 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
         sideways_factor: of(&gains.sideways_over_ahead, &|ratio| 1.0 / ratio, "", 1.0),
         ..fitted
     }
+}
+
+/// The radius of the driven wheels on the left of a robot, for a side of 1, or on its right, for -1:
+/// that of a single one with its interval, else their mean.
+fn radius_of_side(
+    robot: &Robot,
+    fitted: &[(usize, &Value)],
+    side: f64,
+    mean: &dyn Fn(f64) -> Value,
+) -> Value {
+    let all = robot.wheels.len() as f64;
+    let middle_m = robot
+        .wheels
+        .iter()
+        .map(|wheel| wheel.position_m().y)
+        .sum::<f64>()
+        / all;
+    let there: Vec<usize> = (0..robot.wheels.len())
+        .filter(|wheel| robot.wheels[*wheel].motor.effort_n_m > 0.0)
+        .filter(|wheel| side * (robot.wheels[*wheel].position_m().y - middle_m) > 0.0)
+        .collect();
+    let own = |wheel: usize| fitted.iter().find(|(known, _)| *known == wheel);
+    if let [one] = there[..]
+        && let Some((_, value)) = own(one)
+    {
+        return (*value).clone();
+    }
+    let radii_m = there
+        .iter()
+        .map(|wheel| own(*wheel).map_or(robot.wheels[*wheel].radius_m, |(_, value)| value.value));
+    mean(radii_m.sum::<f64>() / there.len().max(1) as f64)
 }
 
 #[cfg(test)]

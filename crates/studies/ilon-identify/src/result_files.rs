@@ -240,11 +240,18 @@ fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool 
 fn apply_on_tyres(description: &mut Table, name: &str, value: f64, nominal: f64) -> Option<()> {
     if name == "radius_m" {
         put(description, "tyres.radius_m", Value::Float(value));
-        return Some(());
     }
     let Some(Value::Array(wheels)) = description.get_mut("wheels") else {
         return None;
     };
+    if name == "radius_m" {
+        // One radius of all scales those of single wheels alike.
+        let own = wheels
+            .iter_mut()
+            .filter_map(|wheel| wheel.get_mut("radius_m"));
+        own.for_each(|own| scale(own, value / nominal));
+        return Some(());
+    }
     if name == "lever_m" {
         return widen(wheels, value / nominal);
     }
@@ -392,6 +399,9 @@ mod tests {
         }
         let all = after(&text, "radius_m", 0.051, 0.05).unwrap();
         assert_eq!(number(&all["tyres"]["radius_m"]), 0.051);
+        let own = text.replace("axis_deg = 90", "radius_m = 0.06");
+        let all = after(&own, "radius_m", 0.051, 0.05).unwrap();
+        assert!((number(&all["wheels"][1]["radius_m"]) - 0.0612).abs() < 1e-12);
         let one = after(&text, "radius_m.r", 0.049, 0.05).unwrap();
         assert_eq!(number(&one["wheels"][1]["radius_m"]), 0.049);
         let turned = after(&text, "axis_deg.l", 91.0, 90.0).unwrap();

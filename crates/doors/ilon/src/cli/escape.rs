@@ -35,9 +35,9 @@ pub(super) fn one_line(text: &str) -> Cow<'_, str> {
 const WHOLE: usize = 220;
 const PART: usize = 180;
 
-/// Breaks a long line between words. No break falls within backticks, as quoted text may be copied,
-/// or where the next line would begin like a command to a log-reading machine. Text to copy gets a
-/// line of its own, and goes on in further ones only where a shell or TOML reads them as one.
+/// Breaks a long line between words, but not where the next one would begin like a command to a
+/// log-reading machine. Text to copy, within backticks, gets a line of its own, and goes on in
+/// further ones only where a shell or TOML reads them as one.
 pub(super) fn folded(line: &str) -> String {
     /// Phrases before text to copy.
     const COPIED: [&str; 2] = ["this works", "fill in "];
@@ -106,6 +106,10 @@ fn filled(line: &str) -> String {
 /// a list; never within a word, as the next line is indented.
 fn continued(quoted: &str) -> String {
     let is_command = quoted.starts_with("`ilon ");
+    // PowerShell and cmd end a command at the line's end.
+    if is_command && cfg!(windows) {
+        return quoted.to_owned();
+    }
     let mut folded = String::with_capacity(quoted.len());
     let (mut length, mut is_quoted, mut lists, mut in_list) = (0, !is_command, 0, false);
     for (i, word) in quoted.split(' ').enumerate() {
@@ -124,7 +128,9 @@ fn continued(quoted: &str) -> String {
         is_quoted ^= is_command && word.replace("\\'", "").matches('\'').count() % 2 == 1;
         lists += word.matches('[').count();
         lists -= word.matches(']').count().min(lists);
-        in_list = lists > 0 && word.ends_with(',');
+        // A comma in a text ends no element: those of a list of texts follow a quote mark.
+        let ends = word.ends_with("\",") || (word.ends_with(',') && !quoted.contains('"'));
+        in_list = lists > 0 && ends;
     }
     folded
 }

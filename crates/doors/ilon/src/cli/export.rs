@@ -55,6 +55,8 @@ fn planar_base(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Writes the FMU, after a check that its content can be run.
 fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    let files = arguments.sandbox.files()?;
+    wants(path, &[Kind::Scenario], &files)?;
     arguments.reading.none_beside(path)?;
     let library = match &arguments.library {
         Some(library) => library.clone(),
@@ -66,7 +68,6 @@ fn fmu(path: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let _claim = reserve::file(&out, "--out", &[path.to_path_buf(), library.clone()])?;
     let settings = &arguments.settings.settings;
-    let files = arguments.sandbox.files()?;
     let bytes = ilon_fmi::package(path, settings, &files, &library)?;
     ilon_trace::file::write_bytes(&out, &bytes)?;
     console::lines(&format!("an FMU for {}: {}\n", platform().0, out.display()))?;

@@ -92,6 +92,7 @@ fn subject(arguments: &Arguments) -> Result<Subject<'_>, Failure> {
     });
     let (path, plain, run, (scenario, robot)) = match &arguments.scenario {
         Some(path) => {
+            wants(path, &[Kind::Scenario], &files)?;
             arguments.reading.none_beside(path)?;
             let scenario = Scenario::load_within(path, settings, &files)?;
             let robot = load_robot(&scenario)?;

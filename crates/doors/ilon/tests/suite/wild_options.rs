@@ -303,7 +303,7 @@ fn a_long_command_can_be_copied_into_a_shell() {
     let mut shell = Command::new("sh");
     shell.args(["-c", command]).env("PATH", path);
     let printed = out(&shell.current_dir(bench.folder.path()).output().unwrap());
-    assert_eq!(printed.matches("  tyre").count(), 12, "{printed}");
+    assert_eq!(printed.matches("  50.0   tyre").count(), 12, "{printed}");
     let longest = printed.lines().map(|line| line.chars().count()).max();
     assert!(longest <= Some(240), "{printed}");
     // Three wheels on one side of the centre of mass do not carry it.
@@ -323,6 +323,10 @@ fn a_long_command_can_be_copied_into_a_shell() {
     );
     bench.write("robot.urdf", &heavy.replace("WHEELS", &wheels));
     let refusal = err(&bench.ilon(&["inspect", "robot.urdf"]));
+    assert!(
+        refusal.contains("on tyres it cannot be read either: "),
+        "{refusal}"
+    );
     assert!(
         !refusal.contains("on tyres: `") && !refusal.contains("on tyres:\n"),
         "{refusal}"

@@ -2,7 +2,8 @@
 //!
 //! SDF gives every link a pose of its own, of the model or of whatever frame `relative_to` names,
 //! and every joint one of its child link. A URDF hangs links by their joints: here a link's frame
-//! is that of the joint above it, and that of the root the model's, whose x is ahead.
+//! is that of the joint above it, and that of the only root that holds others the model's, whose x is
+//! ahead.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;

@@ -21,7 +21,7 @@ use crate::files::FileAccess;
 const TYRES: &str = "tyres";
 
 /// A robot on tyres in short: one chassis, and wheels without rollers that are alike but for place,
-/// axis, drive and steering.
+/// radius, axis, drive and steering.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RobotOnTyres")]

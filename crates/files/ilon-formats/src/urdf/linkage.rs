@@ -228,9 +228,32 @@ fn in_order(
     let mut linkage = Linkage::default();
     // The number of moving joints from the chassis to each.
     let mut movers = vec![0; tree.joints.len()];
-    for &joint in order {
+    let above = |movers: &[usize], joint| {
         let above = tree.joints_above(joint).next();
-        movers[joint] = above.map_or(0, |above| movers[above]);
+        above.map_or(0, |above| movers[above])
+    };
+    for &joint in order {
+        movers[joint] = above(&movers, joint) + usize::from(roles[joint].is_some());
+    }
+    // What is too far from the chassis is held below; what follows it is held too.
+    let is_far: Vec<bool> = movers.iter().map(|movers| *movers > DEEPEST).collect();
+    for &joint in order {
+        let given = loading
+            .options
+            .joints
+            .contains_key(&tree.joints[joint].name);
+        let master = master(tree, joint).filter(|master| is_far[*master] && !given);
+        if let Some(master) = master.filter(|_| roles[joint].take().is_some()) {
+            let words = format!(
+                "held, as `{}`, which it follows, is",
+                tree.joints[master].name
+            );
+            let subject = format!("joint `{}`", tree.joints[joint].name);
+            loading.remarks.push(Remark::new(subject, words));
+        }
+    }
+    for &joint in order {
+        movers[joint] = above(&movers, joint);
         let Some(role) = roles[joint].take() else {
             continue;
         };

@@ -382,6 +382,7 @@ fn a_joint_to_the_world_steers_no_tyres(joints: [(&str, &str, &str); 3]) {
 /// is lost: a repair reads it.
 #[test_case("<if value=\"1\">", "</if>", "if")]
 #[test_case("<unless value=\"0\">", "</unless>", "unless")]
+#[test_case("<gazebo reference=\"base\"/><if value=\"1\">", "</if>", "if"; "behind an empty element of gazebo")]
 fn xacro_that_is_left_over_is_refused(open: &str, close: &str, tag: &str) {
     let text = format!(
         "<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\">\n{BASE}<xacro:macro name=\"wheel\" params=\"name x y\">{open}<link name=\"${{name}}\">{INERTIAL}{DISC}</link>{close}\

@@ -7,7 +7,7 @@ use ilon_robot::Robot;
 use nalgebra::Matrix3xX;
 
 use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
-use super::guess::{EXPLAINED, Guess, OFF_RAD, TURNS};
+use super::guess::{EXPLAINED, Guess, TURNS};
 use super::hands;
 use super::series::Log;
 use crate::model::{Model, Parameter};
@@ -76,6 +76,14 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
                 format!("likely {words}"),
             ));
         }
+    }
+    if stated.turns_back {
+        return Some(anomaly(
+            AnomalyKind::Wiring,
+            true,
+            "the robot turns left where its wheels as stated turn it right".to_owned(),
+            "likely the heading is counted clockwise: give it `scale = -1`; or wheels are swapped",
+        ));
     }
     if stated.explained >= EXPLAINED {
         return Some(anomaly(
@@ -166,28 +174,30 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
             all.extend(windows(&changed, 0, window_s));
         }
         let all: Vec<&Window> = all.iter().collect();
-        let guess = Guess::of(&usual(&all, &matrix), &matrix, lever_m, false);
-        // The tracker's frame may be rotated, so any heading offset is allowed.
-        (guess.explained, guess.turned_rad)
+        Guess::of(&usual(&all, &matrix), &matrix, lever_m, false)
     };
-    let (as_stated, _) = explained(|pose| pose);
-    let (words, (most, _)) = changes
+    let stated = explained(|pose| pose);
+    let (words, changed) = changes
         .into_iter()
         .map(|(words, change)| (words, explained(change)))
-        .filter(|(_, (_, turned_rad))| turned_rad.abs() <= OFF_RAD)
-        .max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
-    (most >= EXPLAINED && as_stated < EXPLAINED).then(|| {
-        anomaly(
-            AnomalyKind::Wiring,
-            true,
-            format!(
+        .filter(|(_, changed)| changed.fits())
+        .max_by(|a, b| a.1.explained.total_cmp(&b.1.explained))?;
+    if stated.explained >= EXPLAINED && !stated.turns_back {
+        return None;
+    }
+    Some(anomaly(
+        AnomalyKind::Wiring,
+        true,
+        match stated.turns_back {
+            true => "the robot turns left where its wheels as stated turn it right".to_owned(),
+            false => format!(
                 "the wheels as stated explain {:.0} % of the motion; with one of the tracker's axes changed they explain {:.0} %",
-                100.0 * as_stated.max(0.0),
-                100.0 * most
+                100.0 * stated.explained.max(0.0),
+                100.0 * changed.explained
             ),
-            format!("likely {words}"),
-        )
-    })
+        },
+        format!("likely {words}"),
+    ))
 }
 
 /// Returns all windows but the tenth that fits the wheels worst, where the tracker may have jumped

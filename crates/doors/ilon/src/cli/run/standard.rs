@@ -108,7 +108,7 @@ pub(super) fn run(
 /// used.
 fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
-    table.heading(&folded(&format!(
+    table.heading(&format!(
         "{name}: speed reached, as share of the command; what is taken from the wheels' speed by {}; drift from the command and of wheel \
          odometry, per metre or per turn on the spot, + ahead and to the left; most grip used",
         if has_rollers {
@@ -116,7 +116,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         } else {
             "slip"
         }
-    )));
+    ));
     // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
     // that.
     let asked = |motion: &StandardMotion, ratio: &TwistRatio| {
@@ -228,6 +228,7 @@ mod tests {
         let cells = |motion: usize, summary: Summary| {
             let motion = motions[motion].expect("on rollers");
             let shown = table("robot", &[(motion, summary)], true).to_string();
+            assert!(!shown.contains("\\n"), "{shown}");
             let row = shown.lines().last().expect("a row").to_owned();
             let cells = row.split("  ").map(|cell| cell.trim().to_owned());
             cells.filter(|cell| !cell.is_empty()).collect::<Vec<_>>()
