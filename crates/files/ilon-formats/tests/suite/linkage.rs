@@ -483,7 +483,7 @@ fn joints_that_mimic_one_that_moves_follow_it() {
 }
 
 /// A follower that cannot move reports why, and so do its own followers.
-#[test_case(r#"lower="0" upper="0""#, WIDE, MASS, "first", "is not below its upper one", 1; "no way")]
+#[test_case(r#"lower="0" upper="0""#, WIDE, MASS, "first", "both of its limits are 0", 1; "no way")]
 #[test_case(WIDE, r#"lower="1" upper="-1""#, MASS, "second", "is not below its upper one", 2; "limits the wrong way round")]
 #[test_case(WIDE, WIDE, "", "first", "which has no mass", 1; "no mass")]
 fn a_follower_that_is_held_says_why(
