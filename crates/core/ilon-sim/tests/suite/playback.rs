@@ -100,14 +100,13 @@ fn a_log_need_not_have_wheels_that_no_motor_drives() {
     let asked = summary.twist_asked_mean.expect("a command");
     let expected_m_s = 0.3 * 20_f64.to_radians().cos();
     // The body's origin lies 0.2 m ahead of that axle: its speed ahead is the same.
+    // With wheels that are to stand, the command would be a third of it.
+    let off = asked.vx_m_s / expected_m_s - 1.0;
+    assert!(off.abs() < 2e-3, "{asked:?}");
+    // The wheels start from rest, and are at speed after a tenth of one of six seconds.
     let real = summary.twist_mean.expect("a mean");
-    assert!((real.vx_m_s / expected_m_s - 1.0).abs() < 2e-3, "{real:?}");
-    // To follow the log's angles the command corrects what the start from rest left, by 1 %; with
-    // wheels that are to stand it would be a third.
-    assert!(
-        (asked.vx_m_s / expected_m_s - 1.0).abs() < 0.02,
-        "{asked:?}"
-    );
+    let off = real.vx_m_s / expected_m_s - 1.0;
+    assert!((-0.1 / 6.0..2e-3).contains(&off), "{real:?}");
 }
 
 #[test]
