@@ -63,8 +63,8 @@ pub(super) fn level(robot: &mut Robot) -> Option<Remark> {
         Remark::new(
             "the wheels",
             format!(
-                "taken as level, for rounded numbers explain what is off: {}{}. As rigid as it is simulated, the robot would rock on some of its wheels; no \
-                 real frame does",
+                "taken as level, because rounding explains what is off: {}{}. Otherwise the simulated robot, which is rigid, would rock on some of its wheels; \
+                 no real frame does",
                 said.join(", "),
                 and_more(said.len() + more, MOST_SAID, ",")
             ),

@@ -336,7 +336,7 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
                     percent(tried / asked),
                     percent(real / asked)
                 );
-                measures.push((fallen((asked - real).abs(), (asked - tried).abs()), text));
+                measures.push((nearer(asked - real, asked - tried), text));
             }
         }
     }
@@ -363,11 +363,29 @@ fn measures(one: &Ablation, summary: &Summary) -> Vec<(f64, String)> {
     measures
 }
 
+/// Returns how much nearer to the command a motion comes, of what was missing; 0 for one that then
+/// goes beyond it by more than half as much.
+fn nearer(missing: f64, then: f64) -> f64 {
+    match missing * then < 0.0 && then.abs() > 0.5 * missing.abs() {
+        true => 0.0,
+        false => (missing.abs() - then.abs()) / missing.abs().max(f64::MIN_POSITIVE),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sample::made_up_run;
     use ilon_trace::{Apart, Cause, Settings, Twin};
+
+    /// Of 31 % that are missing 28 too much are no gain, and 3 too much are nine tenths.
+    #[test]
+    fn a_motion_that_goes_beyond_its_command_has_not_come_nearer() {
+        assert_eq!(nearer(0.31, -0.28), 0.0);
+        assert!((nearer(0.30, -0.03) - 0.9).abs() < 1e-12);
+        assert!((nearer(0.30, 0.15) - 0.5).abs() < 1e-12);
+        assert!((nearer(-0.30, -0.45) + 0.5).abs() < 1e-12);
+    }
 
     /// The sentences of a run that was repeated without causes: of each how many times as large its
     /// error was without it.
