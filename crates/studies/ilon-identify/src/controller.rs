@@ -153,8 +153,12 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
         // The controller of a robot that is held sideways has one radius a side.
         let wheels = match is_held(robot) {
             true => [("left", 1.0), ("right", -1.0)]
-                .map(|(name, side)| setting(name, radius_of_side(robot, &wheels, side, &mean)))
-                .into(),
+                .into_iter()
+                .filter_map(|(name, side)| {
+                    let radius_m = radius_of_side(robot, &wheels, side, &mean)?;
+                    Some(setting(name, radius_m))
+                })
+                .collect(),
             false => (wheels.iter())
                 .map(|(wheel, radius_m)| setting(&robot.wheels[*wheel].name, (*radius_m).clone()))
                 .collect(),
@@ -187,41 +191,79 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
     }
 }
 
-/// The radius of the driven wheels on the left of a robot, for a side of 1, or on its right, for -1:
-/// that of a single one with its interval, else their mean.
+/// The radius of the driven wheels on the left of a robot whose axles are parallel, for a side of 1,
+/// or on its right, for -1: that of a single one with its interval, else their mean; `None` without
+/// any.
 fn radius_of_side(
     robot: &Robot,
     fitted: &[(usize, &Value)],
     side: f64,
     mean: &dyn Fn(f64) -> Value,
-) -> Value {
-    let all = robot.wheels.len() as f64;
-    let middle_m = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.position_m().y)
-        .sum::<f64>()
-        / all;
+) -> Option<Value> {
+    // A wheel that turns forwards about its axis, which points to the left, drives ahead.
+    let axle = robot.wheels.first()?.axis();
+    let along_m = |wheel: &Wheel| wheel.position_m().xy().dot(&axle.xy());
+    let middle_m = robot.wheels.iter().map(along_m).sum::<f64>() / robot.wheels.len() as f64;
+    let is_there =
+        |wheel: &Wheel| wheel.motor.effort_n_m > 0.0 && side * (along_m(wheel) - middle_m) > 0.0;
     let there: Vec<usize> = (0..robot.wheels.len())
-        .filter(|wheel| robot.wheels[*wheel].motor.effort_n_m > 0.0)
-        .filter(|wheel| side * (robot.wheels[*wheel].position_m().y - middle_m) > 0.0)
+        .filter(|wheel| is_there(&robot.wheels[*wheel]))
         .collect();
     let own = |wheel: usize| fitted.iter().find(|(known, _)| *known == wheel);
     if let [one] = there[..]
         && let Some((_, value)) = own(one)
     {
-        return (*value).clone();
+        return Some((*value).clone());
     }
     let radii_m = there
         .iter()
         .map(|wheel| own(*wheel).map_or(robot.wheels[*wheel].radius_m, |(_, value)| value.value));
-    mean(radii_m.sum::<f64>() / there.len().max(1) as f64)
+    (!there.is_empty()).then(|| mean(radii_m.sum::<f64>() / there.len() as f64))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use ilon_formats::LoadRobot;
+
+    /// A skid robot whose left wheels are 42 and 43 mm and whose right one of two was fitted to 40:
+    /// its sides have 42.5 and 45 mm, in the mean of all 43.75. Turned by 90 degrees they stand
+    /// ahead of and behind the origin, and their sides are the same.
+    #[test]
+    fn a_robot_that_is_held_sideways_has_one_radius_a_side() {
+        let skid = include_str!("../../../../assets/robots/skid4.urdf");
+        for turn_rad in [0.0, std::f64::consts::FRAC_PI_2] {
+            let mut robot = Robot::from_urdf_str(skid, "robot").unwrap();
+            let turn = nalgebra::Isometry3::rotation(turn_rad * Vector3::z());
+            let mut fitted = Vec::new();
+            for (index, wheel) in robot.wheels.iter_mut().enumerate() {
+                let is_left = wheel.position_m().y > 0.0;
+                let radius_m = match (is_left, wheel.position_m().x > 0.0) {
+                    (true, true) => 0.042,
+                    (true, false) => 0.043,
+                    (false, true) => 0.040,
+                    (false, false) => {
+                        wheel.radius_m = 0.050;
+                        wheel.body_from_hub = turn * wheel.body_from_hub;
+                        continue;
+                    }
+                };
+                wheel.body_from_hub = turn * wheel.body_from_hub;
+                let value = Value::new(radius_m, Interval::around(radius_m, 1e-4), "m", 0.05);
+                fitted.push((Parameter::WheelRadius(index), value));
+            }
+            let set = controller(&robot, &Gains::default(), &fitted).wheels;
+            let sides: Vec<_> = set
+                .iter()
+                .map(|of| (&of.wheel[..], of.radius_m.value))
+                .collect();
+            let [("left", left_m), ("right", right_m)] = sides[..] else {
+                panic!("{sides:?}")
+            };
+            assert!((left_m - 0.0425).abs() < 1e-12 && (right_m - 0.045).abs() < 1e-12);
+            assert!((set[0].rate_factor - 0.04375 / 0.0425).abs() < 1e-12);
+        }
+    }
 
     /// ros2_controllers has one controller for four wheels with rollers at 45 degrees and equal
     /// arms, one for transverse rollers on wheels that face outward and are spread evenly, and none

@@ -156,7 +156,7 @@ pub enum ControllerKind {
 /// Settings of one wheel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WheelSetting {
-    /// Name of the wheel.
+    /// Name of the wheel; `left` or `right` of a robot whose controller has one radius a side.
     pub wheel: String,
     /// Its radius, in metres.
     pub radius_m: Value,

@@ -239,13 +239,14 @@ fn apply(description: &mut Table, name: &str, value: f64, nominal: f64) -> bool 
 /// The same for a robot on tyres; `None` if that was not possible.
 fn apply_on_tyres(description: &mut Table, name: &str, value: f64, nominal: f64) -> Option<()> {
     if name == "radius_m" {
-        put(description, "tyres.radius_m", Value::Float(value));
+        // The mean of all, so that each scales alike.
+        let all = description.get_mut("tyres")?.get_mut("radius_m")?;
+        scale(all, value / nominal);
     }
     let Some(Value::Array(wheels)) = description.get_mut("wheels") else {
         return None;
     };
     if name == "radius_m" {
-        // One radius of all scales those of single wheels alike.
         let own = wheels
             .iter_mut()
             .filter_map(|wheel| wheel.get_mut("radius_m"));
@@ -398,9 +399,11 @@ mod tests {
             assert!((number(&at[1]) - y_m).abs() < 1e-12);
         }
         let all = after(&text, "radius_m", 0.051, 0.05).unwrap();
-        assert_eq!(number(&all["tyres"]["radius_m"]), 0.051);
+        assert!((number(&all["tyres"]["radius_m"]) - 0.051).abs() < 1e-12);
         let own = text.replace("axis_deg = 90", "radius_m = 0.06");
-        let all = after(&own, "radius_m", 0.051, 0.05).unwrap();
+        // Wheels of 50 and 60 mm have a mean of 55.
+        let all = after(&own, "radius_m", 0.0561, 0.055).unwrap();
+        assert!((number(&all["tyres"]["radius_m"]) - 0.051).abs() < 1e-12);
         assert!((number(&all["wheels"][1]["radius_m"]) - 0.0612).abs() < 1e-12);
         let one = after(&text, "radius_m.r", 0.049, 0.05).unwrap();
         assert_eq!(number(&one["wheels"][1]["radius_m"]), 0.049);

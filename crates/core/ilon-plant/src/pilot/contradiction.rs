@@ -103,14 +103,18 @@ impl Contradiction {
     pub fn remark(&self, kinematics: &Kinematics, robot: &Robot, whose: &str) -> Option<String> {
         let from_s = self.from_s.filter(|_| self.time_s >= LEAST_S)?;
         let mended = self.mended(kinematics, robot);
-        let remedy = match (&mended[..], steering_limit_rad_s(robot)) {
-            ([], Some(rate_rad_s)) => format!(
+        let remedy = match (mended.as_deref(), steering_limit_rad_s(robot)) {
+            (None, Some(rate_rad_s)) => format!(
+                "steered wheels do so while their joints, which turn at up to {rate_rad_s} rad/s, are on their way"
+            ),
+            (None, None) => "the wheels' steering has turned since".to_owned(),
+            (Some([]), Some(rate_rad_s)) => format!(
                 "no single reversal or exchange of wheels removes it; steered wheels do so while their joints, which turn at up to {rate_rad_s} rad/s, are on \
                  their way"
             ),
-            ([], None) => "no single reversal or exchange of wheels removes it".to_owned(),
-            ([first], _) => format!("{first} removes it"),
-            ([first, rest @ ..], _) => {
+            (Some([]), None) => "no single reversal or exchange of wheels removes it".to_owned(),
+            (Some([first]), _) => format!("{first} removes it"),
+            (Some([first, rest @ ..]), _) => {
                 format!("{first} removes it, and so does {}", rest.join(", or "))
             }
         };
@@ -133,8 +137,8 @@ impl Contradiction {
     }
 
     /// Each reversal of one wheel, and each exchange of two, that removes the inconsistency; those
-    /// that drive the robot ahead most come first.
-    fn mended(&self, kinematics: &Kinematics, robot: &Robot) -> Vec<String> {
+    /// that drive the robot ahead most come first. `None` if M has turned since.
+    fn mended(&self, kinematics: &Kinematics, robot: &Robot) -> Option<Vec<String>> {
         let count = robot.wheels.len();
         let name = |wheel: usize| robot.wheels[wheel].name.as_str();
         let reversals = (0..count).map(|wheel| {
@@ -152,7 +156,7 @@ impl Contradiction {
         let before = self.of_no_motion(kinematics, &self.products);
         // Steering has turned M since: what helps now says nothing of then.
         if (before / self.sizes.of_no_motion - 1.0).abs() > SAME {
-            return Vec::new();
+            return None;
         }
         let mut found: Vec<(f64, String)> = reversals
             .chain(exchanges)
@@ -165,7 +169,7 @@ impl Contradiction {
             })
             .collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        found.into_iter().map(|(_, words)| words).collect()
+        Some(found.into_iter().map(|(_, words)| words).collect())
     }
 }
 
@@ -265,5 +269,10 @@ mod tests {
             .remark(&after, &robot, "the wheel rates")
             .unwrap_or_default();
         assert!(said.contains("50 % of them"), "{said}");
+        // What would help now says nothing of then.
+        assert!(
+            said.contains("has turned since") && !said.contains("removes it"),
+            "{said}"
+        );
     }
 }

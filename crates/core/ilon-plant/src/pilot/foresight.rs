@@ -77,6 +77,11 @@ impl Pilot {
         let Planned::Log(log) = &self.motion else {
             return found;
         };
+        // Steering turns M in the run: there the recorder judges, by M of the time.
+        let is_steered = |wheel| self.robot.steering_of(wheel).is_some();
+        if self.robot.wheels.iter().any(is_steered) {
+            return found;
+        }
         let mut rates_rad_s = vec![0.0; count];
         let periods = (duration_s / self.period_s).round() as u64;
         for period in 0..periods {

@@ -1,9 +1,9 @@
 //! The robot that the controller believes in.
 //!
-//! It is the real robot with other wheels, whose steering axes move along, in the real wheels' order: a wheel that the controller
-//! takes for another one has that one's place, axis, angle and radius, and a wheel believed to turn
-//! the other way has its axis reversed. So its kinematics give the rates of the real wheels as they
-//! are wired, and accept their encoders' values directly.
+//! It is the real robot with other wheels, whose steering axes move along, in the real wheels'
+//! order: a wheel that the controller takes for another one has that one's place, axis, angle and
+//! radius, and a wheel believed to turn the other way has its axis reversed. So its kinematics give
+//! the rates of the real wheels as they are wired, and accept their encoders' values directly.
 
 use std::f64::consts::PI;
 

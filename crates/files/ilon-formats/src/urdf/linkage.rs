@@ -236,20 +236,31 @@ fn in_order(
         movers[joint] = above(&movers, joint) + usize::from(roles[joint].is_some());
     }
     // What is too far from the chassis is held below; what follows it is held too.
-    let is_far: Vec<bool> = movers.iter().map(|movers| *movers > DEEPEST).collect();
-    for &joint in order {
-        let given = loading
-            .options
-            .joints
-            .contains_key(&tree.joints[joint].name);
-        let master = master(tree, joint).filter(|master| is_far[*master] && !given);
-        if let Some(master) = master.filter(|_| roles[joint].take().is_some()) {
-            let words = format!(
-                "held, as `{}`, which it follows, is",
-                tree.joints[master].name
-            );
-            let subject = format!("joint `{}`", tree.joints[joint].name);
-            loading.remarks.push(Remark::new(subject, words));
+    let mut is_held: Vec<bool> = movers.iter().map(|movers| *movers > DEEPEST).collect();
+    let may_follow: Vec<usize> = order
+        .iter()
+        .copied()
+        .filter(|joint| roles[*joint].is_some() && master(tree, *joint).is_some())
+        .filter(|joint| {
+            !loading
+                .options
+                .joints
+                .contains_key(&tree.joints[*joint].name)
+        })
+        .collect();
+    let mut is_changed = true;
+    while std::mem::take(&mut is_changed) {
+        for &joint in &may_follow {
+            let master = master(tree, joint).filter(|master| is_held[*master]);
+            if let Some(master) = master.filter(|_| !is_held[joint]) {
+                (is_held[joint], is_changed, roles[joint]) = (true, true, None);
+                let words = format!(
+                    "held, as `{}`, which it follows, is",
+                    tree.joints[master].name
+                );
+                let subject = format!("joint `{}`", tree.joints[joint].name);
+                loading.remarks.push(Remark::new(subject, words));
+            }
         }
     }
     for &joint in order {
