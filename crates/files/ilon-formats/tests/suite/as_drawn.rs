@@ -378,6 +378,43 @@ fn a_joint_to_the_world_steers_no_tyres(joints: [(&str, &str, &str); 3]) {
     );
 }
 
+/// Eight springs in a row, of which six may move: what mimics the last one is held with it, and so is
+/// what mimics that, in whichever order they stand.
+#[test]
+fn what_follows_a_joint_that_is_held_is_held_too() {
+    let joint = |name: &str, parent: &str, more: &str| {
+        let limits = "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>";
+        format!(
+            "<link name=\"of_{name}\">{INERTIAL}</link><joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"of_{name}\"/>\
+             <origin xyz=\"0.01 0 0.2\"/><axis xyz=\"0 0 1\"/>{limits}{more}</joint>"
+        )
+    };
+    let mimic = |of: &str| format!("<mimic joint=\"{of}\"/>");
+    let followers = [("c", "b"), ("b", "a"), ("a", "s7"), ("d", "s0")];
+    let mut rest: String = followers
+        .map(|(name, of)| joint(name, "base", &mimic(of)))
+        .concat();
+    for i in 0..8 {
+        let parent = if i == 0 {
+            "base".to_owned()
+        } else {
+            format!("of_s{}", i - 1)
+        };
+        rest += &joint(&format!("s{i}"), &parent, "");
+        rest += &format!("<ilon_spring joint=\"s{i}\" stiffness=\"40\"/>");
+    }
+    let text = urdf(&format!("{INERTIAL}{DISC}"), bare, &rest).replace("_j\"", "_mecanum\"");
+    let loaded = read("r.urdf", &text, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let moves: Vec<&str> = loaded.robot.joints.iter().map(|of| &of.name[..]).collect();
+    let said = remarks(&loaded);
+    assert!(moves.contains(&"d") && moves.contains(&"s5"), "{moves:?}");
+    for (name, of) in [("a", "s7"), ("b", "a"), ("c", "b")] {
+        assert!(!moves.contains(&name), "{moves:?}");
+        let words = format!("joint `{name}`: held, as `{of}`, which it follows, is");
+        assert!(said.contains(&words), "{said:#?}");
+    }
+}
+
 /// What stands without the prefix `xacro:` in a macro is left in the expansion, and what it holds
 /// is lost: a repair reads it.
 #[test_case("<if value=\"1\">", "</if>", "if")]

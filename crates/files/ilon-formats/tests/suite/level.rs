@@ -120,7 +120,7 @@ fn axes_of_rounded_turns_are_level() {
         );
         assert!(
             said(&levelled).is_some_and(|text| text.matches("leans by").count() == 3
-                && text.contains(", and 1 more. As rigid")),
+                && text.contains(", and 1 more. Otherwise")),
             "{rpy}"
         );
         for (wheel, as_meant) in levelled.wheels.iter().zip(&robot(&exact(), "0 0 0").wheels) {
