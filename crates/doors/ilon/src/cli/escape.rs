@@ -236,7 +236,9 @@ mod tests {
         let command = format!("{long}: `ilon inspect {}`", "--wheels a ".repeat(40));
         let last = folded(&command);
         assert!(last.contains(":\n`ilon inspect --wheels a"), "{last}");
-        assert!(last.lines().all(|line| line.len() <= 200), "{last}");
+        // Shells of Windows take no command in parts: it stays whole there.
+        let is_short = |line: &str| line.len() <= 200 || cfg!(windows) && line.contains("`ilon ");
+        assert!(last.lines().all(is_short), "{last}");
         assert!(!folded(&"::error:: ".repeat(60)).contains('\n'));
         let words = "a word ".repeat(15);
         let two = format!(

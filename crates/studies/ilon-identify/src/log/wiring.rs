@@ -13,6 +13,8 @@ use super::series::Log;
 use crate::model::{Model, Parameter};
 use crate::motion::{Window, windows};
 
+const TURNS_BACK: &str = "the robot turns left where its wheels as stated turn it right";
+
 /// Checks whether the wheels as stated explain the motion of all runs; if not, returns the likely
 /// cause.
 pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
@@ -64,9 +66,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
                 AnomalyKind::Wiring,
                 true,
                 match stated.turns_back {
-                    true => {
-                        "the robot turns left where its wheels as stated turn it right".to_owned()
-                    }
+                    true => TURNS_BACK.to_owned(),
                     false => format!(
                         "the wheels as stated explain {:.0} % of the motion; otherwise wired they explain {:.0} %",
                         100.0 * stated.explained.max(0.0),
@@ -81,7 +81,7 @@ pub fn of_motion(windows: &[&Window], robot: &Robot) -> Option<Anomaly> {
         return Some(anomaly(
             AnomalyKind::Wiring,
             true,
-            "the robot turns left where its wheels as stated turn it right".to_owned(),
+            TURNS_BACK.to_owned(),
             "likely the heading is counted clockwise: give it `scale = -1`; or wheels are swapped",
         ));
     }
@@ -189,7 +189,7 @@ pub fn of_axes(logs: &[&Log], robot: &Robot, window_s: f64) -> Option<Anomaly> {
         AnomalyKind::Wiring,
         true,
         match stated.turns_back {
-            true => "the robot turns left where its wheels as stated turn it right".to_owned(),
+            true => TURNS_BACK.to_owned(),
             false => format!(
                 "the wheels as stated explain {:.0} % of the motion; with one of the tracker's axes changed they explain {:.0} %",
                 100.0 * stated.explained.max(0.0),
