@@ -1,6 +1,6 @@
 //! Checks of the whole robot: its chassis, and relations between its wheels.
 
-use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+use nalgebra::{Unit, Vector2, Vector3};
 use urdf_rs::Geometry;
 
 use super::body::RigidBody;
@@ -8,16 +8,14 @@ use super::candidates::{Survey, WheelLike, is_called_wheel};
 use super::casters::{self, REMARKED_TILT_DEG, TOUCHES};
 use super::faults::Faults;
 use super::from_options::BareWheel;
-use super::geometry::{mesh_points, primitive};
+use super::geometry::{mesh_hull, primitive};
 use super::loading::Loading;
 use super::recognise::{Candidate, fixed_hubs, fixed_rollers};
 use super::source::Source;
 use super::tree::{Motion, PlacedShape, Tree};
 use super::{inertia_doubts, infer, plausibility, schema, wheel_size};
 use crate::error::{CandidateJoint, Fault, RobotError};
-use crate::model::{
-    Chassis, Collision, CollisionShape, MassProperties, Remark, Robot, StandingPose, Wheel,
-};
+use crate::model::{Chassis, Collision, MassProperties, Remark, Robot, StandingPose, Wheel};
 
 /// Smallest number of wheels that control all three degrees of freedom of the plane.
 pub(super) const LEAST_WHEELS: usize = 3;
@@ -214,10 +212,7 @@ pub(super) fn chassis(
     {
         let hull = || match &geometry {
             Geometry::Mesh { filename, scale } if reads_meshes => {
-                let place = Isometry3::identity();
-                let points = mesh_points(&loading.meshes, filename, *scale, &place).ok()?;
-                let points_m = points.into();
-                Some(CollisionShape::ConvexHull { points_m })
+                mesh_hull(&loading.meshes, filename, *scale).ok()
             }
             _ => None,
         };

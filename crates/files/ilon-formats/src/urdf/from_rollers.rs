@@ -8,7 +8,7 @@ use urdf_rs::Geometry;
 use super::body::RigidBody;
 use super::disc::NoDisc;
 use super::faults::Faults;
-use super::geometry::{self, mesh_points, primitive};
+use super::geometry::{self, mesh_hull, primitive};
 use super::loading::Loading;
 use super::mesh::Meshes;
 use super::recognise::Candidate;
@@ -21,8 +21,8 @@ use super::wheel_size::Unsized;
 use crate::error::{Fault, RobotError};
 use crate::generate::elements::spheres_of;
 use crate::model::{
-    Barrel, Collision, CollisionShape, MassProperties, ModelledRoller, Profile, ProfilePart,
-    Remark, Roller, RollerForm,
+    Barrel, Collision, MassProperties, ModelledRoller, Profile, ProfilePart, Remark, Roller,
+    RollerForm,
 };
 use crate::options::RollerForms;
 
@@ -408,12 +408,7 @@ pub(super) fn as_modelled(
     {
         let shape = match (primitive(geometry), geometry) {
             (Some(shape), _) => shape,
-            (None, Geometry::Mesh { filename, scale }) => {
-                let points_m = mesh_points(meshes, filename, *scale, &Isometry3::identity())?;
-                CollisionShape::ConvexHull {
-                    points_m: points_m.into(),
-                }
-            }
+            (None, Geometry::Mesh { filename, scale }) => mesh_hull(meshes, filename, *scale)?,
             (None, _) => continue,
         };
         shapes.push(Collision {

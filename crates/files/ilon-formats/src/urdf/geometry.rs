@@ -1,7 +1,7 @@
 //! Collision geometry: conversion to shapes of the model, and a roller's [`Profile`] about its
 //! axis, with t counted from the point closest to the hub axis.
 
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 use urdf_rs::Geometry;
 
 use super::mesh::Meshes;
@@ -54,6 +54,64 @@ pub(super) fn mesh_points(
         .iter()
         .map(|v| place * Point3::from(v.coords.component_mul(&scale)))
         .collect())
+}
+
+/// The convex hull of a mesh, in the frame of its shape.
+///
+/// Of more than [`MOST_HULL_POINTS`] it takes the furthest vertices in that many directions, along
+/// the axes and spread evenly where the mesh fills a cube: what looks for touches reads them all in
+/// each step. Sharp corners stay; a smooth mesh lacks some 0.3 % of its half size at most, between
+/// directions that are no further than 0.07 rad from any other.
+pub(super) fn mesh_hull(
+    meshes: &Meshes,
+    filename: &str,
+    scale: Option<urdf_rs::Vec3>,
+) -> Result<CollisionShape, Fault> {
+    let mut points_m = mesh_points(meshes, filename, scale, &Isometry3::identity())?;
+    let distinct = distinct(points_m.clone());
+    if distinct.len() > MOST_HULL_POINTS {
+        let reach_m = |axis: usize| distinct.iter().map(|p| p[axis].abs()).fold(1e-9, f64::max);
+        let half_m = Vector3::new(reach_m(0), reach_m(1), reach_m(2));
+        let furthest = |even: Vector3<f64>| {
+            let u = even.component_div(&half_m);
+            let (mut most_m, mut furthest) = (f64::NEG_INFINITY, distinct[0]);
+            for point in &distinct {
+                let reach_m = point.coords.dot(&u);
+                if reach_m > most_m {
+                    (most_m, furthest) = (reach_m, *point);
+                }
+            }
+            furthest
+        };
+        let axes = Matrix3::<f64>::identity();
+        let axes = (0..3).flat_map(|k| [axes.column(k).into(), (-axes.column(k)).into()]);
+        let all = axes.chain(directions(MOST_HULL_POINTS - 6));
+        points_m = self::distinct(all.map(furthest).collect());
+    }
+    let points_m = points_m.into();
+    Ok(CollisionShape::ConvexHull { points_m })
+}
+
+/// Each point once.
+fn distinct(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+    let key = |p: &Point3<f64>| [p.x, p.y, p.z].map(f64::to_bits);
+    points.sort_unstable_by_key(key);
+    points.dedup_by_key(|p| key(p));
+    points
+}
+
+/// The most points of a hull.
+const MOST_HULL_POINTS: usize = 2000;
+
+/// Unit directions spread evenly over the sphere, on a spiral.
+pub(super) fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..count).map(move |i| {
+        let z = 1.0 - (2 * i + 1) as f64 / count as f64;
+        let (s, c) = libm::sincos(golden * i as f64);
+        let r = (1.0 - z * z).sqrt();
+        Vector3::new(r * c, r * s, z)
+    })
 }
 
 /// Reads collision shapes, all in one frame with the axis, which passes through `foot`.

@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Unit, Vector2, Vector3};
 use serde::Serialize;
 
+use super::geometry::directions;
 use super::roller_gaps::Handover;
 use crate::model::{Profile, Remark};
 use crate::options::RollerForms;
@@ -266,14 +267,7 @@ fn apart_m(a: &Modelled, b: &Modelled) -> f64 {
     // climb for seconds.
     const MOST_STEPS: usize = 100;
     let gap_m = |u: &Vector3<f64>| -b.reach_m(&-u) - a.reach_m(u);
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let spread = (0..SPREAD).map(|i| {
-        let z = 1.0 - (2 * i + 1) as f64 / SPREAD as f64;
-        let (s, c) = libm::sincos(golden * i as f64);
-        let r = (1.0 - z * z).sqrt();
-        Vector3::new(r * c, r * s, z)
-    });
-    let (mut best_m, mut u) = spread
+    let (mut best_m, mut u) = directions(SPREAD)
         .map(|u| (gap_m(&u), u))
         .max_by(|p, q| p.0.total_cmp(&q.0))
         .unwrap_or((0.0, Vector3::z()));
