@@ -153,7 +153,9 @@ impl FaultKind {
             Self::RollerStuck { wheel, roller } => {
                 format!("the stuck roller {roller} of {}", name_of(*wheel))
             }
-            Self::FrictionChanged { friction } => format!("the floor's friction of {friction}"),
+            Self::FrictionChanged { friction } => {
+                format!("the floor's change of friction to {friction}")
+            }
             Self::Tilt {
                 amplitude_rad,
                 frequency_hz,

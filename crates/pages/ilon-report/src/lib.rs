@@ -241,7 +241,7 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
             dashed("@ideal"),
         ),
         (
-            "contact: by the rollers that touch",
+            "contact: by what touches the floor",
             solid("@contact").width(1.2),
         ),
     ];
@@ -456,7 +456,7 @@ fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
     figures.push(contacts::residual(shown));
     if trace.header.is_on_tyres() {
         let cards: String = figures.iter().map(card).collect();
-        return quiet + &side_by_side(&(cards + &tables::wheel_table(summary)));
+        return quiet + &side_by_side(&(cards + &tables::wheel_table(summary, false)));
     }
     figures.extend([contacts::roller_spin(shown), rollers::hand_over(shown)]);
     if slides {
@@ -473,7 +473,7 @@ fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
         &rollers::touching(trace),
     );
     let cards: String = figures.iter().map(card).collect();
-    quiet + &side_by_side(&(cards + &touching + &tables::wheel_table(summary)))
+    quiet + &side_by_side(&(cards + &touching + &tables::wheel_table(summary, true)))
 }
 
 fn footer(shown: &RunInput) -> String {

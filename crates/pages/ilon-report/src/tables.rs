@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use ilon_robot::Twist;
+use ilon_trace::convergence::Moved;
 use ilon_trace::effects::{Ablation, FLOORS};
 use ilon_trace::ledger::{Integral, TERMS};
 use ilon_trace::quantities;
@@ -187,7 +188,7 @@ pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
             summary.twist_ideal_mean,
         ),
         twist(
-            "contact: by the rollers that touch",
+            "contact: by what touches the floor",
             summary.twist_contact_mean,
         ),
         twist("real", summary.twist_mean),
@@ -331,6 +332,10 @@ pub(super) fn convergence_table(converge: &Convergence) -> String {
         .filter_map(|(quantity, accuracy)| Some((quantity, accuracy, converge.get(quantity.key)?)));
     let mut found: Vec<_> = found.collect();
     found.sort_by_key(|(_, _, moved)| !moved.exceeds);
+    let by = |moved: &Moved| match moved.share == 0.0 && moved.moved > 0.0 {
+        true => "–".to_owned(),
+        false => format!("{:.3} %", 100.0 * moved.share),
+    };
     let rows = found.into_iter().map(|(quantity, accuracy, moved)| {
         let shown = |value: Option<f64>| {
             cell(
@@ -347,15 +352,15 @@ pub(super) fn convergence_table(converge: &Convergence) -> String {
         row(
             &format!("{}, {}", escape(&quantity.words()), unit_words(quantity)),
             &format!(
-                "{}<td{class}>{:.3} %</td><td>{:.1} %</td>",
+                "{}<td{class}>{}</td><td>{:.1} %</td>",
                 values.concat(),
-                100.0 * moved.share,
+                by(moved),
                 100.0 * accuracy.share
             ),
         )
     });
     wide(&table(
-        "Places and headings are measured against the way, all else against itself. What moves by no more than rounding counts as not moved",
+        "Places and headings are measured against the way, all else against itself. A dash: too little of it to matter in this run",
         "<th>figure</th><th>as it is</th><th>half the step</th><th>half the split</th><th>moves by</th><th>stated accuracy</th>",
         &rows.collect::<String>(),
     ))
@@ -370,10 +375,11 @@ fn unit_words(quantity: &Quantity) -> &'static str {
 }
 
 /// Returns the contacts of each wheel in numbers, as HTML.
-pub(super) fn wheel_table(summary: &Summary) -> String {
+pub(super) fn wheel_table(summary: &Summary, has_rollers: bool) -> String {
     let plain = |x: Option<f64>, places: usize| cell(x.map(|x| format!("{x:.places$}")));
     let milli = |x: Option<f64>, places: usize| plain(x.map(|x| 1e3 * x), places);
     let wheel = |w: &ilon_trace::slip::WheelSlip| {
+        let of_rollers = |cell: String| if has_rollers { cell } else { String::new() };
         let cells = [
             milli(w.speed_rms_m_s, 2),
             milli(w.speed_max_m_s, 2),
@@ -382,20 +388,27 @@ pub(super) fn wheel_table(summary: &Summary) -> String {
             plain(Some(w.energy_j), 3),
             plain(w.normal_force_mean_n, 2),
             cell(w.friction_used_max.map(percent)),
-            cell(Some(w.hand_overs.to_string())),
-            cell(w.shared_contact.map(percent)),
+            of_rollers(cell(Some(w.hand_overs.to_string()))),
+            of_rollers(cell(w.shared_contact.map(percent))),
             cell(w.lost_contact.map(percent)),
-            plain(w.roller_spin_error_rms_rad_s, 2),
+            of_rollers(plain(w.roller_spin_error_rms_rad_s, 2)),
             milli(w.hub_ripple_m, 3),
         ];
         row(&escape(&w.name), &cells.concat())
     };
-    wide(&table(
-        "The contacts of each wheel over the run",
+    let of_rollers = |head: &'static str| if has_rollers { head } else { "" };
+    let [shared, spin] = [
+        of_rollers("<th>hand-overs</th><th>two rollers<br>at once</th>"),
+        of_rollers("<th>spin off ideal,<br>rad/s rms</th>"),
+    ];
+    let heads = format!(
         "<th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
          <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
-         <th>most grip used</th><th>hand-overs</th><th>two rollers<br>at once</th><th>off the floor</th>\
-         <th>spin off ideal,<br>rad/s rms</th><th>ripple,<br>mm</th>",
+         <th>most grip used</th>{shared}<th>off the floor</th>{spin}<th>ripple,<br>mm</th>"
+    );
+    wide(&table(
+        "The contacts of each wheel over the run",
+        &heads,
         &summary.wheels.iter().map(wheel).collect::<String>(),
     ))
 }

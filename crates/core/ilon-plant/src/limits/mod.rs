@@ -668,6 +668,8 @@ impl Beyond {
 
     /// A description of it.
     pub fn remark(&self, robot: &Robot) -> String {
+        /// Where wheels without load would have to push, no share is enough.
+        const OUT_OF_REACH: f64 = 100.0;
         let Announced {
             from_s,
             ref first,
@@ -689,6 +691,9 @@ impl Beyond {
         let then = match (of_grip, self.together) {
             (false, _) => "the robot falls behind".to_owned(),
             // This wheel and the others are short alike.
+            (true, Some(together)) if together > OUT_OF_REACH => {
+                "all wheels together cannot push that hard, and the robot slides or tips".to_owned()
+            }
             (true, Some(together)) if together > 1.0 => format!(
                 "all wheels together need {:.0} % of theirs, and the robot slides",
                 100.0 * together

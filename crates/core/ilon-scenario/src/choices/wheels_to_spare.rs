@@ -85,7 +85,7 @@ fn of_standing(robot: &Robot, pose: &StandingPose, load_n: f64) -> Option<Uneven
         .filter(|(gap_m, _)| *gap_m > EXACT_M)?;
     Some(Uneven {
         words: format!(
-            "`{}` ends {:.4} mm higher than the others",
+            "they do not end in one plane, as it stands `{}` is {:.4} mm off the floor",
             highest.name,
             1e3 * gap_m
         ),

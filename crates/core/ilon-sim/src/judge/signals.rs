@@ -343,6 +343,12 @@ mod tests {
     }
 
     #[test]
+    fn what_misses_a_lower_bound_is_short_of_it() {
+        let broken = verdict("signal = 'wheel*_rate_rad_s'\nmin = 4").to_string();
+        assert!(broken.ends_with(" % short)"), "{broken}");
+    }
+
+    #[test]
     fn a_signal_that_does_not_exist_is_refused_with_the_nearest() {
         let header = falling().header;
         assert!(

@@ -45,13 +45,17 @@ impl std::fmt::Display for Verdict {
         if let Some(at_s) = at_s {
             write!(f, " at {} s", number(to_microseconds(*at_s)))?;
         }
+        let way = match bound.starts_with(">=") {
+            true => "short",
+            false => "beyond",
+        };
         match share_beyond.map(|share| 100.0 * share) {
             Some(percent) if percent >= 1000.0 => {
-                write!(f, " (beyond by more than ten times the bound)")
+                write!(f, " ({way} by more than ten times the bound)")
             }
-            Some(percent) if percent >= 10.0 => write!(f, " ({percent:.0} % beyond)"),
-            Some(percent) if percent >= 0.01 => write!(f, " ({percent:.2} % beyond)"),
-            Some(_) => write!(f, " (less than 0.01 % beyond)"),
+            Some(percent) if percent >= 10.0 => write!(f, " ({percent:.0} % {way})"),
+            Some(percent) if percent >= 0.01 => write!(f, " ({percent:.2} % {way})"),
+            Some(_) => write!(f, " (less than 0.01 % {way})"),
             None => Ok(()),
         }
     }

@@ -182,10 +182,12 @@ fn of_wheels_in_the_air(summary: &Summary) -> Option<String> {
         Some(format!("`{}` for {:.0} %", wheel.name, 100.0 * share))
     });
     let aloft: Vec<String> = aloft.collect();
-    // Two wheels or fewer cannot carry the robot, so it stands on others in turn.
+    // Two wheels or fewer cannot carry the robot, so it stands on others in turn, or lies.
     let hops = aloft.len() + 2 > summary.wheels.len();
+    let lies = summary.chassis_load_share.is_some_and(|share| share > 0.5);
     let what = match (aloft.len(), hops) {
         (0, _) => return None,
+        (_, true) if lies => "the robot lies on its chassis",
         (_, true) => "the robot hops from wheel to wheel, which carry it in turn",
         (1, false) => "it does not carry the robot",
         (_, false) => "they do not carry the robot",
@@ -309,6 +311,10 @@ mod tests {
             hops.contains("hops") && !hops.contains("does not carry"),
             "{hops}"
         );
+        // A robot that tipped over lies there.
+        summary.chassis_load_share = Some(0.96);
+        let lies = of_summary(&summary, false).join("");
+        assert!(lies.ends_with("lies on its chassis"), "{lies}");
         summary.wheels.clear();
         summary.energy.unexplained_share = Some(0.004);
         summary.contact_residual_max_m_s = Some(0.02);

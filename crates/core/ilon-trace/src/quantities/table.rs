@@ -229,7 +229,7 @@ pub static GROUPS: &[Group] = &[
         heading: "energy",
         open_loop_only: false,
         quantities: &[
-            main!(energy.motor_j, "work of the motors", JOULE, 3),
+            main!(energy.motor_j, "net work of the motors", JOULE, 3),
             detail!(energy.motor_positive_j, "work of the motors while they drove", JOULE, 3),
             detail!(energy.outside_j, "brought from outside", JOULE, 3),
             detail!(energy.outside_positive_j, "brought from outside, inwards only", JOULE, 3),

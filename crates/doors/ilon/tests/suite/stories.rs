@@ -141,7 +141,7 @@ fn every_fault_is_told_with_its_time_its_size_and_what_it_did() {
         ),
         (
             one("friction_changed", "friction = 0.02, "),
-            "he floor's friction of 0.02 from 1.00 to 1.50 s",
+            "he floor's change of friction to 0.02 from 1.00 to 1.50 s",
         ),
     ];
     let end = |told: &Told| told.rows().last().expect("rows").truth.pose;
@@ -195,7 +195,7 @@ fn a_fault_in_closed_loop_says_what_the_position_error_would_have_been() {
         "{said}: {would_m} m"
     );
     assert!(
-        told.says("The floor's friction of 0.4 from 0.30 to 0.40 s"),
+        told.says("The floor's change of friction to 0.4 from 0.30 to 0.40 s"),
         "{:#?}",
         told.lines
     );
@@ -560,7 +560,7 @@ fn what_rubs_beside_the_wheels_is_told_with_its_energy() {
         "{line}, {expected_j}"
     );
     assert!(
-        line.contains("into friction of its chassis, feet and casters, and of what it pushes"),
+        line.contains("into friction of its body and of what it pushes"),
         "{line}"
     );
     let alone = Told::shipped("[twist]\nvx_m_s = 0.2\n[run]\nduration_s = 1\n");

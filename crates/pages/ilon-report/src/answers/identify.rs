@@ -331,8 +331,8 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
                 true => 1.0 / one.rate_factor,
                 false => one.rate_factor,
             };
-            let (name, factor) = (&one.wheel, number(factor));
-            format!("{name} {by} {factor} (rho {})", length(&one.radius_m))
+            let name = &one.wheel;
+            format!("{name} {by} {factor:.4} (rho {})", length(&one.radius_m))
         };
         let wheels: Vec<String> = controller.wheels.iter().map(wheel).collect();
         lines.push(format!("{says}: {}.", wheels.join(", ")));

@@ -23,8 +23,11 @@ pub struct Named {
     pub quantity: &'static Quantity,
 }
 
-/// Returns the figures in which the runs differ from the first, under their verdicts: regressed in
-/// one of the runs, improved, or neither of the two. The largest differences stand first. The
+/// The verdict on a figure that one run worsens and another betters.
+const MIXED: &str = "regressed in one, improved in another";
+
+/// Returns the figures in which the runs differ from the first, under their verdicts: regressed,
+/// improved, both in different runs, or neither of the two. The largest differences stand first. The
 /// others are within the noise.
 pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
     let verdict = |named: &Named| {
@@ -34,10 +37,12 @@ pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
             let [first, other] = summaries.map(|summary| named.quantity.value(summary));
             is_gain(named.quantity.key, first?, other?)
         });
-        match gains.reduce(|all, one| all && one) {
-            Some(false) => "regressed",
-            Some(true) => "improved",
-            None => "changed",
+        let gains: Vec<bool> = gains.collect();
+        match (gains.contains(&false), gains.contains(&true)) {
+            (true, false) => "regressed",
+            (true, true) => MIXED,
+            (false, true) => "improved",
+            (false, false) => "changed",
         }
     };
     let different = different(comparison);
@@ -45,7 +50,9 @@ pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
         let named = different.iter().filter(|named| verdict(named) == word);
         (word, named.copied().collect::<Vec<_>>())
     };
-    let verdicts = ["regressed", "improved", "changed"].into_iter().map(of);
+    let verdicts = ["regressed", MIXED, "improved", "changed"]
+        .into_iter()
+        .map(of);
     verdicts.filter(|(_, named)| !named.is_empty()).collect()
 }
 
@@ -205,15 +212,25 @@ mod tests {
     use ilon_trace::Settings;
 
     fn comparison(change: impl Fn(&mut Summary)) -> Comparison {
+        comparison_of([&change])
+    }
+
+    /// A run beside others that are the same but for a change each.
+    fn comparison_of<const N: usize>(changes: [&dyn Fn(&mut Summary); N]) -> Comparison {
         let run = |name: &str| {
             let trace = made_up_run(2.0, false);
             let summary = Summary::of(&trace, &Settings::default());
             ComparedRun::new(name.to_owned(), trace, summary)
         };
-        let mut runs = vec![run("one"), run("two")];
-        runs[1].trace.header.scenario_name = "two".to_owned();
-        change(&mut runs[1].summary);
-        Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs")
+        let mut runs = vec![run("one")];
+        for (name, change) in ["two", "three"].into_iter().zip(changes) {
+            let mut changed = run(name);
+            changed.trace.header.scenario_name = name.to_owned();
+            change(&mut changed.summary);
+            runs.push(changed);
+        }
+        let names = ["one", "two", "three"].map(Into::into);
+        Comparison::of(runs, &names[..=N]).expect("runs")
     }
 
     #[test]
@@ -308,6 +325,16 @@ mod tests {
         };
         assert_eq!(keys("regressed"), ["slip_energy_j"]);
         assert_eq!(keys("improved"), ["position_error_max_m"]);
+    }
+
+    /// A figure that the second run worsens and the third betters did not regress.
+    #[test]
+    fn a_figure_that_runs_change_both_ways_has_a_verdict_of_its_own() {
+        let slips = |slip_j: f64| move |summary: &mut Summary| summary.slip_energy_j = Some(slip_j);
+        let compared = comparison_of([&slips(1e3), &slips(0.0)]);
+        let verdicts = verdicts(&compared);
+        assert_eq!(verdicts[0].0, MIXED);
+        assert_eq!(verdicts[0].1[0].quantity.key, "slip_energy_j");
     }
 
     #[test]

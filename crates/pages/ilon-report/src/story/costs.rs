@@ -4,7 +4,7 @@ use ilon_trace::effects::floor;
 use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary};
 
-use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE};
+use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE, Slipped};
 use super::phrases::list;
 use crate::page::escape;
 use crate::text::{angle, energy, energy_to, length, percent, time};
@@ -65,16 +65,16 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
     let energy_of = &summary.energy;
     let is_push = |fault: &Fault| matches!(fault.kind, FaultKind::Push { .. });
     let outside = match header.faults.iter().flatten().any(is_push) {
-        true => "the push's",
-        false => "outside's",
+        true => "the push",
+        false => "the outside",
     };
     let who = [
         (
-            "the motors'",
+            "the motors",
             energy_of.motor_positive_j.or(energy_of.motor_j),
         ),
         (outside, energy_of.outside_positive_j),
-        ("gravity's", energy_of.fall_j),
+        ("gravity", energy_of.fall_j),
     ];
     let named = who
         .into_iter()
@@ -82,7 +82,7 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
     let named: Vec<String> = named.map(|(who, _)| who.to_owned()).collect();
     match named.is_empty() {
         true => format!(" of {}", energy(all_j)),
-        false => format!(" of {} {}", list(&named), energy(all_j)),
+        false => format!(" of the {} that {} put in", energy(all_j), list(&named)),
     }
 }
 
@@ -105,9 +105,9 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     let under_wheels_j = under_wheels_j(summary);
     let rubbed_j = slip_j - under_wheels_j;
     let who = if header.bodies.is_empty() {
-        "friction of its chassis, feet and casters"
+        "friction of its body"
     } else {
-        "friction of its chassis, feet and casters, and of what it pushes"
+        "friction of its body and of what it pushes"
     };
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
@@ -140,7 +140,12 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
 }
 
 /// Reports which wheels slid, when, and the cost, with the cost of new rollers.
-pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
+pub(super) fn slipping(
+    summary: &Summary,
+    header: &Header,
+    events: &[Event],
+    slipped: &Slipped,
+) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
     let rubbing = rubbing(summary, header);
     let of_work = of_what_was_put_in(summary, header, slip_j);
@@ -172,7 +177,6 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
         .iter()
         .filter(|e| e.overlaps(from_s, until_s))
         .collect();
-    let lost_j: f64 = together.iter().map(|e| e.lost_j).sum();
     let mut wheels: Vec<usize> = together
         .iter()
         .filter_map(|e| match e.kind {
@@ -197,8 +201,8 @@ pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> 
             length(slid_m)
         ));
     }
-    let share = match lost_j / slip_j {
-        0.9995.. => "all".to_owned(),
+    let share = match slipped.between_j([from_s, until_s]) / slip_j {
+        0.999.. => "all".to_owned(),
         share => percent(share),
     };
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, what)| {
@@ -358,10 +362,10 @@ mod tests {
         (energy.put_in_j, energy.motor_positive_j) = (Some(10.0), Some(0.05));
         (energy.outside_positive_j, energy.fall_j) = (Some(0.0), Some(9.95));
         let said = of_what_was_put_in(&summary, &Header::default(), 1.0);
-        assert_eq!(said, " of gravity's 10.00 J");
+        assert_eq!(said, " of the 10.00 J that gravity put in");
         summary.energy.motor_positive_j = Some(2.0);
         let said = of_what_was_put_in(&summary, &Header::default(), 1.0);
-        assert_eq!(said, " of the motors' and gravity's 10.00 J");
+        assert_eq!(said, " of the 10.00 J that the motors and gravity put in");
     }
 
     /// If no wheel slid far, the sentence depends on the used grip; losses under the wheels are
@@ -377,12 +381,12 @@ mod tests {
             wheel.energy_j = under_wheels_j;
             summary.wheels = vec![wheel];
             let header = Header::default();
-            slipping(&summary, &header, &[]).expect("what slid is known")
+            slipping(&summary, &header, &[], &Slipped::default()).expect("what slid is known")
         };
         assert_eq!(said(0.4, 0.09, 0.09), "No wheel lost grip.");
         assert_eq!(
             said(0.4, 0.5, 0.5),
-            "No wheel lost grip; micro-slip cost <b>0.50 J</b> of the motors' 10.00 J."
+            "No wheel lost grip; micro-slip cost <b>0.50 J</b> of the 10.00 J that the motors put in."
         );
         assert_eq!(
             said(1.0, 0.05, 0.05),
@@ -390,8 +394,8 @@ mod tests {
         );
         assert_eq!(
             said(1.0, 0.5, 2.0),
-            "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the motors' 10.00 J; <b>1.50 J</b> of the motors' \
-             10.00 J went into friction of its chassis, feet and casters."
+            "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the 10.00 J that the motors put in; \
+             <b>1.50 J</b> of the 10.00 J that the motors put in went into friction of its body."
         );
         // Rounding of two sums is no rubbing.
         assert_eq!(said(0.4, 0.09, 0.09 + 1e-3), "No wheel lost grip.");

@@ -66,9 +66,32 @@ pub(crate) struct Watch {
     patches: Vec<Spells>,
     boxes: Vec<Spells>,
     energy_before_j: Vec<f64>,
+    pub slipped: Slipped,
     pub posture: Posture,
     pub means: Means,
     pub touches: Touches,
+}
+
+/// The energy lost to sliding under all wheels so far, over time: pairs of s and J, one for each
+/// per mille.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Slipped(Vec<[f64; 2]>);
+
+impl Slipped {
+    fn add(&mut self, t_s: f64, slipped_j: f64) {
+        if self.0.last().is_none_or(|[_, j]| slipped_j > 1.001 * j) {
+            self.0.push([t_s, slipped_j]);
+        }
+    }
+
+    /// The energy lost within a time, to a per mille of all until then, in J.
+    pub fn between_j(&self, [from_s, until_s]: [f64; 2]) -> f64 {
+        let at_j = |at_s: f64| {
+            let next = self.0.partition_point(|[t_s, _]| *t_s <= at_s);
+            next.checked_sub(1).map_or(0.0, |last| self.0[last][1])
+        };
+        at_j(until_s) - at_j(from_s)
+    }
 }
 
 impl Watch {
@@ -82,6 +105,7 @@ impl Watch {
             patches: many(ground.map_or(0, |g| g.patches.len())),
             boxes: many(ground.map_or(0, |g| g.boxes.len())),
             energy_before_j: vec![0.0; header.wheels.len()],
+            slipped: Slipped::default(),
             posture: Posture::default(),
             means: Means::default(),
             touches: Touches::new(header),
@@ -98,6 +122,8 @@ impl Watch {
                 spells.add(t_s, dt_s, 1.0, [0.0; 2]);
             }
         }
+        let slipped_j = samples.iter().map(|sample| sample.slip_energy_j).sum();
+        self.slipped.add(t_s, slipped_j);
         for (index, sample) in samples.iter().enumerate() {
             let energy_j = sample.slip_energy_j;
             let before_j = std::mem::replace(&mut self.energy_before_j[index], energy_j);
@@ -461,6 +487,23 @@ mod tests {
             watch.add(header, &record, &[sample]);
         }
         watch.events(header)
+    }
+
+    /// A wheel that loses 1 J/s in slides and 9 J/s by creeping between them loses all of it within
+    /// the time.
+    #[test]
+    fn what_was_lost_within_a_time_does_not_hang_on_slides() {
+        let mut slipped = Slipped::default();
+        for row in 0..=1000 {
+            let t_s = 0.01 * f64::from(row);
+            let fast_s = (t_s - t_s.floor()).min(0.9) + 0.9 * t_s.floor();
+            slipped.add(t_s, (t_s - fast_s) + 10.0 * fast_s);
+        }
+        // 9.1 J in each whole second, and 10 J/s at first; to a per mille of up to 91 J.
+        for (window_s, lost_j) in [([2.0, 7.0], 45.5), ([3.0, 3.5], 5.0), ([0.0, 10.0], 91.0)] {
+            let off_j = slipped.between_j(window_s) - lost_j;
+            assert!(off_j.abs() < 0.2, "{window_s:?}: {off_j}");
+        }
     }
 
     #[test]

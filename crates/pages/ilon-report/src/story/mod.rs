@@ -103,7 +103,7 @@ impl Story {
                 costs::landings(summary, header),
                 costs::off_the_ground(summary),
                 costs::joints(header, summary),
-                costs::slipping(summary, header, &events),
+                costs::slipping(summary, header, &events, &watch.slipped),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(header, summary),
             ];

@@ -109,17 +109,14 @@ fn begun(
         };
         let least = least_change(quantity);
         let known = known_to(quantity, measured, summary, header).max(least);
-        let room = known.max(margin * measured.abs());
+        let margin = margin * measured.abs();
+        let room = known.max(margin);
         let Some(bound) = first_bound(quantity, measured, room) else {
             continue;
         };
-        let widened = match room == known {
+        let widened = match known > margin {
             true if known == least => "; widened to its last digits".to_owned(),
-            true => format!(
-                "; widened to its accuracy, {} {}",
-                significant(known * quantity.unit.per_si, 2),
-                quantity.unit.symbol
-            ),
+            true => format!("; widened to its accuracy, {}", significant(known, 2)),
             false => String::new(),
         };
         changes.push_str(&format!(

@@ -79,22 +79,19 @@ pub fn print_json(arguments: &Arguments, summaries: &[String]) -> Result<(), Fai
 pub enum Told<'a> {
     /// Its answer, its figures and the location of its files.
     InFull,
-    /// Only notes that no run before had: the caller prints all runs together. Holds the notes so
-    /// far.
-    Together(&'a mut Vec<String>),
+    /// Only its own notes, under its name: the caller prints all runs together, and the notes that
+    /// all of them have.
+    Together(&'a [String]),
 }
 
 impl Told<'_> {
-    /// Whether no run before had this note.
-    fn is_new(&mut self, note: &str) -> bool {
-        let Self::Together(known) = self else {
-            return true;
-        };
-        let is_new = !known.iter().any(|known| known == note);
-        if is_new {
-            known.push(note.to_owned());
+    /// A note as it is printed; `None` if the caller prints it.
+    fn words(&self, scenario: &str, note: &str) -> Option<String> {
+        match self {
+            Self::InFull => Some(format!("note: {note}")),
+            Self::Together(shared) if shared.iter().any(|known| known == note) => None,
+            Self::Together(_) => Some(format!("note: `{scenario}`: {note}")),
         }
-        is_new
     }
 }
 
@@ -104,7 +101,7 @@ pub fn one(
     scenario: &Scenario,
     out: PathBuf,
     arguments: &Arguments,
-    mut told: Told,
+    told: Told,
 ) -> Result<(String, Summary), Failure> {
     let inputs = output::inputs(path, scenario);
     let folder = OutputFolder::prepare(out, "--out", &inputs)?;
@@ -115,8 +112,8 @@ pub fn one(
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
     for warning in gathered(simulation.warnings()) {
-        if told.is_new(&warning) {
-            bar.note(&format!("note: {warning}"));
+        if let Some(words) = told.words(&scenario.name, &warning) {
+            bar.note(&words);
         }
     }
     if let Err(fault) = scenario.expect.check_windows(&simulation.scenario().run) {
@@ -141,7 +138,9 @@ pub fn one(
     };
     let answer = folder.write(&run, &verdicts, report)?;
     for warning in &run.warnings[foreseen..] {
-        bar.note(&format!("note: {warning}"));
+        if let Some(words) = told.words(&scenario.name, warning) {
+            bar.note(&words);
+        }
     }
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
         bar.note(&format!("note: expected {verdict}"));

@@ -13,6 +13,7 @@ use super::one::{Arguments, Told, one, print_json};
 use crate::Scenario;
 use crate::cli::escape::{folded, path_in_line};
 use crate::cli::failure::Failure;
+use crate::cli::inspect::gathered;
 use crate::cli::outcome::Outcome;
 use crate::cli::robot::{robot_alone, robot_line};
 use crate::cli::table::Table;
@@ -49,7 +50,7 @@ pub(super) fn run(
     let loaded = load_robot(&standing)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;
-    let mut scenarios = Vec::new();
+    let (mut scenarios, mut notes) = (Vec::new(), Vec::new());
     for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
         let text = format!("{}{}", robot_line(robot)?, motion.toml());
@@ -67,7 +68,8 @@ pub(super) fn run(
         let mut scenario = Scenario::from_text(&text, &path, &[], files)?;
         // What only the world refuses, such as a map that is not there, is refused before any file
         // is written.
-        Simulation::with_robot(&scenario, &loaded)?;
+        let simulation = Simulation::with_robot(&scenario, &loaded)?;
+        notes.push(gathered(simulation.warnings()));
         scenario.run.converge |= arguments.converge.converge;
         scenarios.push((motion, path, text, scenario));
     }
@@ -75,14 +77,19 @@ pub(super) fn run(
     for (_, path, text, _) in &scenarios {
         write_text(path, text)?;
     }
-    let (mut told, mut summaries, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+    let mut shared = notes.first().cloned().unwrap_or_default();
+    shared.retain(|note| notes.iter().all(|notes| notes.contains(note)));
+    for note in &shared {
+        console::note(&format!("note: {note}"));
+    }
+    let (mut told, mut summaries) = (Vec::new(), Vec::new());
     for (motion, path, _, scenario) in &scenarios {
         let (json, summary) = one(
             path,
             scenario,
             folder.join(motion.name),
             arguments,
-            Told::Together(&mut notes),
+            Told::Together(&shared),
         )?;
         summaries.push(json);
         told.push((*motion, summary));
