@@ -396,7 +396,7 @@ fn a_failure_can_be_repeated_and_leaves_nothing_once_it_holds() {
         said.contains("to see it: ilon run 'a b/x.toml'\n"),
         "{said}"
     );
-    assert!(said.contains(" % beyond)"), "{said}");
+    assert!(said.contains(" % short)"), "{said}");
     assert!(folder.path("kept/x/summary.json").exists());
     ended_with(0, &check(&["--set", "expect.end_x_m.min=-1.0"]));
     assert!(!folder.path("kept/x").exists());

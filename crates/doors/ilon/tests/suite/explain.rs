@@ -242,6 +242,42 @@ fn a_robot_alone_is_driven_in_five_motions() {
     assert!(refused.contains("is a robot, not a scenario"), "{refused}");
 }
 
+/// A note on one of the motions stands under its name, a note on all of them once without a name.
+#[test]
+fn notes_of_a_robot_alone_say_which_motion_they_are_of() {
+    let folder = Folder::new();
+    let ice = ["--set", "world.floor.friction=0.02"];
+    // Hubs rise and fall where rollers are too short to meet: a note on the robot.
+    let short = ["--set", "rollers.length_factor=0.8"];
+    let robot = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../assets/robots/mecanum4.urdf"
+    );
+    let command = ["run", robot, "--no-report", "--no-twins"];
+    let printed = ended_with(0, &folder.ilon(&[&command[..], &ice, &short].concat()));
+    let notes = printed
+        .lines()
+        .filter_map(|line| line.strip_prefix("note: "));
+    let notes: Vec<&str> = notes.collect();
+    let motions = ["ahead", "left", "diagonal", "arc", "turn"];
+    let is_named = |note: &&&str| {
+        motions
+            .iter()
+            .any(|name| note.starts_with(&format!("`{name}`: ")))
+    };
+    let too_fast = notes
+        .iter()
+        .filter(|note| note.contains("the motion is too fast"));
+    assert!(too_fast.clone().count() > 1, "{printed}");
+    assert!(too_fast.clone().all(|note| is_named(&note)), "{printed}");
+    let of_all: Vec<_> = notes.iter().filter(|note| !is_named(note)).collect();
+    assert!(!of_all.is_empty(), "{printed}");
+    for note in &of_all {
+        let twice = notes.iter().filter(|other| other.ends_with(**note));
+        assert_eq!(twice.count(), 1, "{printed}");
+    }
+}
+
 /// What is set beside a robot is written into its scenarios: run again they give the same run, to
 /// the last digit of every figure.
 #[test]
