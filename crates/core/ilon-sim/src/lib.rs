@@ -43,5 +43,5 @@ pub use ilon_scenario::robot::remedy;
 pub use ilon_scenario::{Error, RobotFault, Scenario, ScenarioFault, foreign, reason, scenario};
 pub use simulate::{
     Commanded, Controller, Driver, JointCommand, Measurements, Moment, Outcome, Plant, Resolved,
-    Run, Simulation, Snapshot, WheelCommand, load_robot, resolve, resolve_for, run,
+    Run, Simulation, Snapshot, WheelCommand, gathered, load_robot, resolve, resolve_for, run,
 };

@@ -19,5 +19,6 @@ pub use ilon_plant::{Outcome, Plant, Snapshot};
 pub use ilon_scenario::Resolved;
 pub use ilon_scenario::course::command::{Commanded, Decided, JointCommand, WheelCommand};
 pub use ilon_scenario::robot::{load, load_file, load_robot};
+pub use remarks::gathered;
 pub use run::{Progress, Run};
 pub use simulation::{Simulation, run};

@@ -273,11 +273,43 @@ pub fn of_convergence(converge: &Convergence, twins: &[Twin], was_asked: bool) -
     remarks
 }
 
+/// Groups remarks of the form `subject: text` by their text, in order of first appearance.
+pub fn gathered(remarks: &[String]) -> Vec<String> {
+    /// Largest number of subjects named in a remark; chosen.
+    const MOST_SUBJECTS: usize = 8;
+    let mut gathered: Vec<(Vec<&str>, &str)> = Vec::new();
+    for remark in remarks {
+        let (subject, said) = remark.split_once(": ").unwrap_or(("", remark));
+        match gathered.iter_mut().find(|(_, known)| *known == said) {
+            Some((subjects, _)) => subjects.push(subject),
+            None => gathered.push((vec![subject], said)),
+        }
+    }
+    let line = |(subjects, said): (Vec<&str>, &str)| {
+        let rest = match subjects.len().saturating_sub(MOST_SUBJECTS) {
+            0 => String::new(),
+            rest => format!(" and {rest} more"),
+        };
+        match subjects[..subjects.len().min(MOST_SUBJECTS)].join(", ") {
+            none if none.is_empty() => said.to_owned(),
+            subjects => format!("{subjects}{rest}: {said}"),
+        }
+    };
+    gathered.into_iter().map(line).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use ilon_trace::slip::WheelSlip;
 
     use super::*;
+
+    #[test]
+    fn like_remarks_on_several_parts_are_one() {
+        let remarks = ["wheel `a`: too short", "alone", "wheel `b`: too short"];
+        let shown = gathered(&remarks.map(str::to_owned));
+        assert_eq!(shown, ["wheel `a`, wheel `b`: too short", "alone"]);
+    }
 
     #[test]
     fn a_wheel_in_the_air_and_unsolved_contacts_are_remarked_with_their_figures() {

@@ -18,6 +18,7 @@ use crate::cli::failure::Failure;
 use crate::compare::{CompareError, ComparedRun, Comparison};
 use crate::simulate::Simulation;
 use crate::{Scenario, report};
+use ilon_sim::gathered;
 
 /// Kinds of input that can be compared.
 const WHAT_TO_NAME: &str =
@@ -127,7 +128,7 @@ fn load(path: &Path, files: &FileAccess) -> Result<ComparedRun, Failure> {
     let scenario = Scenario::load_within(path, &[], files)?;
     let simulation = Simulation::new(&scenario)?;
     let bar = Bar::new(&scenario.name);
-    for warning in simulation.warnings() {
+    for warning in gathered(simulation.warnings()) {
         bar.note(&format!("note: {warning}"));
     }
     let run = simulation.run_observed(|progress| bar.simulated(progress));

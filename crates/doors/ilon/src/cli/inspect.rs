@@ -386,7 +386,7 @@ fn text(robot: &Inspection) -> String {
     }
     if !robot.remarks.is_empty() {
         text.push_str("\nremarks on the file\n");
-        for remark in gathered(&robot.remarks) {
+        for remark in ilon_sim::gathered(&robot.remarks) {
             text.push_str(&format!("  {}\n", sentence(&remark)));
         }
     }
@@ -556,28 +556,3 @@ fn what_tyres_leave(table: &mut Table, tyres: &TyresInspection) {
 
 /// Axles nearer than this lie on one line, in metres: the last digit that is printed.
 const SAME_LINE_M: f64 = 5e-4;
-
-/// Groups remarks of the form `subject: text` by their text, in order of first appearance.
-pub(super) fn gathered(remarks: &[String]) -> Vec<String> {
-    /// Largest number of subjects named in a remark; chosen.
-    const MOST_SUBJECTS: usize = 8;
-    let mut gathered: Vec<(Vec<&str>, &str)> = Vec::new();
-    for remark in remarks {
-        let (subject, said) = remark.split_once(": ").unwrap_or(("", remark));
-        match gathered.iter_mut().find(|(_, known)| *known == said) {
-            Some((subjects, _)) => subjects.push(subject),
-            None => gathered.push((vec![subject], said)),
-        }
-    }
-    let line = |(subjects, said): (Vec<&str>, &str)| {
-        let rest = match subjects.len().saturating_sub(MOST_SUBJECTS) {
-            0 => String::new(),
-            rest => format!(" and {rest} more"),
-        };
-        match subjects[..subjects.len().min(MOST_SUBJECTS)].join(", ") {
-            none if none.is_empty() => said.to_owned(),
-            subjects => format!("{subjects}{rest}: {said}"),
-        }
-    };
-    gathered.into_iter().map(line).collect()
-}

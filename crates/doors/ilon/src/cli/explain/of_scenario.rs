@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         kept.keep_up(simulation.progress().time_s, recording)
     })?;
     bar.done();
-    for warning in &run.warnings {
+    for warning in ilon_sim::gathered(&run.warnings) {
         bar.note(&format!("note: {warning}"));
     }
     let answer = folder.write(&run, &[], Report::Written)?;

@@ -11,7 +11,6 @@ use crate::cli::bag::Bag;
 use crate::cli::converge::{self, Converge};
 use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
-use crate::cli::inspect::gathered;
 use crate::cli::options::{Detail, Sandbox, Settings, Twins};
 use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
 use crate::cli::progress::Bar;
@@ -19,6 +18,7 @@ use crate::cli::table::Table;
 use crate::cli::{console, interrupt, open};
 use crate::judge::judge_rows;
 use crate::simulate;
+use ilon_sim::gathered;
 
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]

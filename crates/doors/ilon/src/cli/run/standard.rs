@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
 use ilon_sim::causes::Drift;
+use ilon_sim::gathered;
 use ilon_sim::standard_motions::{StandardMotion, standard_motions};
 use ilon_trace::Summary;
 use ilon_trace::file::write_text;
@@ -13,7 +14,6 @@ use super::one::{Arguments, Told, one, print_json};
 use crate::Scenario;
 use crate::cli::escape::{folded, path_in_line};
 use crate::cli::failure::Failure;
-use crate::cli::inspect::gathered;
 use crate::cli::outcome::Outcome;
 use crate::cli::robot::{robot_alone, robot_line};
 use crate::cli::table::Table;
