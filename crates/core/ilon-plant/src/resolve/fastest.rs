@@ -7,7 +7,8 @@
 //! springs and joints move. So the plant itself is driven along the path, under the scenario's
 //! guidance, and the share is lowered until it hardly slides.
 
-use ilon_robot::{Robot, Twist};
+use ilon_robot::{Pose, Robot, Twist};
+use ilon_trace::significant;
 
 use crate::limits::share::{Drive, MAY_SLIDE, ShareSearch};
 use crate::pilot::Pilot;
@@ -51,10 +52,35 @@ fn choose(scenario: &Scenario, robot: &Robot, driver: Driver) -> Result<Resolved
         drive(&resolve_as_given(&given, robot, Driver::Guidance)?, robot)
     })?;
     let mut resolved = resolve_as_given(&with_share(scenario, found.share), robot, driver)?;
-    if let Some(remark) = found.remark(most) {
+    let off = starts_off(&resolved);
+    for remark in off.into_iter().chain(found.remark(most)) {
         resolved.remark_first(remark);
     }
     Ok(resolved)
+}
+
+/// The pose of the body at which it is on the beginning of its path.
+fn beginning(resolved: &Resolved) -> Option<Pose> {
+    let point_m = resolved.reference_point_m();
+    let from_point = Twist::new(-point_m.x, -point_m.y, 0.0);
+    Some(resolved.reference()?.at(0.0).pose.moved(from_point))
+}
+
+/// A remark, if the robot does not start where its path begins: the way there is not tried.
+fn starts_off(resolved: &Resolved) -> Option<String> {
+    /// Nearer starts are on the path, in metres. Chosen.
+    const NEAR_M: f64 = 0.01;
+    let (start, path) = (resolved.start(), beginning(resolved)?);
+    let off_m = libm::hypot(path.x_m - start.x_m, path.y_m - start.y_m);
+    (off_m > NEAR_M).then(|| {
+        format!(
+            "the robot starts {off_m:.2} m off its path, and slides as it may on the way there: to begin on the path, set `robot.x_m = {}`, `robot.y_m = {}` \
+             and `robot.heading_deg = {}`",
+            significant(path.x_m, 6),
+            significant(path.y_m, 6),
+            significant(path.heading_rad.to_degrees(), 6)
+        )
+    })
 }
 
 impl Plant {
@@ -160,12 +186,9 @@ fn drive(resolved: &Resolved, robot: &Robot) -> Result<Drive, Error> {
     drive.takes_s = reference.nothing_new_from_s().unwrap_or(0.0);
     let (duration_s, period_s) = (scenario.run.duration_s, resolved.control_dt_s());
     let mut plant = Plant::new(resolved, robot)?;
-    let point_m = resolved.reference_point_m();
-    let from_point = Twist::new(-point_m.x, -point_m.y, 0.0);
-    plant.reset(
-        scenario.sensors.seed,
-        reference.at(0.0).pose.moved(from_point),
-    )?;
+    if let Some(pose) = beginning(resolved) {
+        plant.reset(scenario.sensors.seed, pose)?;
+    }
     let mut pilot = Pilot::of(resolved, robot, None)?;
     while plant.time_s() < duration_s - 0.5 * period_s {
         let t_s = plant.time_s();

@@ -879,6 +879,34 @@ fn strangers_as_fast_as_grip_allows_do_not_slide() {
     assert!(driven >= 4, "{driven}");
 }
 
+/// A robot that starts off its path is remarked with the keys that start it there, and with them it
+/// is not. (From the middle of a circle it lost 3 to 10 % of its work to sliding, and nothing said
+/// so.)
+#[test]
+fn a_start_off_the_path_is_remarked() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+    let remark = |start: &str| {
+        let text = format!(
+            "robot = {{ file = \"mecanum4.urdf\", {start} }}\nreference.circle = {{ radius_m = 0.7, speed_m_s = 0.4 }}\n\
+             reference.timing = \"as fast as grip allows\"\nreference.share_of_limits = 0.5\n[run]\nduration_s = 2\n"
+        );
+        let scenario = Scenario::from_toml(&text, "off", folder).expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a shipped robot");
+        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it can be run");
+        let mut off = resolved
+            .warnings()
+            .iter()
+            .filter(|it| it.contains("off its path"));
+        off.next().cloned()
+    };
+    let said = remark("x_m = 0.0").expect("it starts in the middle");
+    assert!(
+        said.contains("starts 0.70 m off") && said.contains("`robot.x_m = 0.7`"),
+        "{said}"
+    );
+    assert_eq!(remark("x_m = 0.7"), None);
+}
+
 /// Faults and noise are ignored when a path is timed.
 #[test]
 fn a_path_is_timed_without_what_goes_wrong() {
