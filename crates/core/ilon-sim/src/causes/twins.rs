@@ -306,6 +306,20 @@ mod tests {
         assert_eq!(scenario.world.solver.split_dt_s, Some(5e-4));
     }
 
+    #[test]
+    fn the_seed_matters_where_a_sensor_is_noisy() {
+        let draws = |lines: &str| is_noisy(&of(lines).0);
+        assert!(!draws("sensors.pose.latency_s = 0.1"));
+        for noisy in [
+            "sensors.pose.position_noise_m = 0.1",
+            "sensors.pose.heading_noise_deg = 0.1",
+            "sensors.encoders.rate_noise_rad_s = 0.1",
+            "sensors.imu = {}",
+        ] {
+            assert!(draws(noisy), "{noisy}");
+        }
+    }
+
     fn of(lines: &str) -> (Scenario, Robot) {
         use ilon_formats::LoadRobot;
         let text = format!("robot.file = \"\"\ntwist.vx_m_s = 0.1\nrun.duration_s = 1\n{lines}");

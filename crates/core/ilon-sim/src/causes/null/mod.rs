@@ -64,3 +64,32 @@ pub(super) fn all(run: Run) -> Vec<(Cause, Null)> {
     machine::of_control(scenario, run.physics_dt_s, &mut list);
     list.0
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+    use ilon_robot::Robot;
+
+    use super::*;
+    use crate::scenario::Scenario;
+
+    #[test]
+    fn motors_that_differ_are_named_once_where_they_are_as_strong_both_ways() {
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n[motors.wheels]\n\
+            front_left = { forwards = 0.5, backwards = 0.5 }\nrear_left = { forwards = 0.5, backwards = 0.75 }";
+        let urdf = include_str!("../../../../../../assets/robots/mecanum4.urdf");
+        let causes = named(Run {
+            scenario: &Scenario::from_toml(text, "test", "").expect("a scenario"),
+            robot: &Robot::from_urdf_str(urdf, "mecanum4").expect("a robot"),
+            header: &ilon_trace::Header::default(),
+            stands: &[],
+            physics_dt_s: 1e-3,
+        });
+        let words: Vec<&str> = causes
+            .iter()
+            .map(|(cause, _)| cause.words.as_str())
+            .collect();
+        let expected = "motors that differ (`front_left` at 50 %, `rear_left` at 50 % forwards and 75 % backwards)";
+        assert_eq!(words, [expected]);
+    }
+}

@@ -234,3 +234,30 @@ pub(super) fn sensors(scenario: &Scenario, list: &mut List) {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a scenario leaves at zero is no cause.
+    #[test]
+    fn a_property_of_the_sensors_is_a_cause_where_it_is_given() {
+        let keys_of = |line: &str| {
+            let text = format!("robot.file = \"\"\ntwist = {{}}\nrun.duration_s = 1.0\n{line}");
+            let scenario = Scenario::from_toml(&text, "test", "").expect("a scenario");
+            let mut list = List::default();
+            sensors(&scenario, &mut list);
+            let keys = list.0.into_iter().map(|(cause, _)| cause.key);
+            keys.collect::<Vec<String>>()
+        };
+        assert!(keys_of("").is_empty());
+        for (key, value) in [("latency_s", "0.1"), ("rate_hz", "20")] {
+            let key = format!("sensors.pose.{key}");
+            assert_eq!(keys_of(&format!("{key} = {value}")), [key]);
+        }
+        for noise in ["position_noise_m", "heading_noise_deg"] {
+            let line = format!("sensors.pose.{noise} = 0.1");
+            assert_eq!(keys_of(&line), ["sensors.pose.noise"]);
+        }
+    }
+}
