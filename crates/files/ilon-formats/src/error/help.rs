@@ -339,6 +339,8 @@ impl Fault {
             | Self::InertiaExchanged
             | Self::InertiaThinAboutAxle { .. }
             | Self::NoMass
+            | Self::TwoParents { .. }
+            | Self::Loop
             | Self::HubDoesNotTurn { .. }
             | Self::RollersDoNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {
