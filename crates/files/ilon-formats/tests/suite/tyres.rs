@@ -58,6 +58,25 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
+/// Casters steer nothing, beside wheels that do not turn in the file, or of which one follows the
+/// other.
+#[test]
+fn casters_are_no_wheels_of_a_pair_that_does_not_turn() {
+    let joint = |name: &str| format!("<joint name=\"{name}\" type=\"continuous\">");
+    let fixed = ["left", "right"]
+        .iter()
+        .fold(DIFFERENTIAL.to_owned(), |text, name| {
+            text.replace(&joint(name), &joint(name).replace("continuous", "fixed"))
+        });
+    let robot = load(&fixed);
+    assert_eq!(names(&robot), ["left", "right"]);
+    assert_eq!(robot.joints.len(), 4);
+    let end = "<child link=\"right_wheel\"/>";
+    let mimic = DIFFERENTIAL.replace(end, &format!("{end}<mimic joint=\"left\"/>"));
+    let error = Robot::from_urdf_str(&mimic, "robot.urdf").unwrap_err();
+    assert!(!error.to_string().contains("steered wheels"), "{error}");
+}
+
 /// The size of two wheels side by side whose mesh is not found is asked for; that rollers are
 /// missing is not said. Two turning segments of an arm are no wheels.
 #[test]

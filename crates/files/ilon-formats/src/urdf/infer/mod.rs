@@ -176,8 +176,10 @@ fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
 }
 
 /// Returns the joints of steered wheels but for casters; some call all modules of a robot so.
-fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
-    let are_beside = !survey.turning.is_empty();
+pub(super) fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
+    let mut others = survey.others.iter();
+    let are_beside =
+        !survey.turning.is_empty() || others.any(|like| is_called_wheel(tree, like.joint));
     let joints = survey.steered.iter().map(|like| like.joint);
     joints.filter(move |joint| !(are_beside && casters::is_caster(tree, *joint)))
 }
