@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{Remedy, RobotError};
+use crate::error::{Fault, Remedy, RobotError};
 use crate::loaded::{self, Loaded};
 use crate::model::Robot;
 use crate::options::LoadOptions;
@@ -334,6 +334,11 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
         course.meets(errors.iter().filter(of_the_file));
     }
     let in_the_way = errors.iter().find(|error| inquiry.is_of_the_file(error));
+    let in_the_way = in_the_way.or_else(|| {
+        let stays = errors.first().filter(|error| inquiry.stays(path, error))?;
+        course.meets([stays]);
+        Some(stays)
+    });
     let in_the_way = in_the_way.map(ToString::to_string);
     let mut known = with(options, &inquiry.applied);
     // The thickness of rollers in a mesh does not apply to a wheel of another size.
@@ -392,8 +397,32 @@ impl Inquiry {
     fn is_of_the_file(&self, error: &RobotError) -> bool {
         let is_argument = |remedy: &Remedy| matches!(remedy, Remedy::Argument { .. });
         let has_argument = self.asked.iter().any(is_argument);
-        let asks_more = error.remedies().iter().any(Remedy::is_asked);
+        let asks_more = error.remedies().iter().any(Remedy::is_asked)
+            || matches!(error.fault(), Fault::MissingFiles { .. });
         !(self.sizes_are_open() && error.fault().is_of_sizes()) && (!has_argument || asks_more)
+    }
+
+    /// Whether an error stays with other values of the requested arguments, none of which the file
+    /// compares with anything.
+    fn stays(&self, path: &Path, error: &RobotError) -> bool {
+        const OTHERS: [&str; 3] = ["0", "true", "false"];
+        let name = |remedy: &Remedy| match remedy {
+            Remedy::Argument { name, .. } => Some(name.clone()),
+            _ => None,
+        };
+        let names: Vec<String> = self.asked.iter().filter_map(name).collect();
+        let file = path.display().to_string();
+        let prepared =
+            read_text(path, &file, &self.tried).and_then(|text| prepare(&text, &file, &self.tried));
+        let are_free = prepared
+            .is_ok_and(|prepared| !prepared.choices.iter().any(|(of, _)| names.contains(of)));
+        let stays = |value: &&str| {
+            let mut other = self.tried.clone();
+            let given = names.iter().map(|name| (name.clone(), (*value).to_owned()));
+            other.arguments.extend(given);
+            loaded::read_file(path, &other).is_err_and(|new| new.to_string() == error.to_string())
+        };
+        !names.is_empty() && !self.sizes_are_open() && are_free && OTHERS.iter().all(stays)
     }
 
     fn sizes_are_open(&self) -> bool {

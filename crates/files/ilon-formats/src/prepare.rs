@@ -82,8 +82,13 @@ fn near(path: &Path, options: &LoadOptions) -> String {
         true => Path::new("."),
         false => folder,
     };
-    let names = options.files.names_in(folder, MOST_NAMES).into_iter();
-    let alike = names.map(|other| (strsim::jaro_winkler(&name, &other), other));
+    let names = options.files.names_in(folder, MOST_NAMES);
+    if names.iter().any(|other| *other == name) {
+        return "; its name is that of a link to a file that does not exist".to_owned();
+    }
+    let alike = names
+        .into_iter()
+        .map(|other| (strsim::jaro_winkler(&name, &other), other));
     let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE)
         .map_or_else(String::new, |(_, other)| {

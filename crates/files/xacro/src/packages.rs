@@ -27,7 +27,7 @@ pub fn find_package(
     if package.is_empty() || package == "." || package == ".." || package.contains(['/', '\\']) {
         return None;
     }
-    let absolute = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
+    let absolute = absolute(from);
     let above: Vec<&Path> = absolute.ancestors().take(MOST_ABOVE).collect();
     let own = above
         .iter()
@@ -51,7 +51,7 @@ pub fn find_package(
 /// Returns the only folder around `from` that contains files at all of some paths: a package under
 /// another name. `None` if there is none, or more than one, or the paths are not specific.
 pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Option<PathBuf> {
-    let absolute = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
+    let absolute = absolute(from);
     let holds = |folder: &PathBuf| {
         let parts = paths.iter().map(|path| folder.join(path));
         let mut there = parts.map(|path| {
@@ -85,6 +85,16 @@ pub fn folder_that_holds(files: &dyn Files, from: &Path, paths: &[&str]) -> Opti
         [folder] => Some(folder.clone()),
         _ => None,
     }
+}
+
+/// A folder from the root on; the folder of a file that is named alone is empty, and the working
+/// folder.
+pub(crate) fn absolute(folder: &Path) -> PathBuf {
+    let named = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
+    };
+    std::path::absolute(named).unwrap_or_else(|_| folder.to_owned())
 }
 
 /// Returns folders in and below `above` that may be the package under another name, or one level
@@ -129,6 +139,7 @@ fn declares(files: &dyn Files, folder: &Path, package: &str) -> bool {
 mod tests {
     use super::*;
     use crate::host::{Host as _, LocalHost};
+    use crate::settings::Settings;
 
     /// A workspace with two repositories of two packages each; the robot's file is in the first.
     fn workspace() -> (tempfile::TempDir, PathBuf) {
@@ -198,6 +209,24 @@ mod tests {
             ),
             Some(package)
         );
+    }
+
+    /// `ilon inspect robot.urdf` where the file lies: its folder is the working folder.
+    #[test]
+    fn around_a_file_that_is_named_without_its_folder_is_around_the_working_folder() {
+        let (here, host) = (std::env::current_dir().unwrap(), LocalHost::default());
+        let sought = here.parent().unwrap().join("robot_meshes");
+        let holds = |folder: &Path| folder == sought;
+        for from in ["", "."] {
+            let found = find_package(&host, Path::new(from), "robot_meshes", &holds);
+            assert_eq!(found.as_ref(), Some(&sought), "from `{from}`");
+        }
+        let holds = folder_that_holds(&host, Path::new(""), &["src/substitution.rs"]);
+        assert_eq!(holds.as_ref(), Some(&here));
+        let text = "<robot name=\"$(dirname)\"/>";
+        let expanded = crate::expand(Path::new("r.xacro"), text, &Settings::default(), &host);
+        let named = format!("name=\"{}\"", here.display());
+        assert!(expanded.unwrap().text.contains(&named), "{named}");
     }
 
     #[test]

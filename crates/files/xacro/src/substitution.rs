@@ -6,6 +6,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use super::budget::Budget;
+use super::packages::absolute;
 use super::python::{Arguments, Error, Surroundings, Value, XacroFunction, evaluate, text};
 
 /// Steps charged for finding a package.
@@ -66,11 +67,7 @@ fn command(inner: &str, answers: &dyn Answers) -> Result<String, Error> {
         ("optenv", [name, default @ ..]) => Ok(answers
             .environment(name)?
             .unwrap_or_else(|| default.join(" "))),
-        ("dirname", []) => {
-            let folder = answers.folder();
-            let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-            Ok(absolute.display().to_string())
-        }
+        ("dirname", []) => Ok(absolute(answers.folder()).display().to_string()),
         // An empty word is no substitution.
         ("", []) => Ok(format!("$({inner})")),
         ("arg" | "find" | "env" | "optenv" | "dirname", _) => Err(Error::new(format!(

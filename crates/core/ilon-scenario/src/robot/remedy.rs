@@ -70,7 +70,7 @@ impl Wording for Keys {
                 let keys = self::keys(&on_tyres, options);
                 format!("; on tyres: `{}`", keys.join("`, `"))
             }
-            Err(why) => format!("; on tyres it cannot be read either: {why}"),
+            Err(why) => format!("; on tyres it cannot drive either: {why}"),
         });
         format!(
             "fill in {blanks}, in `[robot]`: `{}`{}",
@@ -97,14 +97,31 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
 }
 
 /// The options with which the wheels of a question roll on tyres instead of rollers, if nothing
-/// else is asked for and their axles are parallel.
-fn tyres_instead(question: &Question) -> Option<LoadOptions> {
-    let [Remedy::WhichRollers { wheels, parallel }] = &question.asked[..] else {
+/// else is asked for and their axles are parallel, or why they do not drive. Where other wheels turn
+/// beside them, as those behind steered ones, all are taken.
+fn tyres_instead(question: &Question, path: &Path) -> Option<Result<LoadOptions, String>> {
+    let [
+        Remedy::WhichRollers {
+            wheels,
+            parallel: true,
+        },
+    ] = &question.asked[..]
+    else {
         return None;
     };
-    let mut options = question.options.clone();
-    options.tyres = parallel.then(|| TyreOptions::on(wheels.clone()));
-    options.tyres.is_some().then_some(options)
+    let tried = |tyres: TyreOptions| {
+        let mut options = question.options.clone();
+        options.tyres = Some(tyres);
+        let loaded = Robot::load_with(path, &options).map_err(|error| error.to_string())?;
+        Kinematics::new(&loaded.robot).map_err(|error| error.to_string())?;
+        Ok((options, loaded.robot))
+    };
+    let all = tried(TyreOptions::default()).ok().filter(|(_, robot)| {
+        let is_in = |name: &String| robot.wheels.iter().any(|wheel| wheel.name == *name);
+        robot.wheels.len() > wheels.len() && wheels.iter().all(is_in)
+    });
+    let found = all.map_or_else(|| tried(TyreOptions::on(wheels.clone())), Ok);
+    Some(found.map(|(options, _)| options))
 }
 
 /// Describes the blanks of [`Wording::question`] that a person has to fill in.
@@ -266,11 +283,7 @@ impl Refusal {
         }
         let question = diagnosis.question.as_ref();
         closing.extend(question.map(|question| {
-            let on_tyres = tyres_instead(question).map(|tried| {
-                let loaded = Robot::load_with(path, &tried).map_err(|error| error.to_string())?;
-                let drives = Kinematics::new(&loaded.robot).map_err(|error| error.to_string());
-                drives.map(|_| tried)
-            });
+            let on_tyres = tyres_instead(question, path);
             match (&question.in_the_way, on_tyres) {
                 (None, on_tyres) => wording.question(question, options, on_tyres),
                 // Rollers cannot be put in, whichever they are.
@@ -346,6 +359,40 @@ mod tests {
         assert!(works(&closing(0.2)));
         assert!(works(&closing(0.02)));
         assert!(!works(&closing(0.002)));
+    }
+
+    /// Three wheels on parallel axles roll on tyres, but do not turn the robot where their ways are
+    /// one line, though balls at the sides keep it upright: they are proposed only beside another.
+    #[test]
+    fn tyres_are_proposed_only_where_they_drive() {
+        let inertial = r#"<inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial>"#;
+        let closing = |aside_m: f64| {
+            let ball = |y: f64| {
+                format!(
+                    r#"<collision><origin xyz="0 {y} 0"/><geometry><sphere radius="0.05"/></geometry></collision>"#
+                )
+            };
+            let mut text = format!(
+                r#"<link name="base">{inertial}{}{}</link>"#,
+                ball(0.3),
+                ball(-0.3)
+            );
+            for (name, x, y) in [("a", 0.2, 0.0), ("b", 0.0, aside_m), ("c", -0.2, 0.0)] {
+                text += &format!(
+                    r#"<link name="{name}"><inertial><mass value="1"/><inertia ixx="7e-4" ixy="0" ixz="0" iyy="1.2e-3" iyz="0" izz="7e-4"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision></link><joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"#
+                );
+            }
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("r.urdf");
+            std::fs::write(&path, format!(r#"<robot name="r">{text}</robot>"#)).unwrap();
+            let first = Robot::load(&path).expect_err("no rollers");
+            Refusal::of(first, &path, &LoadOptions::default(), &Keys)
+                .closing
+                .join("; ")
+        };
+        let [in_line, aside] = [closing(0.0), closing(0.2)];
+        assert!(aside.contains("tyres = { joints"), "{aside}");
+        assert!(!in_line.contains("tyres = { joints"), "{in_line}");
     }
 
     /// The keys of given tyres are read as the same tyres.

@@ -45,7 +45,7 @@ impl Wording for Flags {
                 let known = self::flags(&options).join(" ");
                 format!("; on tyres: `{} {known}`", self.command)
             }
-            Err(why) => format!("; on tyres it cannot be read either: {why}"),
+            Err(why) => format!("; on tyres it cannot drive either: {why}"),
         });
         format!(
             "fill in {blanks}: `{} {}`{}",

@@ -324,7 +324,7 @@ fn a_long_command_can_be_copied_into_a_shell() {
     bench.write("robot.urdf", &heavy.replace("WHEELS", &wheels));
     let refusal = err(&bench.ilon(&["inspect", "robot.urdf"]));
     assert!(
-        refusal.contains("on tyres it cannot be read either: "),
+        refusal.contains("on tyres it cannot drive either: "),
         "{refusal}"
     );
     assert!(

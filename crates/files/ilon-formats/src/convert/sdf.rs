@@ -59,6 +59,7 @@ pub(super) fn converted(
             frames: frames_by_name(*model),
             old_axes: version_before(version, (1, 5)),
             leaves_out: options.leave_out_missing,
+            repairs: options.repair,
             fault: &fault,
         };
         let mut prepared = UrdfText::as_it_is(file, "");
@@ -114,6 +115,8 @@ struct Model<'a, 'i, 'f> {
     old_axes: bool,
     /// Whether joints to links of absent models are left out.
     leaves_out: bool,
+    /// Whether joints that close loops are left out.
+    repairs: bool,
     fault: &'f dyn Fn(Node, String) -> RobotError,
 }
 
@@ -134,6 +137,34 @@ struct Hinge<'a, 'i> {
     node: Node<'a, 'i>,
     parent: String,
     child: String,
+    /// Whether the two are exchanged: SDF may hang a link by several joints, as long as they close
+    /// no loop.
+    is_reversed: bool,
+}
+
+impl Hinge<'_, '_> {
+    fn name(&self) -> &str {
+        self.node.attribute("name").unwrap_or_default()
+    }
+
+    /// Whether it turns about two axes: it is not exchanged, which would exchange these too.
+    fn is_double(&self) -> bool {
+        let kind = self.node.attribute("type").unwrap_or_default();
+        ["universal", "revolute2"].contains(&kind) && !self.is_reversed
+    }
+
+    /// The link between its two axes.
+    fn between(&self) -> String {
+        format!("{}::between", self.name())
+    }
+
+    /// The link that the file calls the child, in whose frame the joint stands.
+    fn said_child(&self) -> &str {
+        match self.is_reversed {
+            true => &self.parent,
+            false => &self.child,
+        }
+    }
 }
 
 /// A URDF, with where its elements came from.
@@ -166,7 +197,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         for link in &links {
             let name = link.attribute("name").unwrap_or_default();
             let frame = match above.get(name) {
-                Some(hinge) => self.pose_of(hinge.node, &hinge.child, 0)?,
+                Some(hinge) => self.pose_of(hinge.node, hinge.said_child(), 0)?,
                 None if is_model(name) => Isometry3::identity(),
                 None => self.pose_of(*link, "__model__", 0)?,
             };
@@ -174,10 +205,11 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         }
         for link in &links {
             let name = link.attribute("name").unwrap_or_default();
-            self.write_link(&mut writer, *link, &frames[name], remarks)?;
+            let double = above.get(name).filter(|hinge| hinge.is_double());
+            self.write_link(&mut writer, *link, (&frames[name], double), remarks)?;
         }
         for hinge in &hinges {
-            self.write_joint(&mut writer, hinge, &frames)?;
+            self.write_joint(&mut writer, hinge, &frames, remarks)?;
         }
         self.write_settings(&mut writer, &links, &frames, remarks)?;
         Ok(writer.finish())
@@ -219,9 +251,36 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 node,
                 parent,
                 child,
+                is_reversed: false,
             });
         }
-        Ok(hinges)
+        Ok(self.as_tree(hinges, remarks))
+    }
+
+    /// The joints with each link below one of them, as far as that is possible.
+    fn as_tree(&self, hinges: Vec<Hinge<'a, 'i>>, remarks: &mut Vec<Remark>) -> Vec<Hinge<'a, 'i>> {
+        let mut tree: Vec<Hinge> = Vec::new();
+        let mut above: HashMap<String, String> = HashMap::new();
+        for mut hinge in hinges {
+            let most = above.len() + 1;
+            let up = |link: &&String| above.get(*link);
+            let root = |link| std::iter::successors(Some(link), up).take(most).last();
+            let closes = root(&hinge.parent) == root(&hinge.child);
+            if closes && self.repairs {
+                let words = "left out: it closes a loop of joints, which a robot here cannot have; without it what it holds moves freely";
+                remarks.push(Remark::new(format!("joint `{}`", hinge.name()), words));
+                continue;
+            }
+            let [parent_hangs, child_hangs] =
+                [&hinge.parent, &hinge.child].map(|link| above.contains_key(link));
+            if !closes && child_hangs && !parent_hangs {
+                std::mem::swap(&mut hinge.parent, &mut hinge.child);
+                hinge.is_reversed = true;
+            }
+            above.insert(hinge.child.clone(), hinge.parent.clone());
+            tree.push(hinge);
+        }
+        tree
     }
 
     /// The pose of an element in the model's frame; `default` is the frame that it is in where it
@@ -311,10 +370,21 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         &self,
         writer: &mut Writer,
         link: Node,
-        model_from_frame: &Isometry3<f64>,
+        (model_from_frame, double): (&Isometry3<f64>, Option<&&Hinge>),
         remarks: &mut Vec<Remark>,
     ) -> Result<(), RobotError> {
+        /// The share of a link that moves by the first axis of its joint alone: nothing does, but a
+        /// body needs mass. Chosen.
+        const BETWEEN: f64 = 0.01;
         let name = link.attribute("name").unwrap_or_default();
+        type Weight<'a, 'i> = (Node<'a, 'i>, Isometry3<f64>, f64, Option<Matrix3<f64>>);
+        let weigh = |writer: &mut Writer, share: f64, whole: &Option<Weight>| {
+            if let Some((node, place, mass_kg, inertia)) = whole {
+                let inertia = inertia.map(|inertia| share * inertia);
+                writer.inertial(*node, place, share * mass_kg, inertia.as_ref());
+            }
+        };
+        let mut whole = None;
         let frame_from_link = model_from_frame.inverse() * self.pose_of(link, "__model__", 0)?;
         writer.begin_link(name, link);
         if let Some(inertial) = child(link, "inertial") {
@@ -335,13 +405,18 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                     i("izz", 1.0),
                 )
             });
-            writer.inertial(inertial, &place, mass_kg, inertia.as_ref());
+            whole = Some((inertial, place, mass_kg, inertia));
         } else if child(link, "collision").is_some() {
             // SDF's default; its inertia of 1 kg m^2 suits no shape.
-            writer.inertial(link, &frame_from_link, 1.0, None);
+            whole = Some((link, frame_from_link, 1.0, None));
             let text = "it has no `<inertial>`: it weighs 1 kg, as SDF says";
             remarks.push(Remark::new(format!("link `{name}`"), text));
         }
+        weigh(
+            writer,
+            if double.is_some() { 1.0 - BETWEEN } else { 1.0 },
+            &whole,
+        );
         for tag in ["collision", "visual"] {
             for node in link.children().filter(|n| n.has_tag_name(tag)) {
                 let Some(geometry) = child(node, "geometry") else {
@@ -363,6 +438,15 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             }
         }
         writer.end_link();
+        if let Some(hinge) = double {
+            writer.begin_link(&hinge.between(), hinge.node);
+            weigh(writer, BETWEEN, &whole);
+            writer.end_link();
+            let words = format!(
+                "of its two axes the first moves a hundredth of link `{name}` alone: a body without mass is not simulated"
+            );
+            remarks.push(Remark::new(format!("joint `{}`", hinge.name()), words));
+        }
         Ok(())
     }
 
@@ -371,61 +455,88 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         writer: &mut Writer,
         hinge: &Hinge,
         frames: &HashMap<&str, Isometry3<f64>>,
+        remarks: &mut Vec<Remark>,
     ) -> Result<(), RobotError> {
-        let node = hinge.node;
+        let (node, name) = (hinge.node, hinge.name());
         let model_from_joint = frames[hinge.child.as_str()];
         let sdf_type = node.attribute("type").unwrap_or_default();
-        let axis = child(node, "axis");
-        let limit = axis.and_then(|axis| child(axis, "limit"));
-        let within = |tag: &str| {
-            let value = limit.and_then(|limit| number_of(limit, tag));
-            value.filter(|x| x.abs() < NO_LIMIT)
+        let mut parent_from_joint = frames[hinge.parent.as_str()].inverse() * model_from_joint;
+        let mut parent = hinge.parent.as_str();
+        // Of a joint of two axes the first is the parent's: a link between has both.
+        let (upper, between) = (format!("{name}::axis"), hinge.between());
+        let is_double = hinge.is_double();
+        let axes: &[(&str, &'static str)] = match is_double {
+            true => &[(&upper, "axis"), (name, "axis2")],
+            false => &[(name, "axis")],
         };
-        let range = match [within("lower"), within("upper")] {
-            [Some(lower), Some(upper)] => Some([lower, upper]),
-            // A slide with one stop moves freely on the other side.
-            [Some(lower), None] if sdf_type == "prismatic" => Some([lower, lower.max(FAR_M)]),
-            [None, Some(upper)] if sdf_type == "prismatic" => Some([upper.min(-FAR_M), upper]),
-            _ => None,
-        };
-        let turns = range.is_none_or(|[lower, upper]| upper - lower >= TAU);
-        let kind = match sdf_type {
-            "revolute" if turns => "continuous",
-            "revolute" => "revolute",
-            "continuous" => "continuous",
-            "fixed" => "fixed",
-            "prismatic" => "prismatic",
-            "ball" => "spherical",
-            other => {
-                return Err((self.fault)(
-                    node,
-                    format!("a joint of the type `{other}` has no counterpart in URDF"),
-                ));
-            }
-        };
-        let dynamics = axis.and_then(|axis| child(axis, "dynamics"));
-        let loss = |tag: &str| {
-            let value = dynamics.and_then(|dynamics| number_of(dynamics, tag));
-            value.filter(|x| *x >= 0.0).unwrap_or(0.0)
-        };
-        let positive = |tag: &str| within(tag).filter(|x| *x > 0.0);
-        writer.joint(
-            node,
-            &JointOf {
-                name: node.attribute("name").unwrap_or_default(),
-                kind,
-                parent: &hinge.parent,
-                child: &hinge.child,
-                parent_from_joint: frames[hinge.parent.as_str()].inverse() * model_from_joint,
-                axis: self.axis(axis, &model_from_joint)?,
-                range: range.filter(|_| kind != "continuous"),
-                effort: positive("effort"),
-                velocity: positive("velocity"),
-                damping: loss("damping"),
-                friction: loss("friction"),
-                mimic: None,
-            },
-        );
+        for (place, (name, tag)) in axes.iter().enumerate() {
+            let axis = child(node, tag);
+            let limit = axis.and_then(|axis| child(axis, "limit"));
+            let within = |tag: &str| {
+                let value = limit.and_then(|limit| number_of(limit, tag));
+                value.filter(|x| x.abs() < NO_LIMIT)
+            };
+            let range = match [within("lower"), within("upper")] {
+                [Some(lower), Some(upper)] => Some([lower, upper]),
+                // A slide with one stop moves freely on the other side.
+                [Some(lower), None] if sdf_type == "prismatic" => Some([lower, lower.max(FAR_M)]),
+                [None, Some(upper)] if sdf_type == "prismatic" => Some([upper.min(-FAR_M), upper]),
+                _ => None,
+            };
+            let turns = range.is_none_or(|[lower, upper]| upper - lower >= TAU);
+            let kind = match sdf_type {
+                "revolute" if turns => "continuous",
+                "revolute" => "revolute",
+                "universal" | "revolute2" if is_double && turns => "continuous",
+                "universal" | "revolute2" if is_double => "revolute",
+                "continuous" => "continuous",
+                "fixed" => "fixed",
+                "prismatic" => "prismatic",
+                "ball" => "spherical",
+                "screw" => {
+                    let words = "a screw is not simulated: it is held at zero";
+                    remarks.push(Remark::new(format!("joint `{name}`"), words));
+                    "fixed"
+                }
+                other => {
+                    return Err((self.fault)(
+                        node,
+                        format!("a joint of the type `{other}` has no counterpart in URDF"),
+                    ));
+                }
+            };
+            let dynamics = axis.and_then(|axis| child(axis, "dynamics"));
+            let loss = |tag: &str| {
+                let value = dynamics.and_then(|dynamics| number_of(dynamics, tag));
+                value.filter(|x| *x >= 0.0).unwrap_or(0.0)
+            };
+            let positive = |tag: &str| within(tag).filter(|x| *x > 0.0);
+            let is_last = place + 1 == axes.len();
+            let direction = self.axis(axis, &model_from_joint)?;
+            writer.joint(
+                node,
+                &JointOf {
+                    name,
+                    kind,
+                    parent,
+                    child: if is_last { &hinge.child } else { &between },
+                    parent_from_joint,
+                    axis: if hinge.is_reversed {
+                        -direction
+                    } else {
+                        direction
+                    },
+                    range: range.filter(|_| kind != "continuous"),
+                    effort: positive("effort"),
+                    velocity: positive("velocity"),
+                    damping: loss("damping"),
+                    friction: loss("friction"),
+                    mimic: None,
+                },
+            );
+            parent = &between;
+            parent_from_joint = Isometry3::identity();
+        }
         Ok(())
     }
 
@@ -549,18 +660,20 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                 direction = format!("{} {} {}", turned.x, turned.y, turned.z);
                 frame = root;
             }
-            let written = |tag| child(engine, tag).map(|n| escaped(n.text().unwrap_or_default()));
-            let [first, second] = names.map(|tag| written(tag).unwrap_or_else(|| "1".into()));
             writer.raw(
                 fdir1,
                 "gazebo",
-                &format!(
-                    " reference=\"{}\"><mu>{first}</mu><mu2>{second}</mu2><fdir1 expressed_in=\"{}\">{}</fdir1></gazebo>",
-                    escaped(called),
-                    escaped(frame),
-                    escaped(&direction)
-                ),
+                &format!(" reference=\"{}\">", escaped(called)),
             );
+            for (tag, node) in names.map(|tag| (tag, child(engine, tag))) {
+                let text = |node: Node| escaped(node.text().unwrap_or_default());
+                if let Some(node) = node {
+                    writer.raw(node, tag, &format!(">{}</{tag}>", text(node)));
+                }
+            }
+            let [frame, direction] = [frame, &direction].map(escaped);
+            let rest = format!(" expressed_in=\"{frame}\">{direction}</fdir1></gazebo>");
+            writer.raw(fdir1, "fdir1", &rest);
         }
         let friction = self
             .model

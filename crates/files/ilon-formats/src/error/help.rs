@@ -179,7 +179,7 @@ impl Fault {
             }
             Self::TooFewWheels { .. } => {
                 "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
-                 ring; or name the joints of wheels that are modelled without rollers"
+                 ring; or name the joints of wheels that are modelled without rollers; a robot whose file has no wheels is described in TOML, see docs/format-robot.md"
             }
             Self::NoRollers {
                 rollers: Proposed::Contradiction,
@@ -339,6 +339,8 @@ impl Fault {
             | Self::InertiaExchanged
             | Self::InertiaThinAboutAxle { .. }
             | Self::NoMass
+            | Self::TwoParents { .. }
+            | Self::Loop
             | Self::HubDoesNotTurn { .. }
             | Self::RollersDoNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {

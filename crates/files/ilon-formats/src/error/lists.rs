@@ -86,3 +86,11 @@ pub(crate) fn and_more(count: usize, shown: usize, separator: &str) -> String {
         rest => format!("{separator} and {rest} more"),
     }
 }
+
+/// A mass, without the zeros of light parts.
+pub(super) fn weight(mass_kg: f64) -> String {
+    match mass_kg < 1e-3 {
+        true => format!("{mass_kg:.3e} kg"),
+        false => format!("{mass_kg:.4} kg"),
+    }
+}

@@ -402,10 +402,13 @@ impl Survey {
         self.others.retain(|like| !is_caster(like));
     }
 
-    /// Takes two wheels that do not turn in a file for viewers as wheels, if nothing else turns.
+    /// Takes two wheels that do not turn in a file for viewers as wheels, if nothing else turns but
+    /// casters.
     fn take_still_pair(&mut self, tree: &Tree, candidates: &[Candidate]) {
         let is_one = |like: &WheelLike| is_called_wheel(tree, like.joint) && !is_caster(tree, like);
-        let turns = candidates.len() + self.turning.len() + self.steered.len() > 0;
+        let mut steered = self.steered.iter();
+        let turns = candidates.len() + self.turning.len() > 0
+            || steered.any(|like| !casters::is_caster(tree, like.joint));
         if !turns && self.others.iter().filter(|like| is_one(like)).count() == 2 {
             let pair = self.others.extract_if(.., |like| is_one(like));
             self.turning.extend(pair);

@@ -75,7 +75,10 @@ pub(super) fn check_wheel_count(
     if candidates.is_empty() && given.is_empty() {
         let turning: Vec<&WheelLike> = survey.turning.iter().collect();
         let likely = survey.likely();
-        let steered: Vec<&WheelLike> = survey.steered.iter().collect();
+        let steering: Vec<usize> = infer::steered(tree, survey).collect();
+        let steered = survey.steered.iter();
+        let steered = steered.filter(|like| steering.contains(&like.joint));
+        let steered: Vec<&WheelLike> = steered.collect();
         // Any part of an arm may be round and fixed.
         let is_fixed = |joint: usize| tree.joints[joint].motion == Motion::Fixed;
         let may_be = |like: &&WheelLike| {

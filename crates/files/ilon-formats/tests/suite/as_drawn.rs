@@ -130,6 +130,124 @@ fn directions_of_friction_are_said_in_frames(
     }
 }
 
+/// What cannot be read of an SDF's friction is named as the file calls it, with its own line.
+#[test_case("ode", ["1 2", "0", "1 0 0"], "the `mu` on line A is not a number, but `1 2`"; "mu")]
+#[test_case("ode", ["1", "x", "1 0 0"], "the `mu2` on line B is not a number, but `x`"; "mu2")]
+#[test_case("bullet", ["1", "x", "1 0 0"], "the `friction2` on line B is not a number, but `x`"; "friction2")]
+#[test_case("ode", ["1", "0", "1 0"], "on line C is not three numbers, but `1 0`"; "fdir1")]
+fn friction_of_sdf_that_cannot_be_read_is_named_with_its_line(
+    engine: &str,
+    [first, second, direction]: [&str; 3],
+    why: &str,
+) {
+    let [mu, mu2] = match engine {
+        "ode" => ["mu", "mu2"],
+        _ => ["friction", "friction2"],
+    };
+    let surface = |_: f64| {
+        format!(
+            "<surface><friction><{engine}><{mu}>{first}</{mu}>\n<{mu2}>{second}</{mu2}>\n<fdir1 expressed_in=\"base\">{direction}</fdir1></{engine}></friction></surface>"
+        )
+    };
+    let text = sdf("0 0 0 0 0 0", surface).replace("mecanum_", "plain_");
+    let line = 1 + text[..text.find(&format!("<{mu}>")).unwrap()]
+        .matches('\n')
+        .count();
+    let why = why
+        .replace("line A", &format!("line {line}"))
+        .replace("line B", &format!("line {}", line + 1))
+        .replace("line C", &format!("line {}", line + 2));
+    let help = read("r.sdf", &text, &LoadOptions::default())
+        .unwrap_err()
+        .help();
+    assert!(
+        help.contains("the `<fdir1>` of `fl` ") && help.contains(&why),
+        "{help}"
+    );
+}
+
+/// A joint of two axes steers by the first, which is the parent's, and turns its wheel by the second.
+#[test]
+fn wheels_on_joints_of_two_axes_are_steered() {
+    let text = sdf("0 0 0 0 0 0", |_| String::new()).replace("mecanum_", "plain_");
+    let turn = "type=\"revolute\"><parent>base</parent><child>f";
+    let axis = "<axis><xyz>0 1 0</xyz></axis>";
+    let both = "<axis><xyz>0 0 1</xyz><limit><lower>-0.6</lower><upper>0.5</upper></limit></axis><axis2><xyz>0 1 0</xyz></axis2>";
+    let steered: String = text
+        .split_inclusive("</joint>")
+        .map(|part| match part.contains(turn) {
+            true => part
+                .replace("type=\"revolute\"", "type=\"universal\"")
+                .replace(axis, both),
+            false => part.to_owned(),
+        })
+        .collect();
+    let loaded = read("r.sdf", &steered, &LoadOptions::default());
+    let robot = loaded.unwrap_or_else(|e| panic!("{e}")).robot;
+    let mut names: Vec<&str> = robot.wheels.iter().map(|w| w.name.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["plain_fl", "plain_fr", "plain_rl", "plain_rr"]);
+    assert!(
+        (robot.mass_kg() - 14.0).abs() < 1e-12,
+        "{}",
+        robot.mass_kg()
+    );
+    for wheel in &robot.wheels {
+        let steering = robot.steering_of(wheel).map(|joint| &robot.joints[joint]);
+        assert_eq!(
+            steering.is_some(),
+            wheel.name.contains("_f"),
+            "{}",
+            wheel.name
+        );
+        if let Some(joint) = steering {
+            assert_eq!(joint.name, format!("{}::axis", wheel.name));
+            let [lower, upper] = joint.limits;
+            assert!((lower + 0.6).abs() < 1e-12 && (upper - 0.5).abs() < 1e-12);
+        }
+        let at = wheel.position_m();
+        assert!((at.z - 0.05).abs() < 1e-12 && (wheel.radius_m - 0.05).abs() < 1e-12);
+    }
+}
+
+/// An SDF may hang a link by two joints, as a rack by both of what it joins: only a loop is no
+/// tree, of which a repair leaves out the joint that closes it.
+#[test]
+fn joints_of_sdf_hang_from_either_side() {
+    let inertial = "<inertial><mass>0.5</mass><inertia><ixx>0.001</ixx><iyy>0.001</iyy><izz>0.001</izz></inertia></inertial>";
+    let fixed = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"fixed\"><parent>{parent}</parent><child>{child}</child></joint>"
+        )
+    };
+    let with = |joints: &str| {
+        let links = ["rack", "camera"].map(|name| {
+            format!("<link name=\"{name}\"><pose>0.1 0 0.3 0 0 0</pose>{inertial}</link>")
+        });
+        let text = sdf("0 0 0 0 0 0", |_| String::new());
+        text.replace("</model>", &format!("{}{joints}</model>", links.concat()))
+    };
+    let (below, above) = (fixed("b", "base", "rack"), fixed("c", "rack", "camera"));
+    let across = fixed("c", "camera", "rack");
+    let closing = fixed("d", "camera", "base");
+    let plain = |text: &str| read("r.sdf", text, &LoadOptions::default());
+    let mass = |robot: &Robot| robot.chassis.mass.clone();
+    let tree = plain(&with(&format!("{below}{above}"))).unwrap();
+    let graph = plain(&with(&format!("{below}{across}"))).unwrap();
+    assert_eq!(mass(&graph.robot), mass(&tree.robot));
+    let loop_of = with(&format!("{below}{above}{closing}"));
+    assert!(plain(&loop_of).is_err());
+    let mut repaired = LoadOptions::default();
+    repaired.repair = true;
+    let repaired = read("r.sdf", &loop_of, &repaired).unwrap();
+    assert_eq!(mass(&repaired.robot), mass(&tree.robot));
+    let said = remarks(&repaired).concat();
+    assert!(
+        said.contains("joint `d`: left out: it closes a loop"),
+        "{said}"
+    );
+}
+
 /// A link that nothing joins leaves the frame to the root that carries the robot.
 #[test]
 fn a_stray_link_of_sdf_moves_no_wheel() {

@@ -58,6 +58,57 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
+/// Casters steer nothing, beside wheels that do not turn in the file, or of which one follows the
+/// other.
+#[test]
+fn casters_are_no_wheels_of_a_pair_that_does_not_turn() {
+    let joint = |name: &str| format!("<joint name=\"{name}\" type=\"continuous\">");
+    let fixed = ["left", "right"]
+        .iter()
+        .fold(DIFFERENTIAL.to_owned(), |text, name| {
+            text.replace(&joint(name), &joint(name).replace("continuous", "fixed"))
+        });
+    let robot = load(&fixed);
+    assert_eq!(names(&robot), ["left", "right"]);
+    assert_eq!(robot.joints.len(), 4);
+    let end = "<child link=\"right_wheel\"/>";
+    let mimic = DIFFERENTIAL.replace(end, &format!("{end}<mimic joint=\"left\"/>"));
+    let error = Robot::from_urdf_str(&mimic, "robot.urdf").unwrap_err();
+    assert!(!error.to_string().contains("steered wheels"), "{error}");
+}
+
+/// The size of two wheels side by side whose mesh is not found is asked for; that rollers are
+/// missing is not said. Two turning segments of an arm are no wheels.
+#[test]
+fn the_size_of_a_pair_of_wheels_is_asked_for() {
+    let cylinder = r#"<cylinder radius="0.06" length="0.025"/>"#;
+    assert_eq!(DIFFERENTIAL.matches(cylinder).count(), 4);
+    let unknown = DIFFERENTIAL.replace(
+        cylinder,
+        r#"<mesh filename="package://robot_meshes/meshes/disc.stl"/>"#,
+    );
+    let error = Robot::from_urdf_str(&unknown, "robot.urdf").unwrap_err();
+    let (words, help) = (error.to_string(), error.help());
+    let named = words.contains("does not show its radius") && words.contains("`robot_meshes`");
+    assert!(
+        named && help.contains("say the wheels' radius"),
+        "{words}; {help}"
+    );
+    let mut options = LoadOptions::default();
+    options.wheel_radius_m = Some(0.06);
+    options.leave_out_missing = true;
+    let loaded = Robot::from_urdf_str_with(&unknown, "robot.urdf", &options).expect("its size");
+    assert_eq!(names(&loaded.robot), ["left", "right"]);
+    let arm = unknown
+        .replace("wheel", "segment")
+        .replace("disc", "segment");
+    let error = Robot::from_urdf_str(&arm, "robot.urdf").unwrap_err();
+    assert!(
+        !error.to_string().contains("does not show its radius"),
+        "{error}"
+    );
+}
+
 /// Casters of a robot on rollers are free too, where the file calls them so: held, they would carry
 /// the robot as its chassis does.
 #[test]

@@ -219,6 +219,14 @@ fn axes_of_the_tracker_that_are_turned_or_left_handed_are_named() {
         &said(|log| pose(log, |[x, y, heading]| [x, y, heading + 1.0])),
         &["moves -57 degrees off", "tracker's heading is turned"],
     );
+    // Turned as well, no single axis and no other order of the wheels explains it.
+    holds(
+        &said(|log| pose(log, |[x, y, heading]| [x, y, -heading - 1.0])),
+        &[
+            "turns left where its wheels as stated turn it right",
+            "likely the heading is counted clockwise: give it `scale = -1`; or wheels are swapped",
+        ],
+    );
 }
 
 #[test]

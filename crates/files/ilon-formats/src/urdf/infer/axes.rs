@@ -131,7 +131,9 @@ fn friction_setting<'a, 'i>(
         .children()
         .filter(|n| n.has_tag_name("gazebo") && n.attribute("reference") == Some(link));
     let mut settings = of_link.flat_map(|n| n.descendants());
-    settings.find(|n| tags.contains(&n.tag_name().name()))
+    // SDF's `<friction>` of a surface contains the others.
+    let is_value = |n: &Node| !n.children().any(|inner| inner.is_element());
+    settings.find(|n| tags.contains(&n.tag_name().name()) && is_value(n))
 }
 
 /// Returns the direction in which a link grips, in the body frame: the first direction or the one
@@ -164,7 +166,8 @@ fn friction_direction(
             format!("cannot be used: the `{tag}` on line {line} is not a number, but `{text}`")
         })
     };
-    let (first, second) = match (number(&["mu", "mu1"]), number(&["mu2"])) {
+    let firsts = number(&["mu", "mu1", "friction"]);
+    let (first, second) = match (firsts, number(&["mu2", "friction2"])) {
         (Ok(first), Ok(second)) => (first, second),
         (Err(why), _) | (_, Err(why)) => return Some(Err(why)),
     };
@@ -183,9 +186,11 @@ fn friction_direction(
         let why = "names no frame but the wheel's own, with which it turns, so that it says nothing of rollers: name one that stands, as `expressed_in`";
         return Some(Err(why.to_owned()));
     }
-    let Some([x, y, z]) = numbers(&text_of(fdir1)).and_then(|v| <[f64; 3]>::try_from(v).ok())
-    else {
-        return Some(Err("is not three numbers".to_owned()));
+    let text = text_of(fdir1);
+    let Some([x, y, z]) = numbers(&text).and_then(|v| <[f64; 3]>::try_from(v).ok()) else {
+        let line = source.line_of(fdir1);
+        let why = format!("on line {line} is not three numbers, but `{text}`");
+        return Some(Err(why));
     };
     let Some(of) = tree.links.iter().find(|l| l.name == frame) else {
         return Some(Err(format!("names the frame `{frame}`, which is no link")));

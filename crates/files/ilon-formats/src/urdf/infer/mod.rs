@@ -127,8 +127,11 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
         .cloned()
         .collect();
     let source = loading.source;
-    let is_known = likes.iter().all(|like| like.disc.is_some());
-    if !is_known
+    // Where the size is not known, it is asked for: of wheels, not of segments of arms.
+    let are_wheels = likes
+        .iter()
+        .all(|like| like.disc.is_some() || !is_steered && is_called_wheel(tree, like.joint));
+    if !(are_wheels || is_driven_as_plain(source))
         || !stand_below_mass(tree, &likes)
         || speaks_of_mecanum(source, tree, &likes).is_some()
     {
@@ -160,7 +163,7 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
     Some(on_tyres(tree, survey))
 }
 
-/// Whether wheels reach below the robot's centre of mass: those of arms do not.
+/// Whether wheels of known size reach below the robot's centre of mass: those of arms do not.
 fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
     let masses = tree.links.iter().filter_map(|link| link.mass.clone());
     // Files for viewers give no mass, and nothing then speaks against wheels.
@@ -169,12 +172,14 @@ fn stand_below_mass(tree: &Tree, wheels: &[WheelLike]) -> bool {
     };
     let bottom_m = |wheel: &WheelLike| Some(wheel.origin.z - wheel.disc?.radius_m);
     let mut bottoms_m = wheels.iter().map(bottom_m);
-    bottoms_m.all(|bottom_m| bottom_m.is_some_and(|z_m| z_m < whole.center_of_mass_m.z))
+    bottoms_m.all(|bottom_m| bottom_m.is_none_or(|z_m| z_m < whole.center_of_mass_m.z))
 }
 
 /// Returns the joints of steered wheels but for casters; some call all modules of a robot so.
-fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
-    let are_beside = !survey.turning.is_empty();
+pub(super) fn steered(tree: &Tree, survey: &Survey) -> impl Iterator<Item = usize> {
+    let mut others = survey.others.iter();
+    let are_beside =
+        !survey.turning.is_empty() || others.any(|like| is_called_wheel(tree, like.joint));
     let joints = survey.steered.iter().map(|like| like.joint);
     joints.filter(move |joint| !(are_beside && casters::is_caster(tree, *joint)))
 }
