@@ -512,7 +512,7 @@ impl Stability {
             digits(product)
         );
         let help = format!(
-            "choose a gain below {} /s, or a shorter `run.control_dt_s`",
+            "choose a gain below {} /s; a shorter `run.control_dt_s` or wheel loops of more bandwidth allow more",
             digits(bounds.overshoots_from / period_s)
         );
         if product >= hopeless * ALMOST {

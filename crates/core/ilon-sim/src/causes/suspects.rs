@@ -20,7 +20,7 @@ use crate::simulate::{Resolved, resolve};
 use crate::standard_motions::{MOTIONS, StandardMotion, standard_motions};
 
 /// The effect of a defect in a motion: the robot's end pose with the defect minus that without it,
-/// per metre of way or per turn on the spot.
+/// per metre of way or per turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Drift {

@@ -153,3 +153,19 @@ fn what_has_no_planar_base_is_refused_in_words() {
     }
     assert!(!folder.path("robot_planar/planar.json").exists());
 }
+
+/// Tyres hold a robot sideways, or are steered first: that is said, not that it lacks grip.
+#[test]
+fn of_a_robot_on_tyres_the_true_reason_is_said() {
+    let folder = Folder::new();
+    for robot in ["tricycle.urdf", "swerve4.urdf"] {
+        let said = ended_with(
+            2,
+            &folder.ilon(&["export", "--planar", &assets(robot), "--out", "base"]),
+        );
+        assert!(
+            said.contains("the tyre of") && !said.contains("friction"),
+            "{said}"
+        );
+    }
+}

@@ -357,11 +357,16 @@ fn judged(
         JudgedBy::EachRun => "by cross-validation over runs",
         JudgedBy::EachStretch => "by cross-validation over eighths of the runs",
     };
+    // Ends are of whole runs: cross-validation has none that were not fitted.
+    let where_ = match judged_by {
+        JudgedBy::Runs => "",
+        JudgedBy::EachRun | JudgedBy::EachStretch => "on the fitted runs ",
+    };
     let milli = |metres: f64| number(1e3 * metres);
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{model}\" errs by {} mm over a stretch of {} s {judged}, the nominal robot by {} mm; odometry ends {} mm off instead of {} mm.",
+            "The model \"{model}\" errs by {} mm over a stretch of {} s {judged}, the nominal robot by {} mm; odometry ends {where_}{} mm off instead of {} mm.",
             milli(after.position_rms_m),
             number(window_s),
             milli(before.position_rms_m),

@@ -361,6 +361,17 @@ fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
         .axes
         .iter()
         .max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    // Shares that are known this badly are only an order.
+    const VAGUE: f64 = 0.5;
+    if first.total.high - first.total.low > VAGUE {
+        return Some(format!(
+            "{} is {} with a standard deviation of {}: {} seems to cause most of it; more points would tell how much.",
+            capital(&title(&one.quantity, &one.scenario, study)),
+            value_of(&one.quantity, one.mean),
+            value_of(&one.quantity, one.deviation),
+            first.key
+        ));
+    }
     Some(format!(
         "{} is {} with a standard deviation of {}: {} causes {} of that variance ({:.0} to {:.0}, 95 %), {} by itself.",
         capital(&title(&one.quantity, &one.scenario, study)),

@@ -104,17 +104,22 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     let slip_j = summary.energy.slip_j?;
     let under_wheels_j = under_wheels_j(summary);
     let rubbed_j = slip_j - under_wheels_j;
-    let who = if header.bodies.is_empty() {
-        "friction of its body"
-    } else {
-        "friction of its body and of what it pushes"
+    let who = match (header.bodies.is_empty(), header.is_on_tyres()) {
+        (true, false) => "friction of its body",
+        (true, true) => "friction of its body and casters",
+        (false, _) => "friction of its body and of what it pushes",
     };
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }
 
 /// Reports sliding if no wheel slid far: short slides and creep below the limit, if they cost a
 /// share of the work, and other rubbing.
-fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str) -> String {
+fn without_slides(
+    summary: &Summary,
+    header: &Header,
+    rubbing: Option<(f64, &str)>,
+    of_work: &str,
+) -> String {
     /// Smaller shares of the energy supplied are not reported.
     const LEAST: f64 = 0.01;
     let under_wheels_j = under_wheels_j(summary);
@@ -127,6 +132,11 @@ fn without_slides(summary: &Summary, rubbing: Option<(f64, &str)>, of_work: &str
     let far = format!("{} mm", 1e3 * LEAST_SLIDE_M);
     let under_wheels = match (reached, costs) {
         (false, false) => "No wheel lost grip".to_owned(),
+        (false, true) if header.is_on_tyres() => {
+            format!(
+                "No wheel lost grip; tyres that scrub across their width cost <b>{cost}</b>{of_work}"
+            )
+        }
         (false, true) => format!("No wheel lost grip; micro-slip cost <b>{cost}</b>{of_work}"),
         (true, false) => format!("No wheel slid by {far} or more at a time"),
         (true, true) => format!(
@@ -164,7 +174,7 @@ pub(super) fn slipping(
         .filter(|e| matches!(e.kind, EventKind::Slide(_)))
         .collect();
     let Some(worst) = slides.iter().max_by(|a, b| a.lost_j.total_cmp(&b.lost_j)) else {
-        return Some(without_slides(summary, rubbing, &of_work) + &hand_over);
+        return Some(without_slides(summary, header, rubbing, &of_work) + &hand_over);
     };
     // Overlapping slides are reported together.
     let (from_s, until_s) = slides

@@ -378,11 +378,8 @@ fn tracking(summary: &Summary, start: &Start, floors: Option<(f64, f64)>) -> Opt
 fn obstacles(events: &[Event]) -> Option<String> {
     // Of the same kind at several times, all in one.
     let mut kinds: Vec<(&str, String)> = Vec::new();
-    for event in events
-        .iter()
-        .filter(|e| e.kind == EventKind::Ground)
-        .take(3)
-    {
+    let crossed = || events.iter().filter(|e| e.kind == EventKind::Ground);
+    for event in crossed().take(MOST_OF_A_KIND) {
         match kinds.iter_mut().find(|(text, _)| *text == event.text) {
             Some((_, times)) => *times += &format!(" and {}", event.when()),
             None => kinds.push((&event.text, event.when())),
@@ -392,7 +389,11 @@ fn obstacles(events: &[Event]) -> Option<String> {
     let outside: Vec<String> = kinds
         .map(|(text, times)| format!("{times} {}", escape(text)))
         .collect();
-    (!outside.is_empty()).then(|| format!("{}.", capital(&outside.join("; "))))
+    let more = match crossed().count().saturating_sub(MOST_OF_A_KIND) {
+        0 => String::new(),
+        more => format!("; {more} more"),
+    };
+    (!outside.is_empty()).then(|| format!("{}{more}.", capital(&outside.join("; "))))
 }
 
 #[cfg(test)]

@@ -75,8 +75,9 @@ pub(super) fn sentence(
     let mut causes = Vec::new();
     if slid_m > LEAST_CREPT_M && slid_m > MOSTLY * ledger.slip.path_m {
         let rate_mm_s = 1e3 * slid_m / summary.duration_s.max(1e-9);
+        // By creep of the contacts, or by play of the rollers.
         causes.push(format!(
-            "the contacts crept <b>{}</b> downhill, at {rate_mm_s:.3} mm/s",
+            "it crept <b>{}</b> downhill, at {rate_mm_s:.3} mm/s",
             length(slid_m)
         ));
     }

@@ -116,7 +116,7 @@ impl Touches {
         let (first, name) = firsts.min_by(|(a, _), (b, _)| a.from_s.total_cmp(&b.from_s))?;
         let all_j = self.work_before_j.iter().sum();
         Some(format!(
-            "It first touched <b>{}</b> at {}; pushing bodies {}.",
+            "It first touched <b>{}</b> at {}; its work on bodies {}.",
             escape(name),
             time(first.from_s),
             took(all_j, put_in_j),
@@ -129,16 +129,16 @@ fn took(work_j: f64, put_in_j: Option<f64>) -> String {
     /// Less work counts as zero, in J.
     const LEAST_J: f64 = 5e-4;
     if work_j.abs() < LEAST_J {
-        return "cost less than 1 mJ".to_owned();
+        return "was less than 1 mJ".to_owned();
     }
     if work_j < 0.0 {
-        return format!("gave back {}", energy(-work_j));
+        return format!("was negative: they gave back {}", energy(-work_j));
     }
     let of_all = put_in_j.filter(|all_j| *all_j >= work_j);
     let of_all = of_all.map_or_else(String::new, |all_j| {
         format!(", {} of the energy put in", percent(work_j / all_j))
     });
-    format!("cost {}{of_all}", energy(work_j))
+    format!("was {}{of_all}", energy(work_j))
 }
 
 #[cfg(test)]

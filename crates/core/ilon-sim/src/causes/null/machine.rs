@@ -2,13 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{Joint, JointRole, MotorLimits, Robot, RollersAsMade};
+use ilon_robot::{Joint, JointRole, MotorLimits, Robot, Roller, RollersAsMade};
 
 use super::list::{List, Run};
 use crate::scenario::{Contacts, Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
 
 /// A friction coefficient at which nothing slides. Chosen.
 const HOLDS: f64 = 100.0;
+
+/// Width of a tyre that resists no turn even with [`HOLDS`], over its radius. Chosen.
+const THIN: f64 = 1e-5;
 
 /// Factor on the gains of the wheel loops that makes them follow without lag. Chosen.
 const AT_ONCE: f64 = 50.0;
@@ -19,13 +22,16 @@ const STEPS_A_SWING: f64 = 4.0;
 
 /// Sliding, and the rollers with their bearings.
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
-    list.add(
-        "sliding",
-        "sliding (replaced by unlimited grip)",
-        |scenario, _| {
-            never_slides(scenario);
-        },
-    );
+    let words = match robot.has_tyres() {
+        false => "sliding (replaced by unlimited grip)",
+        true => "sliding (replaced by unlimited grip under tyres without width)",
+    };
+    list.add("sliding", words, |scenario, robot| {
+        never_slides(scenario);
+        if robot.has_tyres() {
+            grip_in_a_point(robot);
+        }
+    });
     let has_rollers = robot.wheels.iter().any(|wheel| !wheel.has_tyre());
     if has_rollers && scenario.guidance.kinematics == Kinematics::Ideal {
         list.add(
@@ -87,6 +93,30 @@ pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
             },
         );
     }
+}
+
+/// Leaves of each tyre its middle, and of feet and casters no friction: with unlimited grip none of
+/// them could turn or be dragged along.
+fn grip_in_a_point(robot: &mut Robot) {
+    for wheel in &mut robot.wheels {
+        for tyre in wheel.rollers.iter_mut().filter(|roller| roller.is_tyre()) {
+            let width_m = THIN * tyre.radius_m;
+            let thin = Roller::tyre(&wheel.name, tyre.radius_m, width_m, 0.25 * width_m);
+            if let Ok(thin) = thin {
+                (tyre.form, tyre.length_m) = (thin.form, width_m);
+            }
+        }
+    }
+    for joint in robot.caster_joints() {
+        let shapes = &mut robot.joints[joint].body.collisions;
+        shapes
+            .iter_mut()
+            .for_each(|shape| shape.friction = Some(0.0));
+    }
+    let shapes = &mut robot.chassis.collisions;
+    shapes
+        .iter_mut()
+        .for_each(|shape| shape.friction = Some(0.0));
 }
 
 /// Unlimited grip and no creep on every surface.

@@ -190,7 +190,7 @@ fn drifts<'s>(
 ) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{robot}: what each usual cause adds, per metre or per turn on the spot: mm ahead, mm to the left, degrees to the left (· = too small to tell). \
+        "{robot}: what each usual cause adds, per metre or per turn: mm ahead, mm to the left, degrees to the left (· = too small to tell). \
          Rank them by what you measured: --seen \"left 20 mm/m, turn 1 deg/m\""
     ));
     // Motions that the robot cannot drive have no column.

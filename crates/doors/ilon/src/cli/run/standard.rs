@@ -117,7 +117,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
     let mut table = Table::new();
     table.heading(&format!(
         "{name}: speed reached, as share of the command; what is taken from the wheels' speed by {}; drift from the command and of wheel \
-         odometry, per metre or per turn on the spot, + ahead and to the left; most grip used",
+         odometry, per metre or per turn, + ahead and to the left; most grip used",
         if has_rollers {
             "roller geometry, and the rest by slip, lift-off and wheels that work against each other"
         } else {
