@@ -112,7 +112,7 @@ const ARC: &str = "twist = { vx_m_s = 0.3, omega_rad_s = 0.6, rest_s = 0, ramp_s
 /// sliding. (Of tyres with their width grip of 100 was a brake on every turn: 0.5 to 1.6 m were "by
 /// sliding".)
 #[test_case("differential", ARC_AND_BACK, 0.03)]
-#[test_case("tricycle", ARC, 3e-3)]
+#[test_case("tricycle", ARC, 0.01)]
 fn without_sliding_tyres_still_turn(robot: &str, motion: &str, most_m: f64) {
     let found = explained(&scenario(robot, motion));
     let effect = |key: &str| {
