@@ -603,9 +603,6 @@ fn silhouette_points_m(shape: &CollisionShape) -> Vec<Vector3<f64>> {
 fn convex_hull(mut points: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
     let half = |points: &mut dyn Iterator<Item = &Vector2<f64>>| {
         let mut chain: Vec<Vector2<f64>> = Vec::new();
         for &p in points {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ilon_formats::LoadRobot;
 use ilon_sim::robot::Pose;
 use ilon_sim::{Plant, Scenario, Simulation, WheelCommand, load_robot, resolve};
 use test_case::test_case;
@@ -289,4 +290,21 @@ fn omni_wheels_beside_tyres_roll_on_their_own_radius() {
             assert!((ratio - 1.0).abs() < near, "{twist}: {ratio}");
         }
     }
+}
+
+/// The sharpest turn of the tricycle is about a point on the axle of its rear wheels, where the
+/// steered wheel, 0.45 m ahead of it and turned by 74.4845 deg, rolls about it too: that wheel is
+/// the furthest away, and limits the turn by its 0.06 m at 30 rad/s.
+#[test]
+fn a_tricycle_turns_as_fast_as_its_furthest_wheel_rolls() {
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots/tricycle.toml");
+    let robot = ilon_sim::robot::Robot::load(robot).expect("a shipped robot");
+    let seen = ilon_sim::inspect::Inspection::of(&robot).expect("it is inspected");
+    let (ahead_m, steered_rad) = (0.45_f64, 74.4845_f64.to_radians());
+    let expected = 0.06 * 30.0 / ahead_m.hypot(ahead_m / steered_rad.tan());
+    let yaw_rate_rad_s = seen.speed_limits.expect("limited").yaw_rate_rad_s;
+    assert!(
+        (yaw_rate_rad_s / expected - 1.0).abs() < 1e-4,
+        "{yaw_rate_rad_s} {expected}"
+    );
 }

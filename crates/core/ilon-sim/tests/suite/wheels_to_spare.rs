@@ -148,7 +148,7 @@ fn hubs_that_travel_further_than_contacts_give_are_remarked() {
 #[test]
 fn a_wheel_that_ends_higher_than_contacts_give_is_remarked() {
     let text = said(&rounded("0 0 0", "0 1 0", 0.0326), "").unwrap();
-    assert!(text.contains("higher than the others"), "{text}");
+    assert!(text.contains("off the floor"), "{text}");
 }
 
 /// Axes that lean by more than rounding (0.2 deg) lift hubs: the ground meets a wheel at the ends

@@ -584,7 +584,7 @@ fn a_real_robot_on_tyres_is_fitted_and_its_twin_drives_alike() {
         / found["controller"]["radius_m"]["value"]
             .as_f64()
             .expect("m");
-    let left = format!("`right_wheel_radius_multiplier`: left to {share:.3}");
+    let left = format!("`right_wheel_radius_multiplier`: left to {share:.4}");
     assert!(said.contains(&left), "{left}: {said}");
     // A robot that cannot move sideways is not asked to.
     assert!(!said.contains("sideways"), "{said}");

@@ -161,7 +161,7 @@ fn the_wet_floor_is_named_and_the_page_is_light() {
     let story = page.split("<div class=\"story\">").nth(1).expect("a story");
     let story = story.split("</div>").next().expect("an answer");
     let largest_mm = 1e3 * run.summary.position_error_max_m.expect("a reference");
-    let named = "Without the floor&#39;s friction of 0.02 from 4.00 to 7.00 s the largest position error would have been";
+    let named = "Without the floor&#39;s change of friction to 0.02 from 4.00 to 7.00 s the largest position error would have been";
     // As many digits as half the step confirms.
     for words in [&format!("<b>{largest_mm:.1} mm</b>"), named] {
         assert!(story.contains(words), "{words}: {story}");

@@ -170,13 +170,39 @@ fn from_rest(outline: &LimitOutline, wheels: &[WheelInspection], px_per_m_s2: f6
             group = group.add(side);
         }
         let middle = places[(start + length / 2) % count];
-        let outward = (middle - MIDDLE_PX).try_normalize(1e-9).unwrap_or_default();
-        let beside = middle + 22.0 * outward + Vector2::new(outward.x * 28.0, 4.0);
         group = group.add(
-            words_at(&printable(wheel), beside)
+            words_at(&printable(wheel), beside(middle))
                 .set("fill", color)
                 .set("font-weight", 600),
         );
     }
     group
+}
+
+/// The middle of a name outside of an outline, beside a point of it.
+fn beside(point: Vector2<f64>) -> Vector2<f64> {
+    let outward = (point - MIDDLE_PX).try_normalize(1e-9).unwrap_or_default();
+    point + 22.0 * outward + Vector2::new(outward.x * 28.0, 4.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line of 16 px is centred on a baseline 4 px below its middle, and a name is some 50 px
+    /// wide: on the left and the right it begins beyond the point, above and below it leaves 10 px.
+    #[test]
+    fn a_name_stands_outside_of_its_outline() {
+        for (x, y, least_px) in [
+            (1.0, 0.0, 25.0),
+            (-1.0, 0.0, 25.0),
+            (0.0, 1.0, 10.0),
+            (0.0, -1.0, 10.0),
+        ] {
+            let outward = Vector2::new(x, y);
+            let point = MIDDLE_PX + 100.0 * outward;
+            let further_px = (beside(point) - point).dot(&outward);
+            assert!(further_px > least_px, "{outward}: {further_px}");
+        }
+    }
 }

@@ -351,6 +351,25 @@ mod tests {
     }
 
     #[test]
+    fn without_rolling_resistance_wheels_and_floor_have_none() {
+        let mut scenario = scenario("world.floor.rolling_resistance = 0.03");
+        let mut robot = robot();
+        for wheel in &mut robot.wheels {
+            wheel.surface.rolling_resistance = 0.02;
+        }
+        let mut list = List::default();
+        of_rollers(&scenario, &robot, &mut list);
+        let mut of_it = list.0.into_iter();
+        let (_, without) = of_it
+            .find(|(cause, _)| cause.key == "rolling_resistance")
+            .expect("it resists");
+        without(&mut scenario, &mut robot);
+        let mut wheels = robot.wheels.iter();
+        assert!(wheels.all(|wheel| wheel.surface.rolling_resistance == 0.0));
+        assert!(!of_floor_resists(&scenario));
+    }
+
+    #[test]
     fn without_drag_neither_hubs_nor_rollers_have_any() {
         let (scenario, mut robot) = (scenario(""), robot());
         for wheel in &mut robot.wheels {

@@ -66,7 +66,7 @@ pub fn tables(found: &Identified) -> Vec<Table> {
 pub fn of_simulation(simulation: &Simulation) -> Vec<Table> {
     vec![
         misses(simulation),
-        simulated_series(simulation),
+        simulated_series(&simulation.series),
         ripple(simulation),
         torques(simulation),
         drives(simulation),
@@ -204,7 +204,7 @@ fn misses(simulation: &Simulation) -> Table {
     )
 }
 
-fn simulated_series(simulation: &Simulation) -> Table {
+fn simulated_series(series: &[SimulatedSeries]) -> Table {
     table_of::<&SimulatedSeries>(
         "Sideways over ahead",
         &[
@@ -215,7 +215,7 @@ fn simulated_series(simulation: &Simulation) -> Table {
             ("to", &|series| known(series.sideways_over_ahead.ci95[1])),
             ("simulated", &|series| fine(series.simulated)),
         ],
-        &simulation.series,
+        series,
     )
 }
 
@@ -291,4 +291,29 @@ fn drives(simulation: &Simulation) -> Table {
         ],
         &simulation.drives,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each figure stands below its own heading.
+    #[test]
+    fn a_measured_ratio_stands_before_the_ends_of_its_interval() {
+        let table = simulated_series(&[SimulatedSeries {
+            name: "carpet".to_owned(),
+            held_out: true,
+            sideways_over_ahead: Value {
+                value: 0.96,
+                ci95: [Some(0.95), Some(0.98)],
+                unit: String::new(),
+                nominal: 1.0,
+            },
+            simulated: 0.97,
+        }]);
+        let row = ["carpet", "unseen", "0.9600", "0.9500", "0.9800", "0.9700"];
+        let head = ["series", "", "measured", "from", "to", "simulated"];
+        assert_eq!(table.head, head);
+        assert_eq!(table.rows, [row]);
+    }
 }
