@@ -71,7 +71,7 @@ pub(crate) fn evaluate(
             row.figures = figures;
             if let Some(run) = &run {
                 row.trace_hash = Some(run.summary.trace_hash.clone());
-                row.notes = ilon_sim::gathered(&run.warnings);
+                row.notes.clone_from(&run.warnings);
             }
             Ok((row, run))
         }

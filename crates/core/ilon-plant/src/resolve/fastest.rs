@@ -7,7 +7,7 @@
 //! springs and joints move. So the plant itself is driven along the path, under the scenario's
 //! guidance, and the share is lowered until it hardly slides.
 
-use ilon_robot::{Pose, Robot, Twist};
+use ilon_robot::{Pose, Robot, Twist, wrap_angle};
 use ilon_trace::significant;
 
 use crate::limits::share::{Drive, MAY_SLIDE, ShareSearch};
@@ -68,13 +68,16 @@ fn beginning(resolved: &Resolved) -> Option<Pose> {
 
 /// A remark, if the robot does not start where its path begins: the way there is not tried.
 fn starts_off(resolved: &Resolved) -> Option<String> {
-    /// Nearer starts are on the path, in metres. Chosen.
+    /// Nearer starts are on the path, in metres and radians. Chosen.
     const NEAR_M: f64 = 0.01;
+    const NEAR_RAD: f64 = 0.05;
     let (start, path) = (resolved.start(), beginning(resolved)?);
     let off_m = libm::hypot(path.x_m - start.x_m, path.y_m - start.y_m);
-    (off_m > NEAR_M).then(|| {
+    let off_rad = wrap_angle(path.heading_rad - start.heading_rad).abs();
+    (off_m > NEAR_M || off_rad > NEAR_RAD).then(|| {
+        let off_deg = off_rad.to_degrees();
         format!(
-            "the robot starts {off_m:.2} m off its path, and slides as it may on the way there: to begin on the path, set `robot.x_m = {}`, `robot.y_m = {}` \
+            "the robot starts {off_m:.2} m and {off_deg:.0} deg off its path, and slides as it may on the way there: to begin on the path, set `robot.x_m = {}`, `robot.y_m = {}` \
              and `robot.heading_deg = {}`",
             significant(path.x_m, 6),
             significant(path.y_m, 6),

@@ -346,6 +346,8 @@ mod tests {
     fn what_misses_a_lower_bound_is_short_of_it() {
         let broken = verdict("signal = 'wheel*_rate_rad_s'\nmin = 4").to_string();
         assert!(broken.ends_with(" % short)"), "{broken}");
+        let above = verdict("signal = 'wheel*_rate_rad_s'\nmin = 0\nmax = 1.5").to_string();
+        assert!(above.ends_with(" % beyond)"), "{above}");
     }
 
     #[test]

@@ -45,7 +45,10 @@ impl std::fmt::Display for Verdict {
         if let Some(at_s) = at_s {
             write!(f, " at {} s", number(to_microseconds(*at_s)))?;
         }
-        let way = match bound.starts_with(">=") {
+        // Of a range, it may be beyond either end.
+        let least = bound.strip_prefix(">= ");
+        let least = least.and_then(|least| least.split(' ').next()?.parse().ok());
+        let way = match least.is_some_and(|least: f64| *measured < least) {
             true => "short",
             false => "beyond",
         };

@@ -901,10 +901,11 @@ fn a_start_off_the_path_is_remarked() {
     };
     let said = remark("x_m = 0.0").expect("it starts in the middle");
     assert!(
-        said.contains("starts 0.70 m off") && said.contains("`robot.x_m = 0.7`"),
+        said.contains("starts 0.70 m and 0 deg off") && said.contains("`robot.x_m = 0.7`"),
         "{said}"
     );
     assert_eq!(remark("x_m = 0.7"), None);
+    assert!(remark("x_m = 0.7, heading_deg = 170").is_some());
 }
 
 /// Faults and noise are ignored when a path is timed.

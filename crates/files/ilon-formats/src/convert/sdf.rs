@@ -543,15 +543,25 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     /// The springs in its joints: on the body they act with -stiffness (q - reference).
     fn springs(&self) -> Result<BTreeMap<String, JointSpring>, RobotError> {
         let mut springs = BTreeMap::new();
-        for node in self.all("joint") {
-            let moves = node.attribute("type") != Some("ball");
-            let axis = child(node, "axis").filter(|_| moves);
-            let dynamics = axis.and_then(|axis| child(axis, "dynamics"));
-            let (Some(dynamics), Some(name)) = (dynamics, node.attribute("name")) else {
+        let joints = self.all("joint");
+        let moving = joints.filter(|node| node.attribute("type") != Some("ball"));
+        let axes = moving.flat_map(|node| {
+            let name = node.attribute("name").unwrap_or_default();
+            // Of two axes, the first is a joint of its own above the other's.
+            match node.attribute("type") {
+                Some("universal" | "revolute2") => vec![
+                    (child(node, "axis"), format!("{name}::axis")),
+                    (child(node, "axis2"), name.to_owned()),
+                ],
+                _ => vec![(child(node, "axis"), name.to_owned())],
+            }
+        });
+        for (axis, name) in axes {
+            let Some(dynamics) = axis.and_then(|axis| child(axis, "dynamics")) else {
                 continue;
             };
-            let stiffness = self.of_spring(dynamics, "spring_stiffness", name)?;
-            let rest = self.of_spring(dynamics, "spring_reference", name)?;
+            let stiffness = self.of_spring(dynamics, "spring_stiffness", &name)?;
+            let rest = self.of_spring(dynamics, "spring_reference", &name)?;
             if stiffness < 0.0 {
                 let said = child(dynamics, "spring_stiffness").unwrap_or(dynamics);
                 let words = format!(
@@ -565,7 +575,7 @@ impl<'a, 'i> Model<'a, 'i, '_> {
                     rest,
                     preload: 0.0,
                 };
-                springs.insert(name.to_owned(), spring);
+                springs.insert(name, spring);
             }
         }
         Ok(springs)

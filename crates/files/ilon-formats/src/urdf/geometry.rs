@@ -1,7 +1,7 @@
 //! Collision geometry: conversion to shapes of the model, and a roller's [`Profile`] about its
 //! axis, with t counted from the point closest to the hub axis.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use urdf_rs::Geometry;
 
 use super::mesh::Meshes;
@@ -67,29 +67,61 @@ pub(super) fn mesh_hull(
     filename: &str,
     scale: Option<urdf_rs::Vec3>,
 ) -> Result<CollisionShape, Fault> {
-    let mut points_m = mesh_points(meshes, filename, scale, &Isometry3::identity())?;
-    let distinct = distinct(points_m.clone());
-    if distinct.len() > MOST_HULL_POINTS {
-        let reach_m = |axis: usize| distinct.iter().map(|p| p[axis].abs()).fold(1e-9, f64::max);
-        let half_m = Vector3::new(reach_m(0), reach_m(1), reach_m(2));
-        let furthest = |even: Vector3<f64>| {
-            let u = even.component_div(&half_m);
-            let (mut most_m, mut furthest) = (f64::NEG_INFINITY, distinct[0]);
-            for point in &distinct {
-                let reach_m = point.coords.dot(&u);
-                if reach_m > most_m {
-                    (most_m, furthest) = (reach_m, *point);
-                }
-            }
-            furthest
-        };
-        let axes = Matrix3::<f64>::identity();
-        let axes = (0..3).flat_map(|k| [axes.column(k).into(), (-axes.column(k)).into()]);
-        let all = axes.chain(directions(MOST_HULL_POINTS - 6));
-        points_m = self::distinct(all.map(furthest).collect());
+    let mut points_m = distinct(mesh_points(
+        meshes,
+        filename,
+        scale,
+        &Isometry3::identity(),
+    )?);
+    if points_m.len() > MOST_HULL_POINTS {
+        points_m = distinct(furthest(points_m));
     }
     let points_m = points_m.into();
     Ok(CollisionShape::ConvexHull { points_m })
+}
+
+/// The furthest of many points in each of [`MOST_HULL_POINTS`] directions.
+fn furthest(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+    /// Points that lie together, and cells along an axis in which they do. Chosen.
+    const TOGETHER: usize = 256;
+    const CELLS: f64 = 16.0;
+    let (low, high) = range(&points);
+    let half = 0.5 * (high - low).map(|side| side.max(1e-9));
+    let cell = |p: &Point3<f64>| {
+        let cell = (p.coords - low).component_div(&half) * (0.5 * CELLS);
+        [cell.x, cell.y, cell.z].map(|x| x as u8)
+    };
+    points.sort_by_cached_key(cell);
+    let groups: Vec<_> = points.chunks(TOGETHER).map(|of| (range(of), of)).collect();
+    let furthest = |even: Vector3<f64>| {
+        let u = even.component_div(&half);
+        let (mut most, mut furthest) = (f64::NEG_INFINITY, points[0]);
+        for ((low, high), group) in &groups {
+            let reach = low.component_mul(&u).sup(&high.component_mul(&u)).sum();
+            if reach <= most {
+                continue;
+            }
+            for point in *group {
+                let reach = point.coords.dot(&u);
+                if reach > most {
+                    (most, furthest) = (reach, *point);
+                }
+            }
+        }
+        furthest
+    };
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let axes = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    let all = axes.chain(directions(MOST_HULL_POINTS - 6));
+    all.map(furthest).collect()
+}
+
+/// The least and the largest coordinates of points.
+fn range(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
+    let none = Vector3::repeat(f64::INFINITY);
+    points.iter().fold((none, -none), |(low, high), p| {
+        (low.inf(&p.coords), high.sup(&p.coords))
+    })
 }
 
 /// Each point once.

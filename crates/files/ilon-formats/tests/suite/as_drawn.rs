@@ -210,6 +210,32 @@ fn wheels_on_joints_of_two_axes_are_steered() {
     }
 }
 
+/// Of a joint of two axes each spring acts about its own axis: here the mast's about the first.
+#[test]
+fn springs_of_joints_of_two_axes_stay_on_their_axes() {
+    let spring = |stiffness: f64| {
+        format!("<dynamics><spring_stiffness>{stiffness}</spring_stiffness></dynamics>")
+    };
+    let mast = format!(
+        "<link name=\"mast\"><pose>0 0 0.3 0 0 0</pose><inertial><mass>1</mass><inertia><ixx>0.01</ixx><ixy>0</ixy>\
+         <ixz>0</ixz><iyy>0.01</iyy><iyz>0</iyz><izz>0.01</izz></inertia></inertial></link>\
+         <joint name=\"u\" type=\"universal\"><parent>base</parent><child>mast</child><axis><xyz>1 0 0</xyz>{}</axis>\
+         <axis2><xyz>0 1 0</xyz>{}</axis2></joint></model>",
+        spring(50.0),
+        spring(70.0)
+    );
+    let text = sdf("0 0 0 0 0 0", |_| String::new()).replace("</model>", &mast);
+    let loaded = read("r.sdf", &text, &LoadOptions::default());
+    let robot = loaded.unwrap_or_else(|e| panic!("{e}")).robot;
+    for (name, stiffness) in [("u::axis", 50.0), ("u", 70.0)] {
+        let joint = robot.joints.iter().find(|joint| joint.name == name);
+        match joint.map(|joint| joint.role) {
+            Some(JointRole::Sprung(spring)) => assert_eq!(spring.stiffness, stiffness, "{name}"),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
 /// An SDF may hang a link by two joints, as a rack by both of what it joins: only a loop is no
 /// tree, of which a repair leaves out the joint that closes it.
 #[test]

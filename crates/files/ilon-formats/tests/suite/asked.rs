@@ -173,7 +173,7 @@ fn controllers_say_which_wheels_they_drive(kind: &str, is_mecanum: bool) {
     let radius_m = diagnosis
         .proposal
         .and_then(|options| options.wheel_radius_m);
-    assert_eq!(radius_m, Some(0.05));
+    assert_eq!(radius_m, is_mecanum.then_some(0.05));
 }
 
 /// A mesh with a path of another machine is found in the package that the path names.

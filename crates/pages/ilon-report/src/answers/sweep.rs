@@ -365,7 +365,7 @@ fn shares(one: &IndicesOf, study: &Study) -> Option<String> {
     const VAGUE: f64 = 0.5;
     if first.total.high - first.total.low > VAGUE {
         return Some(format!(
-            "{} is {} with a standard deviation of {}: {} seems to cause most of it; more points would tell how much.",
+            "{} is {} with a standard deviation of {}: {} seems to cause more of it than any other; more points would tell how much.",
             capital(&title(&one.quantity, &one.scenario, study)),
             value_of(&one.quantity, one.mean),
             value_of(&one.quantity, one.deviation),

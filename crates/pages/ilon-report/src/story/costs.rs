@@ -134,7 +134,7 @@ fn without_slides(
         (false, false) => "No wheel lost grip".to_owned(),
         (false, true) if header.is_on_tyres() => {
             format!(
-                "No wheel lost grip; tyres that scrub across their width cost <b>{cost}</b>{of_work}"
+                "No wheel lost grip; creep, and scrub across the tyres' width, cost <b>{cost}</b>{of_work}"
             )
         }
         (false, true) => format!("No wheel lost grip; micro-slip cost <b>{cost}</b>{of_work}"),

@@ -335,7 +335,12 @@ fn notes(rows: &[Row]) -> Vec<Notes> {
     };
     let mut notes: BTreeMap<String, Notes> = BTreeMap::new();
     for row in rows {
-        let kinds = row.notes.iter().map(|note| (without_numbers(note), note));
+        // The same of several wheels is one.
+        let said = |note: &str| match note.split_once(": ") {
+            Some((_, said)) => without_numbers(said),
+            None => without_numbers(note),
+        };
+        let kinds = row.notes.iter().map(|note| (said(note), note));
         for (kind, note) in kinds.collect::<BTreeMap<_, _>>() {
             let known = notes.entry(kind).or_insert_with(|| Notes {
                 note: note.clone(),

@@ -24,7 +24,9 @@ const STEPS_A_SWING: f64 = 4.0;
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
     let words = match robot.has_tyres() {
         false => "sliding (replaced by unlimited grip)",
-        true => "sliding (replaced by unlimited grip under tyres without width)",
+        true => {
+            "sliding (replaced by unlimited grip of tyres without width, on casters and feet without friction)"
+        }
     };
     list.add("sliding", words, |scenario, robot| {
         never_slides(scenario);

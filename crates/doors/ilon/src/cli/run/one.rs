@@ -143,7 +143,9 @@ pub fn one(
         }
     }
     for verdict in verdicts.iter().filter(|verdict| !verdict.held) {
-        bar.note(&format!("note: expected {verdict}"));
+        if let Some(words) = told.words(&scenario.name, &format!("expected {verdict}")) {
+            bar.note(&words);
+        }
     }
     if !arguments.json && matches!(told, Told::InFull) {
         let page = if arguments.no_report {

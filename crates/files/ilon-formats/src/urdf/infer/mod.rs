@@ -128,10 +128,11 @@ pub(super) fn tyres(loading: &mut Loading, survey: &Survey) -> Option<TyreOption
         .collect();
     let source = loading.source;
     // Where the size is not known, it is asked for: of wheels, not of segments of arms.
-    let are_wheels = likes
-        .iter()
-        .all(|like| like.disc.is_some() || !is_steered && is_called_wheel(tree, like.joint));
-    if !(are_wheels || is_driven_as_plain(source))
+    let may_lack_size = !is_steered || is_driven_as_plain(source);
+    let is_wheel = |like: &WheelLike| {
+        like.disc.is_some() || may_lack_size && is_called_wheel(tree, like.joint)
+    };
+    if !likes.iter().all(is_wheel)
         || !stand_below_mass(tree, &likes)
         || speaks_of_mecanum(source, tree, &likes).is_some()
     {
