@@ -50,6 +50,14 @@ pub(super) fn run(
     let loaded = load_robot(&standing)?;
     let has_rollers = loaded.wheels.iter().any(|wheel| !wheel.has_tyre());
     let motions = standard_motions(&loaded)?;
+    if motions.iter().all(Option::is_none) {
+        return Err(Failure::usage(
+            format!(
+                "none of the standard motions fits `{name}`: its tyres do not roll along x of its frame, which is ahead"
+            ),
+            "drive it by a scenario with `[twist]`; `ilon inspect` shows where its wheels stand",
+        ));
+    }
     let (mut scenarios, mut notes) = (Vec::new(), Vec::new());
     for motion in motions.into_iter().flatten() {
         let path = folder.join(format!("{}.toml", motion.name));
