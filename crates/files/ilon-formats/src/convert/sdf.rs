@@ -167,6 +167,57 @@ impl Hinge<'_, '_> {
     }
 }
 
+/// The link that stands for all that are joined to a link; `groups` has one nearer to it for each.
+fn group(groups: &HashMap<String, String>, link: &str) -> String {
+    let mut link = link;
+    while let Some(nearer) = groups.get(link) {
+        link = nearer;
+    }
+    link.to_owned()
+}
+
+/// The joints to exchange the links of, so that none hangs by two: they lead away from the link
+/// that holds most by the file's own directions. None, if none hangs by two. For joints without
+/// loops.
+fn reversed(hinges: &[Hinge]) -> Vec<usize> {
+    let mut hung = HashSet::new();
+    if hinges.iter().all(|hinge| hung.insert(hinge.child.as_str())) {
+        return Vec::new();
+    }
+    let mut ends: HashMap<&str, Vec<(usize, &str, bool)>> = HashMap::new();
+    for (index, hinge) in hinges.iter().enumerate() {
+        let (parent, child) = (hinge.parent.as_str(), hinge.child.as_str());
+        ends.entry(parent).or_default().push((index, child, false));
+        ends.entry(child).or_default().push((index, parent, true));
+    }
+    // The joints that lead upwards to a link not seen yet, from one link on.
+    let from = |root, goes_up: bool, seen: &mut HashSet<_>| {
+        let (mut upwards, mut next) = (Vec::new(), vec![root]);
+        while let Some(link) = next.pop() {
+            seen.insert(link);
+            for (index, other, is_up) in &ends[link] {
+                if (goes_up || !is_up) && !seen.contains(other) {
+                    upwards.extend(is_up.then_some(*index));
+                    next.push(*other);
+                }
+            }
+        }
+        upwards
+    };
+    let mut roots: Vec<&str> = hinges.iter().map(|hinge| hinge.parent.as_str()).collect();
+    roots.retain(|link| !hung.contains(link));
+    roots.sort_by_cached_key(|link| {
+        let mut seen = HashSet::new();
+        from(*link, false, &mut seen);
+        std::cmp::Reverse(seen.len())
+    });
+    let mut seen = HashSet::new();
+    roots
+        .into_iter()
+        .flat_map(|root| from(root, true, &mut seen))
+        .collect()
+}
+
 /// A URDF, with where its elements came from.
 type Written = (String, Vec<(usize, crate::urdf::Origin)>);
 
@@ -257,28 +308,32 @@ impl<'a, 'i> Model<'a, 'i, '_> {
         Ok(self.as_tree(hinges, remarks))
     }
 
-    /// The joints with each link below one of them, as far as that is possible.
+    /// The joints without those that a repair leaves out, each away from the link that holds most.
     fn as_tree(&self, hinges: Vec<Hinge<'a, 'i>>, remarks: &mut Vec<Remark>) -> Vec<Hinge<'a, 'i>> {
-        let mut tree: Vec<Hinge> = Vec::new();
-        let mut above: HashMap<String, String> = HashMap::new();
-        for mut hinge in hinges {
-            let most = above.len() + 1;
-            let up = |link: &&String| above.get(*link);
-            let root = |link| std::iter::successors(Some(link), up).take(most).last();
-            let closes = root(&hinge.parent) == root(&hinge.child);
+        let (mut tree, mut groups, mut has_loop) = (Vec::new(), HashMap::new(), false);
+        for hinge in hinges {
+            let [parent, child] = [&hinge.parent, &hinge.child].map(|link| group(&groups, link));
+            let closes = parent == child;
             if closes && self.repairs {
                 let words = "left out: it closes a loop of joints, which a robot here cannot have; without it what it holds moves freely";
                 remarks.push(Remark::new(format!("joint `{}`", hinge.name()), words));
                 continue;
             }
-            let [parent_hangs, child_hangs] =
-                [&hinge.parent, &hinge.child].map(|link| above.contains_key(link));
-            if !closes && child_hangs && !parent_hangs {
-                std::mem::swap(&mut hinge.parent, &mut hinge.child);
-                hinge.is_reversed = true;
+            has_loop |= closes;
+            if !closes {
+                groups.insert(child, parent);
             }
-            above.insert(hinge.child.clone(), hinge.parent.clone());
             tree.push(hinge);
+        }
+        let reversed = if has_loop {
+            Vec::new()
+        } else {
+            reversed(&tree)
+        };
+        for index in reversed {
+            let hinge = &mut tree[index];
+            std::mem::swap(&mut hinge.parent, &mut hinge.child);
+            hinge.is_reversed = true;
         }
         tree
     }

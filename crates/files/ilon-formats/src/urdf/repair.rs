@@ -3,7 +3,7 @@
 //! Each change responds to an error of the text, and replaces or inserts within a line, so that
 //! line numbers stay the same.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -42,23 +42,26 @@ pub(crate) fn with_light_parts_repaired(
         mass.attribute("value")?.trim().parse::<f64>().ok()
     };
     let robot_kg: f64 = source.all("link").filter_map(mass_kg).sum();
-    // If nothing that turns endlessly is in between: no part of a wheel or roller.
-    let is_of_chassis = |link: Node| {
-        let mut name = link.attribute("name");
-        for _ in source.all("joint") {
-            let hangs_it = |joint: &Node| {
-                let hung = child(*joint, "child");
-                hung.and_then(|end| end.attribute("link")) == name
-            };
-            let Some(joint) = source.all("joint").find(hangs_it) else {
+    let end = |joint: Node, tag: &str| child(joint, tag)?.attribute("link").map(str::to_owned);
+    let joints = source.all("joint");
+    let above: HashMap<String, Node> = joints
+        .filter_map(|joint| Some((end(joint, "child")?, joint)))
+        .collect();
+    // If nothing that turns endlessly is in between: no part of a wheel or roller. Each link is
+    // looked at once; the first that is no part of the chassis ends it all.
+    let mut seen = HashSet::new();
+    let mut is_of_chassis = |link: Node| {
+        let mut name = link.attribute("name").map(str::to_owned);
+        while let Some(link) = name.filter(|name| seen.insert(name.clone())) {
+            let Some(joint) = above.get(&link) else {
                 return true;
             };
             if joint.attribute("type") == Some("continuous") {
                 return false;
             }
-            name = child(joint, "parent").and_then(|parent| parent.attribute("link"));
+            name = end(*joint, "parent");
         }
-        false
+        true
     };
     let mut all = std::iter::once(error).chain(error.others());
     let are_light = all.all(|error| {
@@ -70,11 +73,11 @@ pub(crate) fn with_light_parts_repaired(
         let link = source
             .node_of(error)
             .and_then(|node| node.ancestors().find(|n| n.has_tag_name("link")));
-        let is_light = |link: Node| {
+        let mut is_light = |link: Node| {
             mass_kg(link).is_some_and(|kg| kg > 0.0 && kg <= LIGHT_SHARE * robot_kg)
                 && is_of_chassis(link)
         };
-        is_spread && link.is_some_and(is_light)
+        is_spread && link.is_some_and(&mut is_light)
     });
     are_light
         .then(|| repaired(prepared, error, options))

@@ -22,10 +22,11 @@ const STEPS_A_SWING: f64 = 4.0;
 
 /// Sliding, and the rollers with their bearings.
 pub(super) fn of_rollers(scenario: &Scenario, robot: &Robot, list: &mut List) {
-    let words = match robot.has_tyres() {
-        false => "sliding (replaced by unlimited grip)",
-        true => {
-            "sliding (replaced by unlimited grip of tyres without width, on casters and feet without friction)"
+    let words = match (robot.has_tyres(), robot.caster_joints().is_empty()) {
+        (false, _) => "sliding (replaced by unlimited grip)",
+        (true, true) => "sliding (replaced by unlimited grip of tyres without width)",
+        (true, false) => {
+            "sliding (replaced by unlimited grip of tyres without width, and by casters without friction)"
         }
     };
     list.add("sliding", words, |scenario, robot| {
