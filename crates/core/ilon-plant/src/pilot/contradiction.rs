@@ -107,7 +107,10 @@ impl Contradiction {
             (None, Some(rate_rad_s)) => format!(
                 "steered wheels do so while their joints, which turn at up to {rate_rad_s} rad/s, are on their way"
             ),
-            (None, None) => "the wheels' steering has turned since".to_owned(),
+            (None, None) => {
+                "what would remove it cannot be told, as the wheels' steering has turned since"
+                    .to_owned()
+            }
             (Some([]), Some(rate_rad_s)) => format!(
                 "no single reversal or exchange of wheels removes it; steered wheels do so while their joints, which turn at up to {rate_rad_s} rad/s, are on \
                  their way"

@@ -77,7 +77,7 @@ fn starts_off(resolved: &Resolved) -> Option<String> {
     (off_m > NEAR_M || off_rad > NEAR_RAD).then(|| {
         let off_deg = off_rad.to_degrees();
         format!(
-            "the robot starts {off_m:.2} m and {off_deg:.0} deg off its path, and slides as it may on the way there: to begin on the path, set `robot.x_m = {}`, `robot.y_m = {}` \
+            "the robot starts {off_m:.2} m and {off_deg:.0} deg off its path: the way to it was not tried, and may slide. To begin on the path, set `robot.x_m = {}`, `robot.y_m = {}` \
              and `robot.heading_deg = {}`",
             significant(path.x_m, 6),
             significant(path.y_m, 6),

@@ -145,6 +145,11 @@ impl Bound {
         (breach > 0.0 && breach.is_finite() && limit != 0.0).then(|| breach / limit.abs())
     }
 
+    /// Whether a value is below its lower end.
+    pub fn is_above(&self, value: f64) -> bool {
+        self.min.is_some_and(|min| value < min)
+    }
+
     /// The distance of a value beyond the bound; zero or less if it holds, infinite for NaN.
     pub fn breach(&self, value: f64) -> f64 {
         let Self {

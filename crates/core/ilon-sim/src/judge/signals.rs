@@ -202,6 +202,7 @@ fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bo
         measured: row.map(|(_, value)| value),
         at_s: row.map(|(t_s, _)| t_s),
         share_beyond: row.and_then(|(_, value)| limits.share_beyond(value)),
+        is_short: row.is_some_and(|(_, value)| limits.is_above(value)),
         held,
     }
 }

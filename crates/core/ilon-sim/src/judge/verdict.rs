@@ -16,6 +16,9 @@ pub struct Verdict {
     /// Breach as a share of the broken limit; `None` if the bound held, or the limit is zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_beyond: Option<f64>,
+    /// Whether the value is below the bound, of which it may also be above.
+    #[serde(skip)]
+    pub is_short: bool,
     /// Whether the bound held.
     pub held: bool,
 }
@@ -28,6 +31,7 @@ impl std::fmt::Display for Verdict {
             measured,
             at_s,
             share_beyond,
+            is_short,
             held,
         } = self;
         let verb = if *held { "held" } else { "failed" };
@@ -45,13 +49,7 @@ impl std::fmt::Display for Verdict {
         if let Some(at_s) = at_s {
             write!(f, " at {} s", number(to_microseconds(*at_s)))?;
         }
-        // Of a range, it may be beyond either end.
-        let least = bound.strip_prefix(">= ");
-        let least = least.and_then(|least| least.split(' ').next()?.parse().ok());
-        let way = match least.is_some_and(|least: f64| *measured < least) {
-            true => "short",
-            false => "beyond",
-        };
+        let way = if *is_short { "short" } else { "beyond" };
         match share_beyond.map(|share| 100.0 * share) {
             Some(percent) if percent >= 1000.0 => {
                 write!(f, " ({way} by more than ten times the bound)")

@@ -41,6 +41,7 @@ pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
         measured: Some(one.share),
         at_s: None,
         share_beyond: None,
+        is_short: false,
         held: one.held,
     };
     findings.expectations.iter().map(verdict).collect()

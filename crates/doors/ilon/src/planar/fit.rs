@@ -29,7 +29,11 @@ const DRIFT_UNITS: f64 = 14.0;
 /// # Errors
 /// If the scenario or the robot is invalid, or if the robot does not follow its commands.
 pub fn fit(scenario: &Scenario, robot: &Robot) -> Result<(Planar, Vec<PlanarDrive>, f64), Error> {
-    if let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) {
+    if let Some(wheel) = robot
+        .wheels
+        .iter()
+        .find(|wheel| wheel.has_tyre() && !robot.swivels(wheel))
+    {
         return Err(Error::invalid(
             format!(
                 "a planar base moves alike along all three axes, and the tyre of `{}` holds the robot sideways or must be steered first",

@@ -147,10 +147,10 @@ impl Hinge<'_, '_> {
         self.node.attribute("name").unwrap_or_default()
     }
 
-    /// Whether it turns about two axes: it is not exchanged, which would exchange these too.
+    /// Whether it turns about two axes.
     fn is_double(&self) -> bool {
         let kind = self.node.attribute("type").unwrap_or_default();
-        ["universal", "revolute2"].contains(&kind) && !self.is_reversed
+        ["universal", "revolute2"].contains(&kind)
     }
 
     /// The link between its two axes.
@@ -497,10 +497,12 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             writer.begin_link(&hinge.between(), hinge.node);
             weigh(writer, BETWEEN, &whole);
             writer.end_link();
-            let words = format!(
-                "of its two axes the first moves a hundredth of link `{name}` alone: a body without mass is not simulated"
-            );
-            remarks.push(Remark::new(format!("joint `{}`", hinge.name()), words));
+            if whole.is_some() {
+                let words = format!(
+                    "of its two axes the first moves a hundredth of link `{name}` alone: a body without mass is not simulated"
+                );
+                remarks.push(Remark::new(format!("joint `{}`", hinge.name()), words));
+            }
         }
         Ok(())
     }
@@ -514,15 +516,19 @@ impl<'a, 'i> Model<'a, 'i, '_> {
     ) -> Result<(), RobotError> {
         let (node, name) = (hinge.node, hinge.name());
         let model_from_joint = frames[hinge.child.as_str()];
-        let sdf_type = node.attribute("type").unwrap_or_default();
+        let is_double = hinge.is_double();
+        let sdf_type = match is_double {
+            true => "revolute",
+            false => node.attribute("type").unwrap_or_default(),
+        };
         let mut parent_from_joint = frames[hinge.parent.as_str()].inverse() * model_from_joint;
         let mut parent = hinge.parent.as_str();
         // Of a joint of two axes the first is the parent's: a link between has both.
         let (upper, between) = (format!("{name}::axis"), hinge.between());
-        let is_double = hinge.is_double();
-        let axes: &[(&str, &'static str)] = match is_double {
-            true => &[(&upper, "axis"), (name, "axis2")],
-            false => &[(name, "axis")],
+        let axes: &[(&str, &'static str)] = match (is_double, hinge.is_reversed) {
+            (true, false) => &[(&upper, "axis"), (name, "axis2")],
+            (true, true) => &[(name, "axis2"), (&upper, "axis")],
+            (false, _) => &[(name, "axis")],
         };
         for (place, (name, tag)) in axes.iter().enumerate() {
             let axis = child(node, tag);
@@ -542,8 +548,6 @@ impl<'a, 'i> Model<'a, 'i, '_> {
             let kind = match sdf_type {
                 "revolute" if turns => "continuous",
                 "revolute" => "revolute",
-                "universal" | "revolute2" if is_double && turns => "continuous",
-                "universal" | "revolute2" if is_double => "revolute",
                 "continuous" => "continuous",
                 "fixed" => "fixed",
                 "prismatic" => "prismatic",

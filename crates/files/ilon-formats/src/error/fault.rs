@@ -1,7 +1,7 @@
 //! The faults of robot files.
 
 use super::clue::Clues;
-use super::lists::{above_floor, counted, left_out_of, listed, looked_at, missing, weight};
+use super::lists::{above_floor, counted, left_out_of, listed, looked_at, mass_words, missing};
 use super::named::{CandidateJoint, MissingFile};
 use crate::options::WheelOptions;
 
@@ -255,7 +255,7 @@ pub enum Fault {
     #[error(
         "with {} its inertia has a radius of gyration of {gyration_m:.3} m, but nothing of it reaches further \
          than {reach_m:.3} m",
-        weight(*mass_kg)
+        mass_words(*mass_kg)
     )]
     InertiaTooLarge {
         /// Its mass, in kg.
@@ -268,7 +268,7 @@ pub enum Fault {
     /// The inertia of a body is far too small for its mass and shapes.
     #[error(
         "with {} its inertia has a radius of gyration of {:.3} mm, where a solid of its shape has {:.1} mm",
-        weight(*mass_kg), 1e3 * gyration_m, 1e3 * solid_m
+        mass_words(*mass_kg), 1e3 * gyration_m, 1e3 * solid_m
     )]
     InertiaTooSmall {
         /// Its mass, in kg.

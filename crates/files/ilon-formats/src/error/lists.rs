@@ -88,7 +88,7 @@ pub(crate) fn and_more(count: usize, shown: usize, separator: &str) -> String {
 }
 
 /// A mass, without the zeros of light parts.
-pub(super) fn weight(mass_kg: f64) -> String {
+pub(super) fn mass_words(mass_kg: f64) -> String {
     match mass_kg < 1e-3 {
         true => format!("{mass_kg:.3e} kg"),
         false => format!("{mass_kg:.4} kg"),

@@ -239,7 +239,16 @@ impl RobotError {
     /// Returns the options of reading that repair it, the best first; empty if the file itself must
     /// be changed.
     pub fn remedies(&self) -> Vec<Remedy> {
-        self.0.fault.remedies()
+        // Only from an SDF does a repair leave out joints.
+        let in_sdf = || {
+            [".sdf", ".world"]
+                .iter()
+                .any(|end| self.0.file.ends_with(end))
+        };
+        match self.0.fault {
+            Fault::TwoParents { .. } | Fault::Loop if !in_sdf() => Vec::new(),
+            _ => self.0.fault.remedies(),
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::Geometry;
 
 use super::body::RigidBody;
-use super::geometry::mesh_points;
+use super::geometry::{mesh_points, range};
 use super::mesh::Meshes;
 use super::mesh_rollers;
 use super::tree::PlacedShape;
@@ -341,13 +341,6 @@ fn axes_of(shape: &PlacedShape, meshes: &Meshes) -> Result<Axes, NoDisc> {
 }
 
 fn box_middle(points: &[Point3<f64>]) -> Point3<f64> {
-    let (mut low, mut high) = (
-        Vector3::repeat(f64::INFINITY),
-        Vector3::repeat(f64::NEG_INFINITY),
-    );
-    for p in points {
-        low = low.inf(&p.coords);
-        high = high.sup(&p.coords);
-    }
+    let (low, high) = range(points);
     Point3::from((low + high) * 0.5)
 }

@@ -117,7 +117,7 @@ fn furthest(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
 }
 
 /// The least and the largest coordinates of points.
-fn range(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn range(points: &[Point3<f64>]) -> (Vector3<f64>, Vector3<f64>) {
     let none = Vector3::repeat(f64::INFINITY);
     points.iter().fold((none, -none), |(low, high), p| {
         (low.inf(&p.coords), high.sup(&p.coords))

@@ -236,30 +236,22 @@ fn in_order(
         movers[joint] = above(&movers, joint) + usize::from(roles[joint].is_some());
     }
     // What is too far from the chassis is held below; what follows it is held too.
-    let mut is_held: Vec<bool> = movers.iter().map(|movers| *movers > DEEPEST).collect();
-    let may_follow: Vec<usize> = order
-        .iter()
-        .copied()
-        .filter(|joint| roles[*joint].is_some() && master(tree, *joint).is_some())
-        .filter(|joint| {
-            !loading
-                .options
-                .joints
-                .contains_key(&tree.joints[*joint].name)
-        })
-        .collect();
-    let mut is_changed = true;
-    while std::mem::take(&mut is_changed) {
-        for &joint in &may_follow {
-            let master = master(tree, joint).filter(|master| is_held[*master]);
-            if let Some(master) = master.filter(|_| !is_held[joint]) {
-                (is_held[joint], is_changed, roles[joint]) = (true, true, None);
+    let options = loading.options;
+    let is_open = |joint: usize| !options.joints.contains_key(&tree.joints[joint].name);
+    let open = order.iter().copied().filter(|joint| is_open(*joint));
+    let followers = followers(tree, open);
+    let mut held: Vec<usize> = order.to_vec();
+    held.retain(|joint| movers[*joint] > DEEPEST);
+    while let Some(master) = held.pop() {
+        for &joint in followers.get(&master).into_iter().flatten() {
+            if movers[joint] <= DEEPEST && roles[joint].take().is_some() {
                 let words = format!(
                     "held, as `{}`, which it follows, is",
                     tree.joints[master].name
                 );
                 let subject = format!("joint `{}`", tree.joints[joint].name);
                 loading.remarks.push(Remark::new(subject, words));
+                held.push(joint);
             }
         }
     }
@@ -292,14 +284,24 @@ fn in_order(
     Ok(linkage)
 }
 
-/// Lets joints without a given role follow those that they mimic, if these move.
-fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>]) {
+/// The joints that follow each joint, of these.
+fn followers(tree: &Tree, joints: impl Iterator<Item = usize>) -> HashMap<usize, Vec<usize>> {
+    let names = tree.joints.iter().enumerate();
+    let at: HashMap<&str, usize> = names.map(|(at, joint)| (&joint.name[..], at)).collect();
     let mut followers: HashMap<usize, Vec<usize>> = HashMap::new();
-    for (joint, _) in open {
-        if let Some(master) = master(tree, *joint) {
-            followers.entry(master).or_default().push(*joint);
+    for joint in joints {
+        let mimic = tree.joints[joint].mimic.as_ref();
+        let master = mimic.and_then(|mimic| at.get(&mimic.joint[..]));
+        if let Some(master) = master.filter(|master| **master != joint) {
+            followers.entry(*master).or_default().push(joint);
         }
     }
+    followers
+}
+
+/// Lets joints without a given role follow those that they mimic, if these move.
+fn follow(tree: &Tree, open: &[(usize, Vec<usize>)], roles: &mut [Option<Role>]) {
+    let mut followers = followers(tree, open.iter().map(|(joint, _)| *joint));
     let moves = |joint: &usize| roles[*joint].is_some();
     let mut waiting: Vec<usize> = followers.keys().copied().filter(moves).collect();
     while let Some(master) = waiting.pop() {

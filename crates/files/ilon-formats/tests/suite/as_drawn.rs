@@ -210,21 +210,36 @@ fn wheels_on_joints_of_two_axes_are_steered() {
     }
 }
 
-/// Of a joint of two axes each spring acts about its own axis: here the mast's about the first.
-#[test]
-fn springs_of_joints_of_two_axes_stay_on_their_axes() {
-    let spring = |stiffness: f64| {
-        format!("<dynamics><spring_stiffness>{stiffness}</spring_stiffness></dynamics>")
+/// Of a joint of two axes each spring acts about its own axis, also where it hangs the other way.
+#[test_case("base", "mast", ""; "from above")]
+#[test_case(
+    "mast",
+    "post",
+    r#"<joint name="p" type="fixed"><parent>base</parent><child>post</child></joint>"#;
+    "from below"
+)]
+fn springs_of_joints_of_two_axes_stay_on_their_axes(parent: &str, child: &str, post: &str) {
+    let axis = |tag: &str, xyz: &str, stiffness: f64| {
+        format!(
+            "<{tag}><xyz>{xyz}</xyz><dynamics><spring_stiffness>{stiffness}</spring_stiffness></dynamics></{tag}>"
+        )
     };
-    let mast = format!(
-        "<link name=\"mast\"><pose>0 0 0.3 0 0 0</pose><inertial><mass>1</mass><inertia><ixx>0.01</ixx><ixy>0</ixy>\
-         <ixz>0</ixz><iyy>0.01</iyy><iyz>0</iyz><izz>0.01</izz></inertia></inertial></link>\
-         <joint name=\"u\" type=\"universal\"><parent>base</parent><child>mast</child><axis><xyz>1 0 0</xyz>{}</axis>\
-         <axis2><xyz>0 1 0</xyz>{}</axis2></joint></model>",
-        spring(50.0),
-        spring(70.0)
+    let axes = axis("axis", "1 0 0", 50.0) + &axis("axis2", "0 1 0", 70.0);
+    let links = ["mast", "post"].map(|name| {
+        format!(
+            "<link name=\"{name}\"><pose>0 0 0.3 0 0 0</pose><inertial><mass>1</mass><inertia><ixx>0.01</ixx>\
+             <iyy>0.01</iyy><izz>0.01</izz></inertia></inertial></link>"
+        )
+    });
+    let links = if post.is_empty() {
+        links[0].clone()
+    } else {
+        links.concat()
+    };
+    let joint = format!(
+        "{links}{post}<joint name=\"u\" type=\"universal\"><parent>{parent}</parent><child>{child}</child>{axes}</joint></model>"
     );
-    let text = sdf("0 0 0 0 0 0", |_| String::new()).replace("</model>", &mast);
+    let text = sdf("0 0 0 0 0 0", |_| String::new()).replace("</model>", &joint);
     let loaded = read("r.sdf", &text, &LoadOptions::default());
     let robot = loaded.unwrap_or_else(|e| panic!("{e}")).robot;
     for (name, stiffness) in [("u::axis", 50.0), ("u", 70.0)] {

@@ -358,7 +358,7 @@ fn judged(
         JudgedBy::EachStretch => "by cross-validation over eighths of the runs",
     };
     // Ends are of whole runs: cross-validation has none that were not fitted.
-    let where_ = match judged_by {
+    let of_which = match judged_by {
         JudgedBy::Runs => "",
         JudgedBy::EachRun | JudgedBy::EachStretch => "on the fitted runs ",
     };
@@ -366,7 +366,7 @@ fn judged(
     Answer {
         is_good: (after.over_noise < before.over_noise).then_some(true),
         text: format!(
-            "The model \"{model}\" errs by {} mm over a stretch of {} s {judged}, the nominal robot by {} mm; odometry ends {where_}{} mm off instead of {} mm.",
+            "The model \"{model}\" errs by {} mm over a stretch of {} s {judged}, the nominal robot by {} mm; odometry ends {of_which}{} mm off instead of {} mm.",
             milli(after.position_rms_m),
             number(window_s),
             milli(before.position_rms_m),
@@ -530,7 +530,7 @@ mod tests {
     /// A model that misses as much as the robot before the fit is no improvement, and must not be
     /// shown as good.
     #[test]
-    fn a_model_is_good_where_it_misses_less_than_the_robot_as_it_was_known() {
+    fn a_model_is_good_of_whichit_misses_less_than_the_robot_as_it_was_known() {
         let errors = |over_noise: f64, rms_mm: f64| Errors {
             over_noise,
             position_rms_m: 1e-3 * rms_mm,

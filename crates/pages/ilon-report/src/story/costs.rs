@@ -66,7 +66,7 @@ fn of_what_was_put_in(summary: &Summary, header: &Header, part_j: f64) -> String
     let is_push = |fault: &Fault| matches!(fault.kind, FaultKind::Push { .. });
     let outside = match header.faults.iter().flatten().any(is_push) {
         true => "the push",
-        false => "the outside",
+        false => "outside forces",
     };
     let who = [
         (
@@ -107,7 +107,8 @@ fn rubbing(summary: &Summary, header: &Header) -> Option<(f64, &'static str)> {
     let who = match (header.bodies.is_empty(), header.is_on_tyres()) {
         (true, false) => "friction of its body",
         (true, true) => "friction of its body and casters",
-        (false, _) => "friction of its body and of what it pushes",
+        (false, false) => "friction of its body and of what it pushes",
+        (false, true) => "friction of its body, its casters and what it pushes",
     };
     (rubbed_j > LEAST_J.max(LEAST * slip_j)).then_some((rubbed_j, who))
 }

@@ -72,8 +72,8 @@ pub(crate) struct Watch {
     pub touches: Touches,
 }
 
-/// The energy lost to sliding under all wheels so far, over time: pairs of s and J, one for each
-/// per mille.
+/// The energy lost to sliding under all wheels so far, over time: pairs of s and J, one
+/// each time that it grew by 0.1 %.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slipped(Vec<[f64; 2]>);
 
@@ -84,7 +84,7 @@ impl Slipped {
         }
     }
 
-    /// The energy lost within a time, to a per mille of all until then, in J.
+    /// The energy lost within a time, to 0.1 % of all until then, in J.
     pub fn between_j(&self, [from_s, until_s]: [f64; 2]) -> f64 {
         let at_j = |at_s: f64| {
             let next = self.0.partition_point(|[t_s, _]| *t_s <= at_s);

@@ -347,6 +347,13 @@ fn notes(rows: &[Row]) -> Vec<Notes> {
                 count: 0,
                 first_run: row.run,
             });
+            // Of several wheels it is of none by name.
+            let subject = |note: &str| note.split_once(": ").map(|(subject, _)| subject.to_owned());
+            if subject(&known.note) != subject(note)
+                && let Some((_, said)) = note.split_once(": ")
+            {
+                known.note = said.to_owned();
+            }
             known.count += 1;
         }
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ilon_robot::{Joint, JointRole, MotorLimits, Robot, Roller, RollersAsMade};
+use ilon_robot::{Collision, Joint, JointRole, MotorLimits, Robot, Roller, RollersAsMade};
 
 use super::list::{List, Run};
 use crate::scenario::{Contacts, Kinematics, LoopTiming, Saturation, Scenario, WheelLaw};
@@ -111,15 +111,15 @@ fn grip_in_a_point(robot: &mut Robot) {
         }
     }
     for joint in robot.caster_joints() {
-        let shapes = &mut robot.joints[joint].body.collisions;
-        shapes
-            .iter_mut()
-            .for_each(|shape| shape.friction = Some(0.0));
+        without_friction(&mut robot.joints[joint].body.collisions);
     }
-    let shapes = &mut robot.chassis.collisions;
-    shapes
-        .iter_mut()
-        .for_each(|shape| shape.friction = Some(0.0));
+    without_friction(&mut robot.chassis.collisions);
+}
+
+fn without_friction(shapes: &mut [Collision]) {
+    for shape in shapes {
+        shape.friction = Some(0.0);
+    }
 }
 
 /// Unlimited grip and no creep on every surface.
@@ -255,9 +255,7 @@ pub(super) fn of_tyres(run: Run, list: &mut List) {
             "its casters (replaced by feet without friction)",
             move |_, robot| {
                 for joint in &casters {
-                    for shape in &mut robot.joints[*joint].body.collisions {
-                        shape.friction = Some(0.0);
-                    }
+                    without_friction(&mut robot.joints[*joint].body.collisions);
                 }
             },
         );

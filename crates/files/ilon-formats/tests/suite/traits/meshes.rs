@@ -383,7 +383,7 @@ fn a_mesh_that_cannot_be_read_is_told(file: &str, bytes: Option<&[u8]>, expected
 }
 
 /// The chassis of a robot that rests on it, with 20,000 corners, becomes a hull of at most 2,000, which reaches as far in every
-/// direction within 0.3 % of its half size; a box among them keeps its corners exactly. (The search
+/// direction within 0.3 % of its half size; sharp corners beside it stay exactly. (The search
 /// for touches reads all corners in each step: 57,600 triangles made five short runs take 17 s.)
 #[test]
 fn the_hull_of_a_fine_mesh_has_few_corners_and_the_same_reach() {
@@ -431,6 +431,11 @@ fn the_hull_of_a_fine_mesh_has_few_corners_and_the_same_reach() {
             .map(reach)
             .fold(f64::NEG_INFINITY, f64::max);
         let missing_m = exact_m - hull.reach_m(&u);
-        assert!((-1e-6..3e-3 * 0.3).contains(&missing_m), "{u}: {missing_m}");
+        // Half its size in this direction, as of the ellipsoid in its box.
+        let half_m = nalgebra::vector![0.3, 0.15, 0.05].component_mul(&u).norm();
+        assert!(
+            (-1e-6..3e-3 * half_m).contains(&missing_m),
+            "{u}: {missing_m}"
+        );
     }
 }
