@@ -288,6 +288,7 @@ mod tests {
             measured: Some(measured),
             at_s: None,
             share_beyond: None,
+            is_short: false,
             held: false,
         }
     }

@@ -85,7 +85,7 @@ pub enum Told<'a> {
 }
 
 impl Told<'_> {
-    /// A note as it is printed; `None` if the caller prints it.
+    /// The printed words of a note; `None` if the caller prints it.
     fn words(&self, scenario: &str, note: &str) -> Option<String> {
         match self {
             Self::InFull => Some(format!("note: {note}")),
