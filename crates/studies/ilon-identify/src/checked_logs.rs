@@ -50,6 +50,9 @@ impl CheckedLogs {
         let mut doubts = Vec::new();
         for (run, log) in logs.iter().enumerate() {
             doubts.extend(doubts_of_rows(study, run, log)?);
+        }
+        for (run, log) in logs.iter_mut().enumerate() {
+            *log = study.unsteered.log(log, &study.robot);
             evidence.windows.extend(enough_windows(study, run, log)?);
         }
         check_wiring(study, &logs, &evidence)?;
@@ -120,7 +123,7 @@ fn enough_windows(study: &Study, run: usize, log: &Log) -> Result<Vec<Window>, E
 fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), Error> {
     for series in evidence.series_of(&evidence.all()) {
         let of_series = evidence.of_series(&series);
-        let Some(doubt) = wiring::of_motion(&of_series, &study.robot) else {
+        let Some(doubt) = wiring::of_motion(&of_series, &study.unsteered.robot) else {
             continue;
         };
         let doubt = match doubt.kind {
@@ -133,7 +136,7 @@ fn check_wiring(study: &Study, logs: &[Log], evidence: &Evidence) -> Result<(), 
                     .filter(|(_, of)| **of == series)
                     .map(|(log, _)| log)
                     .collect();
-                let axis = wiring::of_axes(&runs, &study.robot, study.file.window_s);
+                let axis = wiring::of_axes(&runs, &study.unsteered.robot, study.file.window_s);
                 axis.unwrap_or(doubt)
             }
             _ => doubt,

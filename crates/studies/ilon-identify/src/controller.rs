@@ -9,7 +9,7 @@ use ilon_robot::{Robot, Wheel};
 use nalgebra::{Vector2, Vector3};
 
 use crate::directions::contact;
-use crate::model::{Parameter, is_held};
+use crate::model::{Parameter, is_held, named_wheels, stands_for_steered};
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
 use crate::scatter::Interval;
 
@@ -50,12 +50,25 @@ fn rigid(robot: &Robot) -> Option<[f64; 3]> {
 
 /// Returns the controller of ros2_controllers that can drive such a robot: four mecanum wheels on
 /// parallel axes with equal sums of their arms, omni wheels that face outward, spread evenly on
-/// a circle, or tyres on parallel axles.
+/// a circle, tyres on parallel axles, or one that is steered before the middle of an axle.
 pub fn kind(robot: &Robot) -> Option<ControllerKind> {
     /// Lengths that differ by less than this share are equal: files are rounded, and measurements
     /// too.
     const WITHIN: f64 = 0.01;
     let wheels = &robot.wheels;
+    let (steered, fixed): (Vec<usize>, Vec<usize>) =
+        (0..wheels.len()).partition(|at| stands_for_steered(robot, *at));
+    if let ([one, _], [left, right]) = (&steered[..], &fixed[..]) {
+        let [one, left, right] = [one, left, right].map(|at| &wheels[*at]);
+        let across = (left.position_m() - right.position_m()).xy();
+        let off = one.position_m() - 0.5 * (left.position_m() + right.position_m());
+        let is_tricycle =
+            is_held(robot) && off.xy().dot(&across).abs() < WITHIN * across.norm_squared();
+        return is_tricycle.then_some(ControllerKind::Tricycle);
+    }
+    if !steered.is_empty() {
+        return None;
+    }
     if is_held(robot) {
         let first = wheels.first()?.axis();
         let is_parallel = |wheel: &Wheel| wheel.axis().perp(&first).abs() < WITHIN_RAD;
@@ -139,11 +152,11 @@ pub fn controller(robot: &Robot, gains: &Gains, parameters: &[(Parameter, Value)
     };
     if !wheels.is_empty() {
         let own = |wheel: usize| wheels.iter().find(|(known, _)| *known == wheel);
-        let own_m = |(index, wheel): (usize, &Wheel)| {
-            own(index).map_or(wheel.radius_m, |(_, value)| value.value)
+        let own_m = |index: &usize| {
+            own(*index).map_or(robot.wheels[*index].radius_m, |(_, value)| value.value)
         };
-        let radii_m = robot.wheels.iter().enumerate().map(own_m);
-        let mean_m = radii_m.sum::<f64>() / robot.wheels.len() as f64;
+        let named = named_wheels(robot);
+        let mean_m = named.iter().map(own_m).sum::<f64>() / named.len() as f64;
         let mean = |value: f64| Value::new(value, Interval::around(value, f64::NAN), "m", radius_m);
         let setting = |name: &str, radius_m: Value| WheelSetting {
             wheel: name.to_owned(),

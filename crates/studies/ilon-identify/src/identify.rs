@@ -21,6 +21,7 @@ use crate::outcome::{
 };
 use crate::scatter::Scatter;
 use crate::simulate::{Observations, SimulationFit, simulate};
+use crate::steered::is_steered;
 use crate::study::{ModelFile, Study};
 
 /// Progress of an identification.
@@ -143,11 +144,11 @@ fn outcome(
 ) -> Result<Identified, Error> {
     let (evidence, noise) = (&checked.evidence, checked.noise);
     let (fitted, fit_errors, held_out_errors) = candidates.chosen();
-    let valued = valued(fitted, &study.robot);
-    let mut parameters = by_name(&valued, &study.robot, |_| true);
+    let valued = valued(fitted, &study.unsteered.robot);
+    let mut parameters = by_name(&valued, &study.unsteered.robot, |_| true);
     parameters.extend(fitted_delays(study, checked));
     let all_gains = fit_gains(study, evidence, noise, &evidence.fitted())?;
-    let gains = controller::gains(&study.robot, &all_gains);
+    let gains = controller::gains(&study.unsteered.robot, &all_gains);
     Ok(Identified {
         study: study.name(),
         ilon: env!("CARGO_PKG_VERSION").to_owned(),
@@ -156,10 +157,10 @@ fn outcome(
         derived: derived(fitted),
         controller: Controller {
             kind: controller::kind(&fitted.model.robot(&fitted.values)),
-            ..controller::controller(&study.robot, &gains, &valued)
+            ..controller::controller(&study.unsteered.robot, &gains, &valued)
         },
         gains,
-        held: held(fitted, &study.robot),
+        held: held(fitted, &study.unsteered.robot),
         fit: *fit_errors,
         held_out: *held_out_errors,
         judged_by: candidates.judged_by,
@@ -171,15 +172,15 @@ fn outcome(
             .zip(&candidates.fits)
             .map(|(file, (fitted, fit, held_out))| Judged {
                 name: file.name.clone(),
-                parameters: of_robot(fitted, &study.robot),
-                held: held(fitted, &study.robot),
+                parameters: of_robot(fitted, &study.unsteered.robot),
+                held: held(fitted, &study.unsteered.robot),
                 fit: *fit,
                 held_out: *held_out,
             })
             .collect(),
         residual: directions(
             &evidence.all(),
-            &study.robot,
+            &study.unsteered.robot,
             &kinematics.nominal,
             &kinematics.fitted,
             &kinematics.trackers,
@@ -267,17 +268,22 @@ fn models(study: &Study) -> Vec<ModelFile> {
     if !study.file.models.is_empty() {
         return study.file.models.clone();
     }
-    vec![
+    let mut models = vec![
         nominal_model(),
         model("radius and lever", &["radius_m", "lever_m"]),
         model("gains by direction", gains_of(study)),
         model("each wheel's radius and lever", &["radius_m.*", "lever_m"]),
-    ]
+    ];
+    if is_steered(&study.robot) {
+        let free = ["radius_m", "lever_m", "steering_deg.*"];
+        models.push(model("radius, lever and steering angles", &free));
+    }
+    models
 }
 
 /// The gains that a robot has: none sideways on tyres.
 fn gains_of(study: &Study) -> &'static [&'static str] {
-    match is_held(&study.robot) {
+    match is_held(&study.unsteered.robot) {
         true => &["gain.ahead", "gain.turn"],
         false => &["gain.ahead", "gain.sideways", "gain.turn"],
     }
@@ -367,9 +373,10 @@ fn fit_gains(
         .map(|name| (*name).to_owned())
         .collect();
     let series = evidence.series_of(windows);
-    let model = Model::new(&study.robot, &names)?.with_tracker(&study.file.tracker, &series);
+    let model =
+        Model::new(&study.unsteered.robot, &names)?.with_tracker(&study.file.tracker, &series);
     let fitted = fit(&model, evidence, windows, noise)?;
-    let mut gains = of_robot(&fitted, &study.robot);
+    let mut gains = of_robot(&fitted, &study.unsteered.robot);
     gains.extend(derived(&fitted));
     Ok(gains)
 }

@@ -26,6 +26,7 @@
 //! | [`model`] | free parameters of the kinematics |
 //! | [`kinematic_fit`] | values, noise, and which parameters a log determines |
 //! | [`scatter`] | uncertainty of the values |
+//! | `steered` | steered tyres as wheels that are not steered |
 //! | `simulate` | keys of the scenario, by simulating |
 //! | [`plan`] | a course that determines the free parameters |
 //! | [`tape`] | the same from runs whose ends were measured by tape |
@@ -54,6 +55,7 @@ mod result_files;
 mod ripple;
 pub mod scatter;
 mod simulate;
+mod steered;
 mod study;
 mod study_file;
 pub mod tape;

@@ -6,8 +6,8 @@ use ilon_robot::{Robot, Roller, Wheel};
 use ilon_sim::Error;
 use nalgebra::{Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
 
-use crate::log::wheel_names;
 use crate::motion::Tracker;
+use crate::steered::is_hold;
 
 /// A parameter of the robot, the log or the tracker that can be free.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub enum Parameter {
     Gamma,
     /// The heading of a wheel's axis in the body frame, in degrees.
     WheelAxis(usize),
+    /// Angle of a steered wheel where the log reads 0, in degrees.
+    Steering(usize),
     /// Position of a wheel along x of the body frame, in metres.
     WheelX(usize),
     /// Position of a wheel along y of the body frame, in metres.
@@ -56,6 +58,7 @@ impl Parameter {
             Self::Radius => "radius_m".to_owned(),
             Self::WheelRadius(wheel) => of_wheel("radius_m", *wheel),
             Self::WheelAxis(wheel) => of_wheel("axis_deg", *wheel),
+            Self::Steering(wheel) => of_wheel("steering_deg", *wheel),
             Self::WheelX(wheel) => of_wheel("x_m", *wheel),
             Self::WheelY(wheel) => of_wheel("y_m", *wheel),
             Self::Lever => "lever_m".to_owned(),
@@ -80,7 +83,7 @@ impl Parameter {
             | Self::WheelY(_)
             | Self::TrackerX(_)
             | Self::TrackerY(_) => "m",
-            Self::Gamma | Self::WheelAxis(_) | Self::TrackerHeading(_) => "deg",
+            Self::Gamma | Self::WheelAxis(_) | Self::Steering(_) | Self::TrackerHeading(_) => "deg",
             Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => "",
         }
     }
@@ -99,7 +102,11 @@ impl Parameter {
             Self::WheelX(wheel) => robot.wheels[*wheel].position_m().x,
             Self::WheelY(wheel) => robot.wheels[*wheel].position_m().y,
             Self::GainAhead | Self::GainSideways | Self::GainTurn => 1.0,
-            Self::RowsLost | Self::TrackerX(_) | Self::TrackerY(_) | Self::TrackerHeading(_) => 0.0,
+            Self::Steering(_)
+            | Self::RowsLost
+            | Self::TrackerX(_)
+            | Self::TrackerY(_)
+            | Self::TrackerHeading(_) => 0.0,
         }
     }
 
@@ -108,7 +115,7 @@ impl Parameter {
         match self {
             Self::Radius | Self::WheelRadius(_) | Self::Lever => 0.1 * self.nominal(robot),
             Self::WheelX(_) | Self::WheelY(_) => 0.1 * lever_m(robot),
-            Self::Gamma | Self::WheelAxis(_) | Self::TrackerHeading(_) => 5.0,
+            Self::Gamma | Self::WheelAxis(_) | Self::Steering(_) | Self::TrackerHeading(_) => 5.0,
             Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => 0.1,
             Self::TrackerX(_) | Self::TrackerY(_) => 0.1,
         }
@@ -124,7 +131,10 @@ impl Parameter {
 
     /// Whether it is the position of a wheel, or the direction of its axis.
     pub fn is_of_place(&self) -> bool {
-        matches!(self, Self::WheelAxis(_) | Self::WheelX(_) | Self::WheelY(_))
+        matches!(
+            self,
+            Self::WheelAxis(_) | Self::Steering(_) | Self::WheelX(_) | Self::WheelY(_)
+        )
     }
 
     /// Returns the parameters of a name in a study; `radius_m.*` and the like are one per wheel.
@@ -142,29 +152,60 @@ impl Parameter {
                 let of = match name {
                     "radius_m" => Self::WheelRadius,
                     "axis_deg" => Self::WheelAxis,
+                    "steering_deg" => Self::Steering,
                     "x_m" => Self::WheelX,
                     "y_m" => Self::WheelY,
                     _ => return None,
                 };
-                if wheel == "*" {
-                    return Some((0..robot.wheels.len()).map(of).collect());
-                }
-                of(robot.wheels.iter().position(|known| known.name == wheel)?)
+                let mut wheels = named_wheels(robot);
+                wheels.retain(|at| {
+                    (wheel == "*" || robot.wheels[*at].name == wheel)
+                        && (name != "steering_deg" || stands_for_steered(robot, *at))
+                });
+                return (!wheels.is_empty()).then(|| wheels.into_iter().map(of).collect());
             }
         };
         Some(vec![one])
     }
 }
 
+/// The wheels that have names, by their indices: of two that stand for a steered one the first.
+pub(crate) fn named_wheels(robot: &Robot) -> Vec<usize> {
+    let wheels = &robot.wheels;
+    let is_first = |at: &usize| {
+        wheels[..*at]
+            .iter()
+            .all(|other| other.name != wheels[*at].name)
+    };
+    let named = (0..wheels.len()).filter(|at| !is_hold(&wheels[*at]));
+    named.filter(is_first).collect()
+}
+
+/// Whether a wheel is one of two that stand for a steered one.
+pub(crate) fn stands_for_steered(robot: &Robot, wheel: usize) -> bool {
+    let name = &robot.wheels[wheel].name;
+    let is_it = |other: &&Wheel| !is_hold(other) && other.name == *name;
+    robot.wheels.iter().filter(is_it).count() > 1
+}
+
 /// Returns the mean arm with which a wheel rotates the robot, in metres: |b . u_gamma| / cos(gamma)
-/// about the middle of all wheels.
+/// about the middle of all wheels; of steered ones the distance of their axes from the middle of
+/// those that are not steered, if there are any.
 fn lever_m(robot: &Robot) -> f64 {
     let middle = middle_m(robot);
-    let arms = robot.wheels.iter().map(|wheel| {
+    let mut named = named_wheels(robot);
+    if named.iter().any(|at| stands_for_steered(robot, *at)) {
+        named.retain(|at| stands_for_steered(robot, *at));
+    }
+    let arm_m = |at: &usize| {
+        let wheel = &robot.wheels[*at];
         let b = (wheel.position_m() - middle).xy();
-        (b.dot(&wheel.roller_rolling_direction()) / libm::cos(wheel.gamma_rad)).abs()
-    });
-    arms.sum::<f64>() / robot.wheels.len() as f64
+        match stands_for_steered(robot, *at) {
+            true => b.norm(),
+            false => (b.dot(&wheel.roller_rolling_direction()) / libm::cos(wheel.gamma_rad)).abs(),
+        }
+    };
+    named.iter().map(arm_m).sum::<f64>() / named.len() as f64
 }
 
 fn gamma_rad(robot: &Robot) -> f64 {
@@ -173,8 +214,13 @@ fn gamma_rad(robot: &Robot) -> f64 {
 }
 
 fn middle_m(robot: &Robot) -> Vector3<f64> {
-    let sum: Vector3<f64> = robot.wheels.iter().map(|wheel| wheel.position_m()).sum();
-    sum / robot.wheels.len() as f64
+    let is_fixed = |at: &usize| !stands_for_steered(robot, *at);
+    let mut places: Vec<usize> = (0..robot.wheels.len()).filter(is_fixed).collect();
+    if places.is_empty() {
+        places = named_wheels(robot);
+    }
+    let sum: Vector3<f64> = places.iter().map(|at| robot.wheels[*at].position_m()).sum();
+    sum / places.len() as f64
 }
 
 /// A robot with its free parameters.
@@ -200,8 +246,12 @@ impl Model {
                     format!("`{name}` is not a parameter of the kinematics"),
                     format!(
                         "there are radius_m, lever_m, gamma_deg, gain.ahead, gain.sideways, gain.turn and rows_lost, and radius_m, axis_deg, x_m and \
-                         y_m of a wheel, as radius_m.WHEEL or radius_m.* ({}); keys of the scenario are fitted below `[simulate]`",
-                        wheel_names(robot).join(", ")
+                         y_m of a wheel, and steering_deg of a steered one, as radius_m.WHEEL or radius_m.* ({}); keys of the scenario are fitted below `[simulate]`",
+                        named_wheels(robot)
+                            .iter()
+                            .map(|at| robot.wheels[*at].name.as_str())
+                            .collect::<Vec<_>>()
+                            .join(", ")
                     ),
                 ));
             };
@@ -273,7 +323,9 @@ impl Model {
                         .iter_mut()
                         .for_each(|wheel| wheel.radius_m *= factor);
                 }
-                Parameter::WheelRadius(wheel) => robot.wheels[*wheel].radius_m = *value,
+                Parameter::WheelRadius(wheel) => {
+                    of_one(&mut robot, *wheel).for_each(|wheel| wheel.radius_m = *value);
+                }
                 Parameter::Lever => {
                     let factor = value / parameter.nominal(&self.robot);
                     for wheel in &mut robot.wheels {
@@ -286,18 +338,21 @@ impl Model {
                         );
                     }
                 }
-                Parameter::WheelAxis(wheel) => {
+                Parameter::WheelAxis(wheel) | Parameter::Steering(wheel) => {
                     let by_deg = value - parameter.nominal(&self.robot);
                     let turn =
                         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), by_deg.to_radians());
-                    let hub = &mut robot.wheels[*wheel].body_from_hub;
-                    hub.rotation = turn * hub.rotation;
+                    of_one(&mut robot, *wheel).for_each(|wheel| {
+                        wheel.body_from_hub.rotation = turn * wheel.body_from_hub.rotation;
+                    });
                 }
                 Parameter::WheelX(wheel) => {
-                    robot.wheels[*wheel].body_from_hub.translation.x = *value;
+                    of_one(&mut robot, *wheel)
+                        .for_each(|wheel| wheel.body_from_hub.translation.x = *value);
                 }
                 Parameter::WheelY(wheel) => {
-                    robot.wheels[*wheel].body_from_hub.translation.y = *value;
+                    of_one(&mut robot, *wheel)
+                        .for_each(|wheel| wheel.body_from_hub.translation.y = *value);
                 }
                 Parameter::Gamma => {
                     for wheel in &mut robot.wheels {
@@ -359,12 +414,24 @@ impl Model {
     }
 }
 
-/// Whether tyres hold a robot sideways.
-pub(crate) fn is_held(robot: &Robot) -> bool {
-    robot.wheels.iter().any(Wheel::has_tyre)
+/// Returns a wheel, or both that stand for a steered one.
+fn of_one(robot: &mut Robot, wheel: usize) -> impl Iterator<Item = &mut Wheel> {
+    let name = robot.wheels[wheel].name.clone();
+    robot
+        .wheels
+        .iter_mut()
+        .filter(move |other| other.name == name)
 }
 
-/// Refuses a robot whose kinematics depends on angles that no log of wheels has.
+/// Whether tyres hold a robot sideways.
+pub(crate) fn is_held(robot: &Robot) -> bool {
+    robot
+        .wheels
+        .iter()
+        .any(|wheel| wheel.has_tyre() || is_hold(wheel))
+}
+
+/// Refuses a robot whose kinematics depends on steering angles.
 fn refuse_steered(robot: &Robot) -> Result<(), Error> {
     let mut wheels = robot.wheels.iter();
     let steered = wheels.find(|wheel| wheel.has_tyre() && robot.steering_of(wheel).is_some());
@@ -372,10 +439,10 @@ fn refuse_steered(robot: &Robot) -> Result<(), Error> {
         None => Ok(()),
         Some(wheel) => Err(Error::invalid(
             format!(
-                "`{}` is steered: its effect depends on the steering angle, which logs of wheels do not have",
+                "`{}` is steered: its effect depends on the steering angle, which no tape measures and no planned course holds",
                 wheel.name
             ),
-            "fit robots on rollers, or on tyres that are not steered",
+            "log a drive with the wheels, the steering angles and the poses, and fit the log (`[log.steering]`)",
         )),
     }
 }

@@ -38,7 +38,7 @@ pub(crate) fn judge(
     judged_by: JudgedBy,
 ) -> Result<(Fitted, Errors, Errors), Error> {
     let fitted_windows = evidence.fitted();
-    let bare = Model::new(&study.robot, &file.free)?;
+    let bare = Model::new(&study.unsteered.robot, &file.free)?;
     let with_tracker = |windows: &[&Window]| {
         bare.clone()
             .with_tracker(&study.file.tracker, &evidence.series_of(windows))

@@ -151,6 +151,8 @@ pub enum ControllerKind {
     Mecanum,
     /// `omni_wheel_drive_controller`.
     Omni,
+    /// `tricycle_controller`.
+    Tricycle,
 }
 
 /// Settings of one wheel.

@@ -21,11 +21,11 @@ pub(crate) fn delays(study: &Study, logs: &[Log]) -> Result<Vec<(String, Delay)>
     if matches!(study.file.log.delay_s, Some(Delayed::Known(_))) {
         return Ok(Vec::new());
     }
-    let model = Model::new(&study.robot, &[])?;
+    let model = Model::new(&study.unsteered.robot, &[])?;
     let Some(matrix) = model.twist_matrix(&[]) else {
         return Ok(Vec::new());
     };
-    let lever_m = Parameter::Lever.nominal(&study.robot);
+    let lever_m = Parameter::Lever.nominal(&study.unsteered.robot);
     let mut names: Vec<&String> = Vec::new();
     for run in &study.file.runs {
         if !names.contains(&&run.series) {

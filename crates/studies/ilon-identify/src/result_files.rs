@@ -3,13 +3,16 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use ilon_robot::Wheel;
 use ilon_sim::Error;
+use nalgebra::Vector3;
 use toml::{Table, Value};
 
 use crate::log::Log;
 use crate::motion::Tracker;
 use crate::outcome::Identified;
 use crate::read_logs::read_run;
+use crate::steered::{needs_column, steering_joints};
 use crate::study::{Study, flat};
 
 /// All result files; some apply only to some studies.
@@ -41,7 +44,7 @@ pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, Str
     } else {
         let own = std::path::absolute(&own).unwrap_or(own);
         let names = found.parameters.keys().map(String::as_str);
-        let unsaid = names.filter(|name| !is_of_tracker(name)).collect();
+        let unsaid = names.filter(|name| !is_of_log(name)).collect();
         (own.display().to_string(), unsaid)
     };
     let mut scenario = fitted_scenario(study, found, is_description);
@@ -62,7 +65,7 @@ pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, Str
     text += &toml::to_string(&scenario).unwrap_or_default();
     files.push(("scenario.toml", text));
     let tracker = fitted_tracker(study, found, run);
-    files.push(("drive.csv", drive(study, &log, &tracker)));
+    files.push(("drive.csv", drive(study, found, &log, &tracker)));
     Ok(files)
 }
 
@@ -83,8 +86,7 @@ fn fitted_description<'a>(
     for (name, value) in &found.parameters {
         if let Some(key) = name.strip_prefix("robot.spec.") {
             put(&mut description, key, Value::Float(value.value));
-        } else if !apply(&mut description, name, value.value, value.nominal) && !is_of_tracker(name)
-        {
+        } else if !apply(&mut description, name, value.value, value.nominal) && !is_of_log(name) {
             unsaid.push(name.as_str());
         }
     }
@@ -97,8 +99,8 @@ fn fitted_description<'a>(
 }
 
 /// Whether a parameter belongs to the measurement and not to the robot.
-fn is_of_tracker(name: &str) -> bool {
-    name.starts_with("tracker")
+fn is_of_log(name: &str) -> bool {
+    name.starts_with("tracker") || name.starts_with("steering_deg.")
 }
 
 /// Returns the scenario keys set by the study and those identified, except those in the robot's
@@ -146,16 +148,41 @@ fn fitted_tracker(study: &Study, found: &Identified, run: usize) -> Tracker {
 }
 
 /// Returns a log in playback format: the wheels' angles, and the body's poses from the tracker.
-fn drive(study: &Study, log: &Log, tracker: &Tracker) -> String {
+fn drive(study: &Study, found: &Identified, log: &Log, tracker: &Tracker) -> String {
+    let robot = &study.robot;
+    let is_logged = |at: &usize| {
+        let wheel = &robot.wheels[*at];
+        needs_column(robot, wheel) || study.file.log.wheels.contains_key(&wheel.name)
+    };
+    let wheels: Vec<usize> = (0..robot.wheels.len()).filter(is_logged).collect();
+    let steering = match log.steering_rad.is_empty() {
+        true => Vec::new(),
+        false => steering_joints(robot),
+    };
+    // By how much the log reads too little.
+    let zero_rad = |joint: &usize| {
+        let is_its = |wheel: &&Wheel| robot.steering_of(wheel) == Some(*joint);
+        let wheel = robot.wheels.iter().find(is_its);
+        let found = wheel.and_then(|of| found.parameters.get(&format!("steering_deg.{}", of.name)));
+        let axis = robot.joints[*joint].body_from_joint.rotation * Vector3::z();
+        found.map_or(0.0, |of| axis.z.signum() * of.value.to_radians())
+    };
+    let zeros_rad: Vec<f64> = steering.iter().map(zero_rad).collect();
     let mut csv = "t_s".to_owned();
-    for wheel in &study.robot.wheels {
-        let _ = write!(csv, ",{}_angle_rad", wheel.name);
+    for wheel in &wheels {
+        let _ = write!(csv, ",{}_angle_rad", robot.wheels[*wheel].name);
+    }
+    for joint in &steering {
+        let _ = write!(csv, ",{}_position_rad", robot.joints[*joint].name);
     }
     csv.push_str(",measured_x_m,measured_y_m,measured_heading_rad\n");
     for row in 0..log.len() {
         let _ = write!(csv, "{:.4}", log.times_s[row]);
-        for angle in &log.angles_rad[row] {
-            let _ = write!(csv, ",{angle:.6}");
+        for wheel in &wheels {
+            let _ = write!(csv, ",{:.6}", log.angles_rad[row][*wheel]);
+        }
+        for (joint, zero_rad) in steering.iter().zip(&zeros_rad) {
+            let _ = write!(csv, ",{:.6}", log.steering_rad[row][*joint] + zero_rad);
         }
         let [x, y, heading] = log.poses[row];
         let heading = heading + tracker.turned_rad;
@@ -280,7 +307,8 @@ fn apply_on_tyres(description: &mut Table, name: &str, value: f64, nominal: f64)
     }
 }
 
-/// Moves wheels on tyres along their axles, away from the middle of all.
+/// Moves wheels on tyres along their axles, away from the middle of all; where some are steered,
+/// straight away from it.
 fn widen(wheels: &mut [Value], factor: f64) -> Option<()> {
     let place = |wheel: &Value| {
         let at = wheel.get("position_m")?;
@@ -288,12 +316,27 @@ fn widen(wheels: &mut [Value], factor: f64) -> Option<()> {
     };
     let places: Option<Vec<[f64; 2]>> = wheels.iter().map(place).collect();
     let places = places?;
-    let middle = [0, 1].map(|i| places.iter().map(|at| at[i]).sum::<f64>() / places.len() as f64);
+    let is_steered = |wheel: &Value| wheel.get("steered").and_then(Value::as_bool) == Some(true);
+    let steers: Vec<bool> = wheels.iter().map(is_steered).collect();
+    // As the lever of a model counts: from the wheels that are not steered, if there are any.
+    let mut among: Vec<(&[f64; 2], &bool)> = places
+        .iter()
+        .zip(&steers)
+        .filter(|(_, steers)| !**steers)
+        .collect();
+    if among.is_empty() {
+        among = places.iter().zip(&steers).collect();
+    }
+    let sum = |i: usize| among.iter().map(|(at, _)| at[i]).sum::<f64>();
+    let middle = [0, 1].map(|i| sum(i) / among.len() as f64);
     for (wheel, at) in wheels.iter_mut().zip(places) {
         let axis_deg = wheel.get("axis_deg").and_then(number).unwrap_or(90.0);
         let (sin, cos) = libm::sincos(axis_deg.to_radians());
         let arm_m = cos * (at[0] - middle[0]) + sin * (at[1] - middle[1]);
-        let moved = [cos, sin].map(|part| part * (factor - 1.0) * arm_m);
+        let moved = match steers.contains(&true) {
+            true => [0, 1].map(|i| (factor - 1.0) * (at[i] - middle[i])),
+            false => [cos, sin].map(|part| part * (factor - 1.0) * arm_m),
+        };
         // To a picometre: an axle along y moves by no more than rounding along x.
         let moved = [at[0] + moved[0], at[1] + moved[1]].map(|x_m| (1e12 * x_m).round() / 1e12);
         let moved = moved.map(Value::Float);

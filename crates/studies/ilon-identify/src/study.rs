@@ -11,6 +11,7 @@ use toml::{Table, Value};
 pub use crate::simulate::{
     BesideFile, CurrentsFile, HeadingFile, Logged, Phases, RippleFile, Simulate,
 };
+use crate::steered::Unsteered;
 pub use crate::study_file::{ModelFile, RunFile, StudyFile};
 
 /// A study with its robot.
@@ -22,6 +23,7 @@ pub struct Study {
     pub file: StudyFile,
     /// The robot before the fit.
     pub robot: Robot,
+    pub(crate) unsteered: Unsteered,
     pub(crate) files: FileAccess,
 }
 
@@ -50,9 +52,11 @@ impl Study {
     /// Like [`Self::load`].
     pub fn from_toml(text: &str, path: &Path, files: &FileAccess) -> Result<Self, Error> {
         let file: StudyFile = read_toml(text, path)?;
+        let robot = robot_of(&file.robot, &file.set, path, files)?;
         let study = Self {
             path: path.to_owned(),
-            robot: robot_of(&file.robot, &file.set, path, files)?,
+            unsteered: Unsteered::new(&robot, &file.log)?,
+            robot,
             file,
             files: files.clone(),
         };
@@ -154,7 +158,7 @@ impl Study {
                     "give each a `name` of its own",
                 );
             }
-            crate::model::Model::new(&self.robot, &model.free)?;
+            crate::model::Model::new(&self.unsteered.robot, &model.free)?;
         }
         crate::log::check(&file.log, &self.robot)
     }

@@ -78,8 +78,8 @@ pub struct ModelFile {
     /// What it is called.
     pub name: String,
     /// Its parameters: `"radius_m"`, `"radius_m.WHEEL"` or `"radius_m.*"`, `"lever_m"`,
-    /// `"gamma_deg"`, `"axis_deg.WHEEL"`, `"x_m.WHEEL"`, `"y_m.WHEEL"`, `"gain.ahead"`,
-    /// `"gain.sideways"`, `"gain.turn"`, `"rows_lost"`.
+    /// `"gamma_deg"`, `"axis_deg.WHEEL"`, `"steering_deg.WHEEL"`, `"x_m.WHEEL"`, `"y_m.WHEEL"`,
+    /// `"gain.ahead"`, `"gain.sideways"`, `"gain.turn"`, `"rows_lost"`.
     pub free: Vec<String>,
 }
 

@@ -69,6 +69,7 @@ fn stand_otherwise(found: &Identified) -> Option<String> {
             "axis_deg" => ("heading of the axis", "°", 1.0),
             "x_m" => ("x", "mm", 1e3),
             "y_m" => ("y", "mm", 1e3),
+            "steering_deg" => ("steering angle at a reading of 0", "°", 1.0),
             _ => return None,
         };
         let is_otherwise = !may_be(value, value.nominal);
@@ -82,10 +83,15 @@ fn stand_otherwise(found: &Identified) -> Option<String> {
         })
     });
     let each: Vec<String> = each.collect();
+    let remedy = match each.iter().all(|said| said.starts_with("steering")) {
+        true => "Add that to what the steering reads.",
+        false => {
+            "Turn them back, or command the robot by its own matrix M: `ilon inspect robot.toml` prints that of the robot as it was found."
+        }
+    };
     (!each.is_empty()).then(|| {
         format!(
-            "Wheels stand otherwise than stated: {}. Turn them back, or command the robot by its own matrix M: `ilon inspect robot.toml` prints that of the \
-             robot as it was found.",
+            "Wheels stand otherwise than stated: {}. {remedy}",
             each.join(", ")
         )
     })
@@ -272,6 +278,7 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
             ", `robot_radius`,",
         ),
         Some(ControllerKind::Differential) => ("diff_drive_controller", ", `wheel_radius`,", ""),
+        Some(ControllerKind::Tricycle) => ("tricycle_controller", ", `wheel_radius`,", ""),
         None => ("your controller", "", ""),
     };
     let is_differential = controller.kind == Some(ControllerKind::Differential);
@@ -286,12 +293,13 @@ pub fn set(controller: &Controller, gains: &Gains) -> Vec<String> {
         set.push(set_to(&format!("the wheel radius rho{radius_key}"), radius) + doubt);
     }
     if let Some(lever) = controller.lever_m.as_ref().filter(|lever| !is_vague(lever)) {
-        set.push(match is_differential {
-            true => set_to(
+        set.push(match controller.kind {
+            Some(ControllerKind::Tricycle) => set_to("the wheelbase, `wheelbase`,", lever),
+            Some(ControllerKind::Differential) => set_to(
                 "the track, `wheel_separation`,",
                 &lever.through(|lever_m| 2.0 * lever_m, "m", 2.0 * lever.nominal),
             ),
-            false => set_to(&format!("the lever of turns{lever_key}"), lever),
+            _ => set_to(&format!("the lever of turns{lever_key}"), lever),
         });
     }
     let mut lines: Vec<String> = Vec::new();
@@ -442,7 +450,10 @@ fn to_know_more(found: &Identified) -> Option<String> {
     let gains = &found.gains;
     let mut wishes: Vec<String> = Vec::new();
     // Tyres hold such a robot sideways.
-    let is_held = found.controller.kind == Some(ControllerKind::Differential);
+    let is_held = matches!(
+        found.controller.kind,
+        Some(ControllerKind::Differential | ControllerKind::Tricycle)
+    );
     let lacks = [
         (&gains.ahead, "ahead and back"),
         (&gains.sideways, "sideways, to the left and to the right"),

@@ -14,6 +14,7 @@ use ilon_sim::foreign::MOST_ROWS;
 
 use super::format::{Bag, Format};
 use super::series::Log;
+use crate::steered::{needs_column, steering_joints};
 
 /// Reads wheel angles as recorded, and interpolates the poses linearly at their times.
 pub(super) fn read(
@@ -53,8 +54,11 @@ pub(super) fn read(
 struct Recorded<'a> {
     path: &'a Path,
     topics: &'a Bag,
-    /// Names of the robot's wheels in the bag.
-    names: Vec<&'a str>,
+    robot: &'a Robot,
+    /// The robot's wheels by their indices, and their names in the bag.
+    wheels: Vec<(usize, &'a str)>,
+    /// The same of the joints that steer them.
+    steering: Vec<(usize, &'a str)>,
     log: Log,
     poses: Vec<(f64, [f64; 3])>,
     seen: Seen,
@@ -62,12 +66,20 @@ struct Recorded<'a> {
 
 impl<'a> Recorded<'a> {
     fn new(path: &'a Path, topics: &'a Bag, robot: &'a Robot) -> Self {
-        let wheels = robot.wheels.iter().map(|wheel| &wheel.name);
-        let names = wheels.map(|name| topics.names.get(name).unwrap_or(name).as_str());
+        let named = |name: &'a String| topics.names.get(name).unwrap_or(name).as_str();
+        let wheels = robot.wheels.iter().enumerate();
+        let steering = steering_joints(robot).into_iter();
         Self {
             path,
             topics,
-            names: names.collect(),
+            robot,
+            wheels: wheels
+                .filter(|(_, wheel)| needs_column(robot, wheel))
+                .map(|(at, wheel)| (at, named(&wheel.name)))
+                .collect(),
+            steering: steering
+                .map(|at| (at, named(&robot.joints[at].name)))
+                .collect(),
             log: Log::default(),
             poses: Vec::new(),
             seen: Seen::default(),
@@ -95,21 +107,33 @@ impl<'a> Recorded<'a> {
 
     /// Takes the angles of all wheels; ignores messages about other joints.
     fn take_joints(&mut self, t_s: f64, joints: &JointState) -> Result<(), Error> {
-        let is_wheel = |name: &String| self.names.contains(&name.as_str());
+        let is_wheel = |name: &String| self.wheels.iter().any(|(_, wheel)| wheel == name);
         if !joints.name.iter().any(is_wheel) {
             return Ok(());
         }
-        let angle = |name: &&str| {
+        let angle = |name: &str| {
             let place = joints.name.iter().position(|known| known == name);
             let angle = place.and_then(|place| joints.position.get(place)).copied();
             angle.filter(|angle| angle.is_finite()).ok_or_else(|| {
                 self.wrong(
                     format!("`{}` has no angle of `{name}` at {t_s:.3} s", self.topics.joints),
-                    "record positions of all wheels; `log.bag.names` says what a wheel is called in the bag",
+                    "record positions of all wheels and of what steers them; `log.bag.names` says what a joint is called in the bag",
                 )
             })
         };
-        let angles = self.names.iter().map(angle).collect::<Result<_, _>>()?;
+        let all = |named: &[(usize, &str)], count: usize| {
+            let mut angles = vec![0.0; count];
+            for (at, name) in named {
+                angles[*at] = angle(name)?;
+            }
+            Ok::<_, Error>(angles)
+        };
+        let angles = all(&self.wheels, self.robot.wheels.len())?;
+        if !self.steering.is_empty() {
+            let mut positions = all(&self.steering, self.robot.joints.len())?;
+            self.robot.couple(&mut positions);
+            self.log.steering_rad.push(positions);
+        }
         self.log.times_s.push(t_s);
         self.log.angles_rad.push(angles);
         Ok(())

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use ilon_files::FileAccess;
-use ilon_robot::Robot;
+use ilon_robot::{Robot, Wheel};
 use ilon_sim::Error;
 use ilon_sim::foreign::{self, Table, TableFormat};
 
 use super::format::{Column, ColumnPlace, Format};
 use super::series::Log;
+use crate::steered::{needs_column, steering_joints};
 
 /// Largest file size of a log, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
@@ -22,7 +23,9 @@ struct Columns {
     time: Option<foreign::Column>,
     /// x, y and heading.
     pose: [foreign::Column; 3],
-    wheels: Vec<WheelColumn>,
+    /// `None` of a wheel that the log does not have.
+    wheels: Vec<Option<WheelColumn>>,
+    steering: Vec<SteeringColumn>,
     currents: Vec<foreign::Column>,
 }
 
@@ -30,6 +33,13 @@ struct Columns {
 struct WheelColumn {
     column: foreign::Column,
     holds: Holds,
+}
+
+/// The column of a joint that steers, by its index in the robot.
+struct SteeringColumn {
+    joint: usize,
+    column: foreign::Column,
+    zero_rad: f64,
 }
 
 /// Content of a wheel's column.
@@ -65,7 +75,18 @@ pub(super) fn read(
         };
         let dt_s = log.times_s.last().map_or(0.0, |last| t_s - last);
         for (angle, wheel) in angles.iter_mut().zip(&columns.wheels) {
-            wheel.turn(angle, &table, dt_s)?;
+            if let Some(wheel) = wheel {
+                wheel.turn(angle, &table, dt_s)?;
+            }
+        }
+        if !columns.steering.is_empty() {
+            let mut positions = vec![0.0; robot.joints.len()];
+            for steering in &columns.steering {
+                let read = table.needed(&steering.column)?;
+                positions[steering.joint] = read - steering.zero_rad;
+            }
+            robot.couple(&mut positions);
+            log.steering_rad.push(positions);
         }
         let mut seen = [f64::NAN; 3];
         for (value, column) in seen.iter_mut().zip(&columns.pose) {
@@ -104,12 +125,8 @@ impl Columns {
                 format!("write `log.{what} = {{ column = ..., unit = ... }}`"),
             )),
         };
-        let of_wheels = |section: &str, known: &BTreeMap<String, Column>| {
-            let wheels = robot.wheels.iter().map(|wheel| {
-                let column = known.get(&wheel.name);
-                stated(&format!("{section}.{}", wheel.name), column)
-            });
-            wheels.collect::<Result<Vec<_>, _>>()
+        let named = |section: &str, name: &str, known: &BTreeMap<String, Column>| {
+            stated(&format!("{section}.{name}"), known.get(name))
         };
         let time = match (&format.time, format.period_s) {
             (None, None) => {
@@ -120,15 +137,31 @@ impl Columns {
             }
             (column, _) => column.as_ref(),
         };
-        let wheel = |(column, name): (foreign::Column, &str)| WheelColumn {
-            holds: match &format.wheels[name] {
-                stated if !stated.is_angle() => Holds::Rates,
-                stated if stated.increments => Holds::Increments,
-                stated => Holds::AnglesFrom(stated.zero * column.factor),
-            },
-            column,
+        let wheel = |wheel: &Wheel| -> Result<_, Error> {
+            if !needs_column(robot, wheel) && !format.wheels.contains_key(&wheel.name) {
+                return Ok(None);
+            }
+            let column = named("wheels", &wheel.name, &format.wheels)?;
+            Ok(Some(WheelColumn {
+                holds: match &format.wheels[&wheel.name] {
+                    stated if !stated.is_angle() => Holds::Rates,
+                    stated if stated.increments => Holds::Increments,
+                    stated => Holds::AnglesFrom(stated.zero * column.factor),
+                },
+                column,
+            }))
         };
-        let names = robot.wheels.iter().map(|wheel| wheel.name.as_str());
+        let steering = |joint: usize| -> Result<_, Error> {
+            let name = &robot.joints[joint].name;
+            let column = named("steering", name, &format.steering)?;
+            Ok(SteeringColumn {
+                joint,
+                zero_rad: format.steering[name].zero * column.factor,
+                column,
+            })
+        };
+        let currents = robot.wheels.iter();
+        let currents = currents.map(|wheel| named("currents", &wheel.name, &format.currents));
         Ok(Self {
             time: time
                 .map(|column| found(table, "time", column))
@@ -138,14 +171,13 @@ impl Columns {
                 stated("y", format.y.as_ref())?,
                 stated("heading", format.heading.as_ref())?,
             ],
-            wheels: of_wheels("wheels", &format.wheels)?
-                .into_iter()
-                .zip(names)
-                .map(wheel)
-                .collect(),
+            wheels: robot.wheels.iter().map(wheel).collect::<Result<_, _>>()?,
+            steering: (steering_joints(robot).into_iter())
+                .map(steering)
+                .collect::<Result<_, _>>()?,
             currents: match format.currents.is_empty() {
                 true => Vec::new(),
-                false => of_wheels("currents", &format.currents)?,
+                false => currents.collect::<Result<_, _>>()?,
             },
         })
     }

@@ -9,6 +9,8 @@ use ilon_sim::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::steered::steering_joints;
+
 /// How the logs are written. A file that ends in `.csv`, `.tsv`, `.txt` or `.dat` is a table of
 /// text; everything else a bag.
 #[serde_with::skip_serializing_none]
@@ -43,6 +45,9 @@ pub struct Format {
     /// Each wheel, by the name of its joint.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub wheels: BTreeMap<String, Column>,
+    /// The angle of each joint that steers a wheel, by the joint's name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub steering: BTreeMap<String, Column>,
     /// The current of each wheel's motor, by the name of the wheel's joint.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub currents: BTreeMap<String, Column>,
@@ -111,8 +116,8 @@ pub struct Column {
     /// Whether each row holds what was turned since the row before, and not since the beginning.
     #[serde(default)]
     pub increments: bool,
-    /// What it reads in its unit where the wheel stands as the robot's file has it, of absolute
-    /// encoders; it counts with `simulate.phases = "log"` alone.
+    /// What it reads in its unit where the joint stands as the robot's file has it, of absolute
+    /// encoders; that of a wheel counts with `simulate.phases = "log"` alone.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub zero: f64,
 }
@@ -192,6 +197,7 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
         );
     }
     let wheels = wheel_names(robot);
+    let steering = steering_names(robot);
     let mut columns: Vec<(String, &Column, &[Measure])> = Vec::new();
     for (name, column, measures) in [
         ("time", &format.time, &[Measure::Time] as &[Measure]),
@@ -203,19 +209,28 @@ pub(crate) fn check(format: &Format, robot: &Robot) -> Result<(), Error> {
             columns.push((name.to_owned(), column, measures));
         }
     }
-    for (section, known, measures) in [
+    for (section, known, names, measures) in [
         (
             "wheels",
             &format.wheels,
+            &wheels,
             &[Measure::Angle, Measure::Rate] as &[Measure],
         ),
-        ("currents", &format.currents, &[Measure::Current]),
+        ("steering", &format.steering, &steering, &[Measure::Angle]),
+        ("currents", &format.currents, &wheels, &[Measure::Current]),
     ] {
         for (name, column) in known {
-            if !wheels.contains(&name.as_str()) {
+            if !names.contains(&name.as_str()) {
+                let (what, those) = match (section, names.is_empty()) {
+                    ("steering", true) => ("steering joint", "it has none".to_owned()),
+                    ("steering", false) => {
+                        ("steering joint", format!("they are {}", names.join(", ")))
+                    }
+                    _ => ("wheel", format!("its wheels are {}", names.join(", "))),
+                };
                 return invalid(
-                    format!("`log.{section}.{name}`: the robot has no such wheel"),
-                    format!("its wheels are {}", wheels.join(", ")),
+                    format!("`log.{section}.{name}`: the robot has no such {what}"),
+                    those,
                 );
             }
             columns.push((format!("{section}.{name}"), column, measures));
@@ -280,17 +295,19 @@ fn check_column(
             "give its place, counted from 1",
         );
     }
-    let is_absolute = column.is_angle() && !column.increments && name.starts_with("wheels.");
+    let is_steering = name.starts_with("steering.");
+    let is_absolute =
+        column.is_angle() && !column.increments && (is_steering || name.starts_with("wheels."));
     let is_right = is_zero(&column.zero) || (is_absolute && column.zero.is_finite());
     if !is_right {
         return invalid(
             format!("`log.{name}` has the `zero` {}", column.zero),
-            "it is a finite angle of a wheel whose encoder is absolute",
+            "it is a finite angle of an absolute encoder",
         );
     }
-    if column.increments && !column.is_angle() {
+    if column.increments && (is_steering || !column.is_angle()) {
         return invalid(
-            format!("`log.{name}` has `increments`, which angles alone have"),
+            format!("`log.{name}` has `increments`, which angles of wheels alone have"),
             "leave it out",
         );
     }
@@ -299,6 +316,14 @@ fn check_column(
 
 fn invalid(message: impl Into<String>, help: impl Into<String>) -> Result<(), Error> {
     Err(Error::invalid(message, help))
+}
+
+/// The names of the joints that steer a robot's wheels, without those that follow others.
+pub(super) fn steering_names(robot: &Robot) -> Vec<&str> {
+    let joints = steering_joints(robot).into_iter();
+    joints
+        .map(|joint| robot.joints[joint].name.as_str())
+        .collect()
 }
 
 /// The names of a robot's wheels, in their order.

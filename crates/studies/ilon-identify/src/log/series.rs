@@ -17,6 +17,9 @@ pub struct Log {
     pub angles_rad: Vec<Vec<f64>>,
     /// Angle of each wheel at the first row in the log's own count, in radians.
     pub begun_rad: Vec<f64>,
+    /// Angle of each joint between bodies (in the robot's order) at each row, in radians; empty
+    /// for a robot without steered wheels.
+    pub steering_rad: Vec<Vec<f64>>,
     /// x and y in metres and the heading in radians, unwrapped, at each row, from the tracker.
     pub poses: Vec<[f64; 3]>,
     /// Current of each wheel's motor at each row, in A; empty if not logged.
@@ -58,15 +61,14 @@ impl Log {
     pub fn part(&self, from_s: f64, to_s: f64) -> Self {
         let first = self.times_s.partition_point(|t_s| *t_s < from_s);
         let end = self.times_s.partition_point(|t_s| *t_s <= to_s).max(first);
+        let part_of = |rows: &[Vec<f64>]| rows.get(first..end).unwrap_or_default().to_vec();
         let mut part = Self {
             times_s: self.times_s[first..end].to_vec(),
             angles_rad: self.angles_rad[first..end].to_vec(),
             begun_rad: self.begun_rad.clone(),
             poses: self.poses[first..end].to_vec(),
-            currents_a: match self.currents_a.is_empty() {
-                true => Vec::new(),
-                false => self.currents_a[first..end].to_vec(),
-            },
+            steering_rad: part_of(&self.steering_rad),
+            currents_a: part_of(&self.currents_a),
             unseen: self.unseen[first..end].to_vec(),
             is_cut_short: self.is_cut_short,
         };

@@ -10,7 +10,7 @@ use super::anomalies::{Anomaly, AnomalyKind, anomaly, shown};
 use super::guess::{EXPLAINED, Guess, TURNS};
 use super::hands;
 use super::series::Log;
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, named_wheels};
 use crate::motion::{Window, windows};
 
 const TURNS_BACK: &str = "the robot turns left where its wheels as stated turn it right";
@@ -284,12 +284,22 @@ fn near(a: f64, b: f64) -> bool {
 }
 
 /// Returns maps of the same robot with wheels swapped or reversed, each with the number of changes
-/// and a description.
+/// and a description. A steered wheel has two columns.
 fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix3xX<f64>, bool)> {
-    let wheels = robot.wheels.len();
-    let name = |wheel: usize| format!("`{}`", robot.wheels[wheel].name);
-    let mut all = Vec::new();
-    for order in orders(wheels) {
+    let named = named_wheels(robot);
+    let wheels = named.len();
+    let name = |wheel: usize| format!("`{}`", robot.wheels[named[wheel]].name);
+    let columns = |wheel: usize| {
+        let of_it = |at: &usize| robot.wheels[*at].name == robot.wheels[named[wheel]].name;
+        (0..robot.wheels.len()).filter(of_it).collect::<Vec<_>>()
+    };
+    let columns: Vec<Vec<usize>> = (0..wheels).map(columns).collect();
+    let is_alike = |order: &Vec<usize>| {
+        let mut places = order.iter().enumerate();
+        places.all(|(wheel, from)| columns[wheel].len() == columns[*from].len())
+    };
+    let mut all = turned_modules(matrix, &columns);
+    for order in orders(wheels).into_iter().filter(is_alike) {
         let moved: Vec<usize> = (0..wheels)
             .filter(|wheel| order[*wheel] != *wheel)
             .collect();
@@ -351,13 +361,57 @@ fn wirings(robot: &Robot, matrix: &Matrix3xX<f64>) -> Vec<(usize, String, Matrix
                 let mut changed = matrix.clone();
                 for (wheel, from) in order.iter().enumerate() {
                     let sign = if flipped.contains(&wheel) { -1.0 } else { 1.0 };
-                    changed.set_column(wheel, &(matrix.column(*from) * sign));
+                    for (to, from) in columns[wheel].iter().zip(&columns[*from]) {
+                        changed.set_column(*to, &(matrix.column(*from) * sign));
+                    }
                 }
                 all.push((changes, words.join("; "), changed, mirrored));
             }
         }
     }
     all
+}
+
+/// Returns maps of a robot whose modules all count their steering otherwise: the other way round, or
+/// from another direction.
+fn turned_modules(
+    matrix: &Matrix3xX<f64>,
+    columns: &[Vec<usize>],
+) -> Vec<(usize, String, Matrix3xX<f64>, bool)> {
+    // Of cos d and sin d in the directions along and across, those of -d, d + 90 degrees and
+    // d - 90 degrees.
+    let changes = [
+        (
+            [[1.0, 0.0], [0.0, -1.0]],
+            "the steering angles count the other way: give them `scale = -1`",
+        ),
+        (
+            [[0.0, 1.0], [-1.0, 0.0]],
+            "the steering angles are 90 degrees too small: give them the `zero` -90 degrees",
+        ),
+        (
+            [[0.0, -1.0], [1.0, 0.0]],
+            "the steering angles are 90 degrees too large: give them the `zero` 90 degrees",
+        ),
+    ];
+    let pairs = columns.iter().filter_map(|columns| match columns[..] {
+        [along, across] => Some([along, across]),
+        _ => None,
+    });
+    let pairs: Vec<[usize; 2]> = pairs.collect();
+    let changes = changes.into_iter().filter(|_| !pairs.is_empty());
+    changes
+        .map(|(rows, words)| {
+            let mut changed = matrix.clone();
+            for pair in &pairs {
+                for (to, row) in pair.iter().zip(rows) {
+                    let [along, across] = pair.map(|from| matrix.column(from));
+                    changed.set_column(*to, &(along * row[0] + across * row[1]));
+                }
+            }
+            (1, words.to_owned(), changed, false)
+        })
+        .collect()
 }
 
 /// Returns all orders of up to four items; for more, those with two swapped.

@@ -5,6 +5,7 @@ use ilon_sim::Error;
 
 use super::config::{Logged, Phases, Simulate};
 use crate::log::{Column, wheel_names};
+use crate::steered::is_steered;
 use crate::study_file::StudyFile;
 
 /// Longest simulated drive, in seconds.
@@ -68,6 +69,12 @@ fn check_beside(section: &Simulate, file: &StudyFile) -> Result<(), Error> {
 /// If a number is invalid, or the logs or the robot lack what the section needs.
 pub(crate) fn check(section: &Simulate, file: &StudyFile, robot: &Robot) -> Result<(), Error> {
     let invalid = |message: String, help: String| Err(Error::invalid(message, help));
+    if is_steered(robot) {
+        return invalid(
+            "`[simulate]` drives at constant wheel rates, and has no steering angles".to_owned(),
+            "leave it out: the kinematics of steered wheels is fitted without it".to_owned(),
+        );
+    }
     if !(section.drive_s > 0.0 && section.drive_s <= MOST_DRIVE_S) {
         return invalid(
             format!(
