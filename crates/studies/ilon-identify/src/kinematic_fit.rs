@@ -226,7 +226,9 @@ pub(crate) fn solve(matrix: &DMatrix<f64>, seen: &DVector<f64>) -> DVector<f64> 
     solution
 }
 
-/// Returns the residuals of windows from a model, over the noise, three rows per window.
+/// Returns the residuals of windows from a model, over the noise, equally many rows per window:
+/// three of the pose, and of a robot with steered wheels by what its wheels contradict each other,
+/// which shows a module that stands otherwise than its neighbours.
 pub fn residuals(
     model: &Model,
     values: &[f64],
@@ -240,7 +242,17 @@ pub fn residuals(
         .iter()
         .map(|series| model.tracker(values, series))
         .collect();
-    Some(misses(&matrix, &trackers, windows, noise))
+    let left = misses(&matrix, &trackers, windows, noise);
+    let Some(apart) = model.contradiction(values) else {
+        return Some(left);
+    };
+    let poses = left.chunks_exact(3).zip(windows);
+    let with_wheels = poses.flat_map(|(pose, window)| {
+        let turned = DVector::from_column_slice(&window.turned_rad);
+        let apart = (&apart * turned) / noise.position_m;
+        pose.iter().copied().chain(apart.data.as_vec().clone())
+    });
+    Some(with_wheels.collect())
 }
 
 /// Returns the residuals of windows from a map from wheel rates to twists, over the noise, three
@@ -369,6 +381,7 @@ fn scatter(
         .map(|run| windows.iter().filter(|window| window.run == run).count())
         .collect();
     let used = counts.iter().filter(|count| **count > 0).count();
+    let each = residuals.len() / windows.len().max(1);
     let gather = |parts: usize| -> Option<Scatter> {
         let mut clusters = vec![Cluster::empty(jacobian.ncols()); runs * parts];
         let mut place = vec![0_usize; runs];
@@ -376,10 +389,10 @@ fn scatter(
             let run = window.run;
             let part = place[run] * parts / counts[run];
             place[run] += 1;
-            let rows = jacobian.rows(3 * index, 3);
+            let rows = jacobian.rows(each * index, each);
             clusters[run * parts + part].add(
                 rows.clone_owned(),
-                residuals.rows(3 * index, 3).clone_owned(),
+                residuals.rows(each * index, each).clone_owned(),
             );
         }
         clusters.retain(|cluster| cluster.rows > 0);

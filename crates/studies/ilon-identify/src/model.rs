@@ -4,7 +4,7 @@
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Roller, Wheel};
 use ilon_sim::Error;
-use nalgebra::{Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3xX, Translation3, UnitQuaternion, Vector3};
 
 use crate::motion::Tracker;
 use crate::steered::is_hold;
@@ -386,6 +386,19 @@ impl Model {
             }
         }
         Some(matrix)
+    }
+
+    /// Returns the map from wheel angles to what no motion of the robot explains of each wheel's
+    /// way, in metres; `None` without steered wheels, or if the robot cannot be moved.
+    pub fn contradiction(&self, values: &[f64]) -> Option<DMatrix<f64>> {
+        let robot = self.robot(values);
+        let is_steered = (0..robot.wheels.len()).any(|at| stands_for_steered(&robot, at));
+        let kinematics = is_steered.then(|| Kinematics::new(&robot).ok()).flatten()?;
+        let count = robot.wheels.len();
+        let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
+        let radii_m = DVector::from_iterator(count, radii_m);
+        let explained = kinematics.rate_matrix() * kinematics.twist_matrix();
+        Some(DMatrix::from_diagonal(&radii_m) * (DMatrix::identity(count, count) - explained))
     }
 
     /// Returns the tracker of a series with these values.

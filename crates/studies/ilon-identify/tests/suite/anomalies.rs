@@ -23,7 +23,7 @@ fn steady() -> Log {
             .collect(),
         currents_a: rows.clone().map(|row| vec![0.3 * at_s(row); 4]).collect(),
         unseen: rows.map(|_| false).collect(),
-        is_cut_short: false,
+        ..Log::default()
     }
 }
 

@@ -6,6 +6,7 @@ mod floors;
 mod kinematic_fit;
 mod phases;
 mod rollers;
+mod steered;
 mod studies;
 mod support;
 mod synthetic;
