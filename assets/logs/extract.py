@@ -57,6 +57,20 @@ def differential(source, target, every):
     write(target, header, rows)
 
 
+def tricycle(source, target, every):
+    """Keeps every so many rows: time, the wheel's angle by its ticks (1600 a turn), the angle of its steering, and the tracker's pose."""
+    rows, turned = [], 0.0
+    with open(source, newline="") as file:
+        for index, row in enumerate(csv.reader(file)):
+            t_s, x, y, heading, ticks, steering = map(float, row)
+            turned += 360 * ticks / 1600
+            if index % every == 0:
+                degrees = [plain(math.degrees(angle), 2) for angle in (steering, heading)]
+                rows.append([plain(t_s, 2), plain(turned, 2), degrees[0], plain(x, 5), plain(y, 5), degrees[1]])
+    header = ["t_s", "drive_angle_deg", "drive_steer_position_deg", "measured_x_m", "measured_y_m", "measured_heading_deg"]
+    write(target, header, rows)
+
+
 def robotino(source, target, every):
     """Keeps every so many rows: time and positions of the motors, the means of their currents since the row before, and the camera's pose."""
     rows, currents = [], []
@@ -104,6 +118,10 @@ def main():
         for number in runs:
             source = conv / series / f"run-{number:02}.csv"
             differential(source, here / "optiodom" / f"{short}_{number:02}.csv", 4)
+    for series, short in [("tricyc_circular_140120211415", "tricycle_circles"), ("tricyc_square_140120211430", "tricycle_squares")]:
+        for number in (1, 2):
+            source = conv / series / f"run-{number:02}.csv"
+            tricycle(source, here / "optiodom" / f"{short}_{number:02}.csv", 4)
 
 
 main()
