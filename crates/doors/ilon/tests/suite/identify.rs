@@ -604,3 +604,50 @@ fn a_real_robot_on_tyres_is_fitted_and_its_twin_drives_alike() {
     // After 9.4 m and two turns.
     assert!(end_mm < 30.0, "{answer}");
 }
+
+/// A real tricycle: the written robot has the wheel's radius and place that were found, its drive the
+/// steering angles with their zero, and the sentences the keys of `tricycle_controller`.
+#[test]
+fn a_real_tricycle_is_fitted_by_its_steering_angles() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets");
+    let folder = Folder::new();
+    let study = format!("{root}/identify/optiodom_tricycle.toml");
+    let said = stdout(&folder.ilon(&["identify", &study, "--out", "found", "--json"]));
+    let found: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let value = |name: &str| found["parameters"][name]["value"].as_f64().expect(name);
+    let robot = Robot::load(folder.path("found/robot.toml")).expect("a robot");
+    assert!((robot.wheels[0].radius_m - value("radius_m")).abs() < 1e-9);
+    // The axle stands at the body's origin.
+    assert!((robot.wheels[0].position_m().x - value("lever_m")).abs() < 1e-9);
+    let drive = folder.read("found/drive.csv");
+    let mut rows = drive.lines();
+    assert!(
+        rows.next()
+            .expect("a header")
+            .starts_with("t_s,drive_angle_rad,drive_steer_position_rad,measured_x_m")
+    );
+    // The log begins at a reading of 0; written to a microradian.
+    let cells: Vec<&str> = rows.next().expect("a row").split(',').collect();
+    let begun_rad: f64 = cells[2].parse().expect("a number");
+    assert!((begun_rad - value("steering_deg.drive").to_radians()).abs() < 1e-6);
+    let said = stdout(&folder.ilon(&["identify", &study, "--out", "found"]));
+    let wheelbase = format!(
+        "the wheelbase, `wheelbase`, to {:.1} mm",
+        1e3 * value("lever_m")
+    );
+    assert!(
+        said.contains(&wheelbase) && said.contains("In tricycle_controller"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Add that to what the steering reads."),
+        "{said}"
+    );
+    assert!(!said.contains("sideways"), "{said}");
+    assert!(
+        folder
+            .ilon(&["run", "found/scenario.toml", "--no-report"])
+            .status
+            .success()
+    );
+}
