@@ -200,10 +200,11 @@ pub struct Guidance {
     pub position_gain_per_s: f64,
     /// Gain on the heading error, K_phi of the same equation, in 1/s.
     pub heading_gain_per_s: f64,
-    /// The product of position gain and control period from which on the loop is unstable.
-    pub position_unstable_from: f64,
+    /// The product of position gain and control period from which on the loop is unstable; `None` if
+    /// no bound is known.
+    pub position_unstable_from: Option<f64>,
     /// The same for the heading gain.
-    pub heading_unstable_from: f64,
+    pub heading_unstable_from: Option<f64>,
 }
 
 /// The ground of a run. All coordinates are in the plane of the floor, which may slope.

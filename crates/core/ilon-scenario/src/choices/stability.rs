@@ -462,11 +462,12 @@ impl Stability {
     pub fn recorded(&self, scenario: &Scenario) -> Guidance {
         let most = |of_heading| most_per_s(scenario, of_heading);
         let periods = scenario.run.control_dt_s / self.timing.period_s;
+        let known = |from: f64| from.is_finite().then_some(from * periods);
         Guidance {
             position_gain_per_s: most(false),
             heading_gain_per_s: most(true),
-            position_unstable_from: self.position.unstable_from * periods,
-            heading_unstable_from: self.heading.unstable_from * periods,
+            position_unstable_from: known(self.position.unstable_from),
+            heading_unstable_from: known(self.heading.unstable_from),
         }
     }
 

@@ -177,9 +177,10 @@ fn errors_die_out_below_the_bound_and_grow_above_it() {
         };
         let plain = run(1.0, 1.0).expect("low gains settle");
         let guidance = plain.trace.header.guidance.expect("it tracks");
+        let bound = |from: Option<f64>| from.expect("a bound") / control_dt_s;
         let (position, heading) = (
-            guidance.position_unstable_from / control_dt_s,
-            guidance.heading_unstable_from / control_dt_s,
+            bound(guidance.position_unstable_from),
+            bound(guidance.heading_unstable_from),
         );
         for (error, of) in [(0, position), (1, heading)] {
             let at = |share: f64| match error {
@@ -204,4 +205,24 @@ fn errors_die_out_below_the_bound_and_grow_above_it() {
         "run.control_dt_s = 0.05\nguidance.position_gain_per_s = 48\n",
     );
     assert!(left(&ilon_sim::run(&beyond_two).expect("it settles"))[0] < 0.1);
+}
+
+/// No bound of the gains is known for tyres that are not steered, nor where steered ones turn to each
+/// twist: the trace holds that nothing is known, and is read back as it was written.
+#[test]
+fn a_trace_without_a_bound_of_the_gains_is_read_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for robot in ["differential.urdf", "swerve4.urdf", "tricycle.toml"] {
+        let text = format!(
+            "robot.file = \"{robot}\"\nreference.circle = {{ radius_m = 1, speed_m_s = 0.3 }}\nrun.duration_s = 0.05\n"
+        );
+        let scenario = Scenario::from_toml(&text, "unbounded", FOLDER).expect("a scenario");
+        let trace = ilon_sim::run(&scenario).expect("a run").trace;
+        let guidance = trace.header.guidance.expect("it tracks");
+        assert_eq!(guidance.position_unstable_from, None, "{robot}");
+        let path = folder.path().join("trace.parquet");
+        trace.write_parquet(&path).expect("written");
+        let read = ilon_trace::Trace::read_parquet(&path).expect("read back");
+        assert_eq!(read.header, trace.header, "{robot}");
+    }
 }

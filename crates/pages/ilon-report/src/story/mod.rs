@@ -216,9 +216,10 @@ fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
             guidance.heading_unstable_from,
         ),
     ];
-    let beyond = products
-        .iter()
-        .filter(|(_, product, from)| *product >= from * (1.0 - 1e-9));
+    let known = products
+        .into_iter()
+        .filter_map(|(name, product, from)| Some((name, product, from?)));
+    let beyond = known.filter(|(_, product, from)| *product >= from * (1.0 - 1e-9));
     let words: Vec<String> = beyond
         .map(|(name, product, from)| {
             format!(
