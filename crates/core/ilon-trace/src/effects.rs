@@ -1,8 +1,12 @@
 //! The effects of causes: the run minus the same run without a cause.
 //!
 //! An effect is the difference of two runs with the same robot, step and seeds. Its noise floor is
-//! the change of the same figure at half the step and, with noisy sensors, with another seed. A
-//! difference below [`FLOORS`] floors is not significant.
+//! the largest change of the same figure at half the step, from starts beside the run's and, with
+//! noisy sensors, with another seed. A difference below [`FLOORS`] floors is not significant.
+//!
+//! Where starts that differ by nothing end apart, the run is chaotic: all these changes are then
+//! drawn by chance, as is that of any cause, and a few draws do not show how far they scatter. The
+//! floor is [`CHAOTIC`] times as high there.
 
 use crate::convergence::{self, Apart, Cause, Change, Twin};
 pub use crate::effect::{APART_M, APART_RAD, Effect, Effects};
@@ -12,6 +16,16 @@ use crate::quantities::{self, Scales, by_key};
 
 /// A difference of fewer noise floors than this is not significant. Chosen.
 pub const FLOORS: f64 = 3.0;
+
+/// By how much the largest of three changes by chance counts as more. A fourth change exceeds
+/// [`FLOORS`] times that in less than 1 case of 1000, where each outcome is normally distributed.
+/// Chosen.
+const CHAOTIC: f64 = 3.0;
+
+/// A run whose starts beside it end further apart than this share of a wheel's radius is chaotic:
+/// they began within 4e-8 of it, and no regular run spreads what is between them a thousand times.
+/// Chosen.
+const APART: f64 = 4e-5;
 
 /// Causes that are noise. The change with another seed has their own size, so it is not their
 /// floor.
@@ -127,7 +141,21 @@ pub fn floor(key: &str, summary: &Summary, header: &Header) -> Option<f64> {
     let moved = noise.filter_map(|twin| twin.figures.get(key));
     let moved = moved.map(|other| convergence::difference(key, with, *other).abs());
     let most = moved.reduce(f64::max)?;
-    Some(most.max(Scales::of(summary, header).floor(quantity)))
+    Some((spread(header) * most).max(Scales::of(summary, header).floor(quantity)))
+}
+
+/// The factor on the changes by noise: [`CHAOTIC`] of a chaotic run, else 1.
+fn spread(header: &Header) -> f64 {
+    let radii_m = header.wheels.iter().map(|wheel| wheel.radius_m);
+    let least_m = radii_m.fold(f64::INFINITY, f64::min);
+    let is_apart = |twin: &Twin| {
+        let is_beside = matches!(twin.change, Change::StartBeside(_));
+        is_beside && (twin.apart).is_none_or(|apart| apart.most_m > APART * least_m)
+    };
+    match header.twins.iter().any(is_apart) {
+        true => CHAOTIC,
+        false => 1.0,
+    }
 }
 
 /// Compares a run with a twin that could be run.
@@ -146,9 +174,10 @@ fn ablation<'a>(
     let scales = Scales::of(summary, header);
     let place = by_key("end_x_m").map_or(0.0, |quantity| scales.floor(quantity));
     let turn = by_key("end_heading_rad").map_or(0.0, |quantity| scales.floor(quantity));
+    let spread = spread(header);
     let of_noise = |of: fn(&Apart) -> f64, least: f64| {
         let moved = noise().filter_map(|twin| twin.apart.as_ref()).map(of);
-        moved.fold(least, f64::max)
+        moved.fold(least, |most, moved| most.max(spread * moved))
     };
     let floor = [
         of_noise(|apart| apart.most_m, place),
@@ -182,7 +211,9 @@ fn ablation<'a>(
         }
         let off = |from: f64| convergence::difference(key, with.unwrap_or(0.0), from);
         let moved = noise().filter_map(at).map(|half| off(half).abs());
-        let floor = moved.fold(scales.floor(quantity), f64::max);
+        let floor = moved.fold(scales.floor(quantity), |most, moved| {
+            most.max(spread * moved)
+        });
         let effect = named(key, with, without, off(without.unwrap_or(0.0)), floor);
         if effect.differs || ALWAYS.contains(&key) {
             effects.push(effect);

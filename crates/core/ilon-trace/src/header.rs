@@ -350,6 +350,9 @@ pub struct WheelHeader {
     /// Coulomb friction of bearing and gear, in N m, if there is any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dry_friction_n_m: Option<f64>,
+    /// Whether a joint turns it about an upright axis: its axis above is that at an angle of zero.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_steered: bool,
 }
 
 impl Header {
@@ -538,6 +541,7 @@ impl WheelHeader {
             torque_limit_n_m: finite(wheel.motor.effort_n_m),
             motor_strength: None,
             dry_friction_n_m: Some(wheel.dry_friction_n_m()).filter(|n_m| *n_m > 0.0),
+            is_steered: false,
         }
     }
 

@@ -202,7 +202,7 @@ pub struct WheelSlip {
     #[serde(default)]
     pub spin_up_energy_j: f64,
     /// Root mean square of the residual of Indiveri 2009, eq. (5), with the nominal roller
-    /// direction, in m/s.
+    /// direction, in m/s; `None` of a steered wheel.
     pub constraint_residual_rms_m_s: Option<f64>,
     /// Mean normal force over time, in N.
     pub normal_force_mean_n: Option<f64>,

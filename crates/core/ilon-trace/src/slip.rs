@@ -9,12 +9,20 @@ use crate::record::{Record, WheelSample};
 
 /// Residual of Indiveri 2009, eq. (5), for one wheel: -m . (v, omega) + rho q' cos gamma, with m
 /// the wheel's row of M, eq. (8); in m/s. Zero if the lowest roller, level and in the middle of the
-/// wheel, rolls without sliding.
-pub fn constraint_residual_m_s(wheel: &WheelHeader, twist_in_body: Twist, rate_rad_s: f64) -> f64 {
+/// wheel, rolls without sliding. `None` for a wheel whose direction its header does not know,
+/// because it is steered.
+pub fn constraint_residual_m_s(
+    wheel: &WheelHeader,
+    twist_in_body: Twist,
+    rate_rad_s: f64,
+) -> Option<f64> {
+    if wheel.is_steered {
+        return None;
+    }
     let [m_x, m_y, m_a] = wheel.m_row();
     let v = twist_in_body;
     let rolled = wheel.radius_m * rate_rad_s * libm::cos(wheel.gamma_rad);
-    rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s)
+    Some(rolled - (m_x * v.vx_m_s + m_y * v.vy_m_s + m_a * v.omega_rad_s))
 }
 
 /// Root mean square; `None` without values.
@@ -78,8 +86,9 @@ impl WheelAccumulator {
         let wheel = &header.wheels[self.index];
         let flag = |is_so: bool| f64::from(u8::from(is_so));
         let twist = record.truth.twist_in_body;
-        self.residual_m_s
-            .add(constraint_residual_m_s(wheel, twist, sample.rate_rad_s));
+        if let Some(residual_m_s) = constraint_residual_m_s(wheel, twist, sample.rate_rad_s) {
+            self.residual_m_s.add(residual_m_s);
+        }
         self.energy_j = sample.slip_energy_j;
         self.spin_up_energy_j = sample.spin_up_energy_j;
         let period_s = record.t_s - std::mem::replace(&mut self.before_s, record.t_s);
@@ -343,10 +352,20 @@ mod tests {
                 ..WheelHeader::default()
             };
             let forward = Twist::new(0.5, 0.0, 0.0);
-            assert!(constraint_residual_m_s(&wheel, forward, 10.0).abs() < 1e-15);
+            assert!(
+                constraint_residual_m_s(&wheel, forward, 10.0)
+                    .expect("not steered")
+                    .abs()
+                    < 1e-15
+            );
             // Standing wheel, dragged forward: it slides across its roller's axis at v cos gamma.
-            let dragged = constraint_residual_m_s(&wheel, forward, 0.0);
+            let dragged = constraint_residual_m_s(&wheel, forward, 0.0).expect("not steered");
             assert!((dragged + 0.5 * gamma_rad.cos()).abs() < 1e-15);
+            let steered = WheelHeader {
+                is_steered: true,
+                ..wheel
+            };
+            assert_eq!(constraint_residual_m_s(&steered, forward, 10.0), None);
         }
     }
 
@@ -366,7 +385,8 @@ mod tests {
         let hub = [v_x - w * -0.2, v_y + w * 0.3];
         let along_axis = |[x, y]: [f64; 2]| x * 0.6_f64.cos() + y * 0.6_f64.sin();
         let expected = along_axis([0.05 * rate_rad_s, 0.0]) - along_axis(hub);
-        let residual = constraint_residual_m_s(&wheel, Twist::new(v_x, v_y, w), rate_rad_s);
+        let residual = constraint_residual_m_s(&wheel, Twist::new(v_x, v_y, w), rate_rad_s)
+            .expect("not steered");
         // A dozen roundings of numbers below 1.
         assert!((residual - expected).abs() < 1e-15, "{residual} {expected}");
     }

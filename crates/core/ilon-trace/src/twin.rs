@@ -15,6 +15,8 @@ pub enum Change {
     HalfSplit,
     /// Another seed of the sensors' noise.
     OtherSeed,
+    /// A start beside the run's by less than anything can mean, counted from 0.
+    StartBeside(u32),
     /// One cause removed: replaced by something without effect.
     Without(Cause),
     /// All causes removed that other twins remove one at a time.
@@ -26,7 +28,10 @@ pub enum Change {
 impl Change {
     /// Whether the twin measures the noise floor instead of an effect.
     pub fn is_noise(&self) -> bool {
-        matches!(self, Self::HalfStep | Self::HalfSplit | Self::OtherSeed)
+        matches!(
+            self,
+            Self::HalfStep | Self::HalfSplit | Self::OtherSeed | Self::StartBeside(_)
+        )
     }
 }
 

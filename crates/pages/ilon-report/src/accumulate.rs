@@ -195,7 +195,8 @@ impl OfWheel {
             Self::TangentialForce => sample.tangential_force_n(),
             Self::GripUsed => sample.friction_used().unwrap_or(f64::NAN),
             Self::Residual => {
-                constraint_residual_m_s(wheel, record.truth.twist_in_body, sample.rate_rad_s)
+                let twist = record.truth.twist_in_body;
+                constraint_residual_m_s(wheel, twist, sample.rate_rad_s).unwrap_or(f64::NAN)
             }
             Self::SpinError => sample.roller_spin_rad_s - sample.roller_spin_ideal_rad_s,
             Self::Rate => sample.rate_rad_s,

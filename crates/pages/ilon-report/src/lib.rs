@@ -453,7 +453,9 @@ fn contacts_of(shown: &RunInput, summary: &Summary) -> String {
             text::speed(largest_m_s)
         )
     };
-    figures.push(contacts::residual(shown));
+    if trace.header.wheels.iter().any(|wheel| !wheel.is_steered) {
+        figures.push(contacts::residual(shown));
+    }
     if trace.header.is_on_tyres() {
         let cards: String = figures.iter().map(card).collect();
         return quiet + &side_by_side(&(cards + &tables::wheel_table(summary, false)));

@@ -378,13 +378,16 @@ fn unit_words(quantity: &Quantity) -> &'static str {
 pub(super) fn wheel_table(summary: &Summary, has_rollers: bool) -> String {
     let plain = |x: Option<f64>, places: usize| cell(x.map(|x| format!("{x:.places$}")));
     let milli = |x: Option<f64>, places: usize| plain(x.map(|x| 1e3 * x), places);
+    let mut wheels = summary.wheels.iter();
+    let has_residual = wheels.any(|w| w.constraint_residual_rms_m_s.is_some());
+    let of_unsteered = |cell: String| if has_residual { cell } else { String::new() };
     let wheel = |w: &ilon_trace::slip::WheelSlip| {
         let of_rollers = |cell: String| if has_rollers { cell } else { String::new() };
         let cells = [
             milli(w.speed_rms_m_s, 2),
             milli(w.speed_max_m_s, 2),
             cell(w.ratio.map(percent)),
-            milli(w.constraint_residual_rms_m_s, 2),
+            of_unsteered(milli(w.constraint_residual_rms_m_s, 2)),
             plain(Some(w.energy_j), 3),
             plain(w.normal_force_mean_n, 2),
             cell(w.friction_used_max.map(percent)),
@@ -401,9 +404,10 @@ pub(super) fn wheel_table(summary: &Summary, has_rollers: bool) -> String {
         of_rollers("<th>hand-overs</th><th>two rollers<br>at once</th>"),
         of_rollers("<th>spin off ideal,<br>rad/s rms</th>"),
     ];
+    let residual = of_unsteered("<th>residual of (5),<br>mm/s rms</th>".to_owned());
     let heads = format!(
         "<th>wheel</th><th>slip rms,<br>mm/s</th><th>slip max,<br>mm/s</th><th>slip ratio</th>\
-         <th>residual of (5),<br>mm/s rms</th><th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
+         {residual}<th>lost to slip,<br>J</th><th>mean load,<br>N</th>\
          <th>most grip used</th>{shared}<th>off the floor</th>{spin}<th>ripple,<br>mm</th>"
     );
     wide(&table(

@@ -4,9 +4,9 @@
 //! The inconsistent part of rates q' is r = q' - M M^+ q'. It is linear in q', so sums over time of
 //! q' q'^T show how large it would have been with one wheel reversed, or with two exchanged.
 
-use ilon_control::Kinematics;
+use ilon_control::{Kinematics, handed, other_hands};
 use ilon_robot::Robot;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVectorView};
 
 /// Rates count as inconsistent from this share on, and from this rim speed, in m/s. Chosen.
 const LEAST_SHARE: f64 = 0.05;
@@ -93,9 +93,10 @@ impl Contradiction {
             self.time_s += span_s;
             self.sizes.of_no_motion += span_s * sizes.of_no_motion;
             self.sizes.of_all += span_s * sizes.of_all;
-            let rates = DVector::from_column_slice(rates_rad_s);
-            self.products.ger(span_s, &rates, &rates, 1.0);
         }
+        // What mends them must leave alone what is consistent.
+        let rates = DVectorView::from_slice(rates_rad_s, rates_rad_s.len());
+        self.products.ger(span_s, &rates, &rates, 1.0);
     }
 
     /// A remark with the changes that would remove the inconsistency; `None` if the rates are
@@ -117,9 +118,10 @@ impl Contradiction {
             ),
             (Some([]), None) => "no single reversal or exchange of wheels removes it".to_owned(),
             (Some([first]), _) => format!("{first} removes it"),
-            (Some([first, rest @ ..]), _) => {
-                format!("{first} removes it, and so does {}", rest.join(", or "))
-            }
+            (Some([first, rest @ ..]), _) => format!(
+                "{first} removes it, and so does {}: drive in other directions to tell which",
+                rest.join(", or ")
+            ),
         };
         Some(format!(
             "{whose} contradict each other from {from_s:.2} s on, for {:.2} s: {:.0} % of them belongs to no motion of the robot, so that wheels \
@@ -139,8 +141,8 @@ impl Contradiction {
             .max(0.0)
     }
 
-    /// Each reversal of one wheel, and each exchange of two, that removes the inconsistency; those
-    /// that drive the robot ahead most come first. `None` if M has turned since.
+    /// Each reversal of one wheel, each exchange of two, and each wheel of the other hand, that
+    /// removes the inconsistency; those that drive the robot ahead most come first. `None` if M has turned since.
     fn mended(&self, kinematics: &Kinematics, robot: &Robot) -> Option<Vec<String>> {
         let count = robot.wheels.len();
         let name = |wheel: usize| robot.wheels[wheel].name.as_str();
@@ -161,16 +163,28 @@ impl Contradiction {
         if (before / self.sizes.of_no_motion - 1.0).abs() > SAME {
             return None;
         }
-        let mut found: Vec<(f64, String)> = reversals
-            .chain(exchanges)
-            .filter_map(|(change, words)| {
-                let products = &change * &self.products * change.transpose();
-                let left = self.of_no_motion(kinematics, &products);
-                let ahead = kinematics.twist_matrix().row(0);
-                (left <= REMOVED * REMOVED * before)
-                    .then(|| ((ahead * products * ahead.transpose()).x, words))
-            })
-            .collect();
+        let mends = |kinematics: &Kinematics, products: &DMatrix<f64>| {
+            let left = self.of_no_motion(kinematics, products);
+            let ahead = kinematics.twist_matrix().row(0);
+            (left <= REMOVED * REMOVED * before).then(|| (ahead * products * ahead.transpose()).x)
+        };
+        let changed = reversals.chain(exchanges).filter_map(|(change, words)| {
+            let products = &change * &self.products * change.transpose();
+            Some((mends(kinematics, &products)?, words))
+        });
+        // In one direction a wheel of the other hand looks like a reversed one.
+        let hands = other_hands(&robot.wheels).into_iter();
+        let other = hands.filter_map(|reversed| {
+            let [wheel] = reversed[..] else { return None };
+            let mut other = robot.clone();
+            other.wheels = handed(&robot.wheels, &reversed);
+            let ahead = mends(&Kinematics::new(&other).ok()?, &self.products)?;
+            Some((
+                ahead,
+                format!("mounting `{}` with its rollers the other way", name(wheel)),
+            ))
+        });
+        let mut found: Vec<(f64, String)> = changed.chain(other).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         Some(found.into_iter().map(|(_, words)| words).collect())
     }
@@ -229,15 +243,48 @@ mod tests {
         assert!(reversed.contains("50 % of them"), "{reversed}");
         let first = reversed.split("removes it").next().unwrap_or_default();
         assert!(first.ends_with("reversing `front_left` "), "{reversed}");
-        // For a drive that turns as well, (2, 6, 4, 4) rad/s, only one reversal remains.
+        // For a drive that turns as well, (2, 6, 4, 4) rad/s, only one reversal remains, and for one to
+        // the left, (-6, 6, 6, -6), not even another wheel of the other hand.
         let turns = said(&[[-6.0, 6.0, 6.0, 6.0], [-2.0, 6.0, 4.0, 4.0]]);
         let turns = turns.unwrap_or_default();
         assert!(
-            turns.ends_with("; reversing `front_left` removes it"),
+            turns.contains("reversing `front_left` removes it, and so does mounting `rear_right`"),
             "{turns}"
+        );
+        let all = said(&[
+            [-6.0, 6.0, 6.0, 6.0],
+            [-2.0, 6.0, 4.0, 4.0],
+            [6.0, 6.0, 6.0, -6.0],
+        ]);
+        let all = all.unwrap_or_default();
+        assert!(
+            all.ends_with("; reversing `front_left` removes it"),
+            "{all}"
         );
         let free = said(&[[7.0, -2.0, 3.0, -5.0], [1.0, 4.0, -6.0, 3.0]]).unwrap_or_default();
         assert!(free.contains("no single reversal or exchange"), "{free}");
+    }
+
+    /// To the left all wheels turn at the same rate, those on one diagonal backwards. With the third
+    /// one's rollers the other way it must turn the other way too, as if it were reversed; ahead it
+    /// must not. (-1, 1, -1, -1) and the whole drive ahead tell the hand alone.
+    #[test]
+    fn a_wheel_of_the_other_hand_is_told_from_a_reversed_one_by_a_second_direction() {
+        let left = said(&[[-6.0, 6.0, -6.0, -6.0]]).unwrap_or_default();
+        for way in [
+            "reversing `rear_left`",
+            "mounting `rear_left` with its rollers the other way",
+        ] {
+            assert!(
+                left.contains(way) && left.contains("in other directions"),
+                "{left}"
+            );
+        }
+        let both = said(&[[-6.0, 6.0, -6.0, -6.0], [6.0; 4]]).unwrap_or_default();
+        assert!(
+            both.ends_with("; mounting `rear_left` with its rollers the other way removes it"),
+            "{both}"
+        );
     }
 
     /// Four driven modules that stand straight: one that turns backwards is named, and rates that

@@ -101,6 +101,7 @@ fn wheels(scenario: &Scenario, robot: &Robot) -> Vec<WheelHeader> {
         let strength = scenario.motors.wheels.get(&wheel.name);
         WheelHeader {
             motor_strength: strength.map(|of| [of.forwards, of.backwards]),
+            is_steered: robot.steering_of(wheel).is_some() || robot.swivels(wheel),
             ..WheelHeader::of_wheel(wheel)
         }
     };

@@ -95,6 +95,9 @@ impl Twins {
         if !left_out.is_empty() && is_noisy(scenario) {
             changes.push((Change::OtherSeed, other_seed()));
         }
+        if !left_out.is_empty() {
+            changes.extend(starts_beside());
+        }
         let nulls = left_out.into_iter();
         let nulls: Vec<(Cause, Arc<Null>)> =
             nulls.map(|(cause, null)| (cause, null.into())).collect();
@@ -221,6 +224,19 @@ fn half_split() -> Null {
 /// Another noise seed.
 fn other_seed() -> Null {
     Box::new(|scenario, _| scenario.sensors.seed = scenario.sensors.seed.wrapping_add(1))
+}
+
+/// Two starts beside that of the run, by shares of a wheel's radius that no floor and no robot is
+/// known to (chosen). Where they end apart, so may a run without a cause, whatever it is.
+fn starts_beside() -> [(Change, Null); 2] {
+    [(0, 1e-8), (1, -3e-8)].map(|(count, share)| {
+        let beside = move |scenario: &mut Scenario, robot: &mut Robot| {
+            let by_m = share * robot.mean_wheel_radius_m();
+            scenario.robot.x_m += by_m;
+            scenario.robot.y_m += by_m;
+        };
+        (Change::StartBeside(count), Box::new(beside) as Null)
+    })
 }
 
 /// Removes all causes that the scenario names. The last comes first, so that the indices of the

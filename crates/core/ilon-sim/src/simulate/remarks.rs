@@ -3,7 +3,7 @@
 use ilon_robot::{BodyJoint, JointKind, Robot};
 use ilon_trace::metrics::Energy;
 use ilon_trace::quantities::{self, Measure};
-use ilon_trace::{Convergence, GroundPatch, Quantity, Rows, Summary, Twin};
+use ilon_trace::{Change, Convergence, GroundPatch, Quantity, Rows, Summary, Twin};
 use ilon_world::{FreeBodyId, World};
 
 /// Above this residual of the contact law, in m/s, a contact is no longer rigid. Chosen.
@@ -248,7 +248,10 @@ fn of_energy(energy: &Energy) -> Vec<String> {
 /// could not be repeated at half the step. If this was not requested, only figures of the robot's
 /// path count.
 pub fn of_convergence(converge: &Convergence, twins: &[Twin], was_asked: bool) -> Vec<String> {
-    let halves = twins.iter().filter(|twin| twin.change.is_noise());
+    let is_beside = |twin: &&Twin| matches!(twin.change, Change::StartBeside(_));
+    let halves = twins
+        .iter()
+        .filter(|twin| twin.change.is_noise() && !is_beside(twin));
     let failed = halves.filter_map(|twin| twin.error.as_ref());
     let mut remarks: Vec<String> = failed
         .map(|error| format!("the run could not be repeated at half its step: {error}"))

@@ -119,57 +119,41 @@ pub(super) fn run(
     Ok(Outcome::Done)
 }
 
-/// The speed that the robot reached in each motion, what took the rest, its drift, and the friction
-/// used.
+/// The speed that the robot reached in each motion, what took the rest of the command, its drift, and
+/// the friction used.
 fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> Table {
     let mut table = Table::new();
     table.heading(&format!(
-        "{name}: speed reached, as share of the command; what is taken from the wheels' speed by {}; drift from the command and of wheel \
-         odometry, per metre or per turn, + ahead and to the left; most grip used",
+        "{name}: speed reached, as share of the command; what is missing in the wheels' speeds, and what {} takes; drift from the command \
+         once the motion is steady, + ahead and to the left, and of wheel odometry, per metre or per turn; most grip used",
         if has_rollers {
-            "roller geometry, and the rest by slip, lift-off and wheels that work against each other"
+            "roller geometry and the rest (slip, lift-off, wheels that work against each other)"
         } else {
             "slip"
         }
     ));
-    // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
-    // that.
-    let asked = |motion: &StandardMotion, ratio: &TwistRatio| {
-        let asked = motion.twist_in_body;
-        [
-            ratio.vx.filter(|_| asked.vx_m_s != 0.0),
-            ratio.vy.filter(|_| asked.vy_m_s != 0.0),
-            ratio.omega.filter(|_| asked.omega_rad_s != 0.0),
-        ]
-    };
-    let least = |motion: &StandardMotion, ratio: &TwistRatio| {
-        asked(motion, ratio).into_iter().flatten().reduce(f64::min)
-    };
-    // Of the ideal speed the kinematics of the touching rollers leave `ideal / contact`.
-    let lost = |motion: &StandardMotion, of: &Summary, loss: fn(f64, f64) -> f64| {
-        let ideal = asked(motion, &of.twist_ratio_ideal).into_iter();
-        let ratios = ideal.zip(asked(motion, &of.twist_ratio_contact));
-        let losses = ratios.filter_map(|(ideal, contact)| {
-            Some(loss(ideal?, if has_rollers { contact? } else { ideal? }))
-        });
-        losses.reduce(f64::max)
-    };
     type Cell<'a> = (&'a str, &'a dyn Fn(&&(StandardMotion, Summary)) -> String);
     let drift = |of: &Summary, part: fn(&Drift) -> f64| {
         Drift::from_command(of).map_or(f64::NAN, |drift| part(&drift))
     };
     let mm = |x_m: f64| with_sign(1e3 * x_m, 1, " mm");
-    let rest = if has_rollers { "rest" } else { "slip" };
-    let columns: [Cell; 8] = [
+    let [rest, is_off] = match has_rollers {
+        true => ["rest", "rollers"],
+        false => ["slip", ""],
+    };
+    let share = |of: &Shares, part: usize| percent(of.missing[part]);
+    let columns: [Cell; 9] = [
         ("speed", &|(motion, of)| {
-            percent(least(motion, &of.twist_ratio_asked))
+            percent(Shares::of(motion, of, has_rollers).reached)
         }),
-        ("rollers", &|(motion, of)| {
-            percent(lost(motion, of, |ideal, contact| 1.0 - ideal / contact))
+        ("wheels", &|(motion, of)| {
+            share(&Shares::of(motion, of, has_rollers), 0)
         }),
-        (rest, &|(motion, of)| match has_rollers {
-            true => percent(lost(motion, of, |ideal, contact| ideal / contact - ideal)),
-            false => percent(lost(motion, of, |ideal, _| 1.0 - ideal)),
+        (is_off, &|(motion, of)| {
+            share(&Shares::of(motion, of, has_rollers), 1)
+        }),
+        (rest, &|(motion, of)| {
+            share(&Shares::of(motion, of, has_rollers), 2)
         }),
         ("ahead", &|(_, of)| mm(drift(of, |drift| drift.ahead_m))),
         ("left", &|(_, of)| mm(drift(of, |drift| drift.left_m))),
@@ -183,12 +167,57 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         ("grip", &|(_, of)| percent(of.friction_used_max)),
     ];
     // Tyres have no kinematics of rollers that touch.
-    let columns = columns
-        .into_iter()
-        .filter(|(name, _)| has_rollers || *name != "rollers");
+    let columns = columns.into_iter().filter(|(name, _)| !name.is_empty());
     let columns: Vec<Cell> = columns.collect();
     table.columns(&columns, told.iter().map(|told| (told.0.name, told)));
     table
+}
+
+/// The component of a motion that falls shortest, as shares of the command that make 1 together.
+struct Shares {
+    reached: Option<f64>,
+    /// In the wheels' speeds, by the rollers' geometry, and the rest; `None` if unknown.
+    missing: [Option<f64>; 3],
+}
+
+impl Shares {
+    fn of(motion: &StandardMotion, of: &Summary, has_rollers: bool) -> Self {
+        // Where the origin lies beside the axle, tyres move it sideways in turns: nobody asked for
+        // that.
+        let asked = |ratio: &TwistRatio| {
+            let asked = motion.twist_in_body;
+            [
+                ratio.vx.filter(|_| asked.vx_m_s != 0.0),
+                ratio.vy.filter(|_| asked.vy_m_s != 0.0),
+                ratio.omega.filter(|_| asked.omega_rad_s != 0.0),
+            ]
+        };
+        let reached = asked(&of.twist_ratio_asked);
+        let known = (0..3).filter_map(|axis| Some((axis, reached[axis]?)));
+        let least = known.min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let Some((axis, reached)) = least else {
+            return Self {
+                reached: None,
+                missing: [None; 3],
+            };
+        };
+        // What the wheels' speeds give, and what is left of it by the rollers that touch, over the
+        // command.
+        let by_wheels = asked(&of.twist_ratio_ideal)[axis].map(|ideal| reached / ideal);
+        let by_contact = match has_rollers {
+            true => asked(&of.twist_ratio_contact)[axis].map(|contact| reached / contact),
+            false => by_wheels,
+        };
+        let less = |a: Option<f64>, b: Option<f64>| Some(a? - b?);
+        Self {
+            reached: Some(reached),
+            missing: [
+                less(Some(1.0), by_wheels),
+                less(by_wheels, by_contact),
+                less(by_contact, Some(reached)),
+            ],
+        }
+    }
 }
 
 fn percent(share: Option<f64>) -> String {
@@ -256,19 +285,20 @@ mod tests {
         back.twist_ratio_ideal.vx = Some(f64::NAN);
         back.twist_ratio_contact.vx = Some(0.0);
         let shown = cells(0, back);
-        assert_eq!(shown[1..5], ["-100.0 %", "-", "-", "-2000.0 mm"]);
+        assert_eq!(shown[1..6], ["-100.0 %", "-", "-", "-", "-2000.0 mm"]);
         let mut slid = Summary::default();
         (slid.travelled_m, slid.duration_s, slid.turned_rad) = (2.0, 10.0, 3.0);
         slid.twist_asked_mean = Some(ilon_robot::Twist::new(1e-9, 0.0, 6.0));
         slid.twist_mean = Some(ilon_robot::Twist::new(0.0, 0.0, 0.3));
         // 0.95 of each turn is missing.
-        assert_eq!(cells(4, slid)[6], "-342.00°");
-        assert_eq!(cells(4, Summary::default())[4..7], ["-"; 3]);
+        assert_eq!(cells(4, slid)[7], "-342.00°");
+        assert_eq!(cells(4, Summary::default())[5..8], ["-"; 3]);
     }
 
     /// A mecanum robot that moves to the left at 0.29 m/s where 0.3 m/s are commanded, and to the
-    /// right of the command by 0.003 m/s, is 10 mm/0.29 m short and 3 mm/0.29 m off; what its
-    /// rollers take is in their kinematics, which it follows to 0.5 %.
+    /// right of the command by 0.003 m/s, is 10 mm/0.3 m short and 3 mm/0.3 m off; its wheels turn
+    /// 1 % too slowly, and what its rollers take is in their kinematics, which it follows to 0.5 %.
+    /// With what it reached the shares make the whole command.
     #[test]
     fn drifts_and_what_takes_the_rest_have_columns_of_their_own() {
         let robot =
@@ -279,7 +309,7 @@ mod tests {
         summary.twist_asked_mean = Some(ilon_robot::Twist::new(0.0, 0.3, 0.0));
         summary.twist_mean = Some(ilon_robot::Twist::new(0.003, 0.29, 0.0));
         summary.twist_ratio_asked.vy = Some(0.29 / 0.3);
-        summary.twist_ratio_ideal.vy = Some(0.29 / 0.3);
+        summary.twist_ratio_ideal.vy = Some(0.29 / 0.297);
         summary.twist_ratio_contact.vy = Some(0.995);
         let shown = table("robot", &[(left, summary)], true).to_string();
         let row = shown.lines().last().expect("a row");
@@ -288,11 +318,11 @@ mod tests {
             .map(str::trim)
             .filter(|cell| !cell.is_empty())
             .collect();
-        // 1 - 0.9667 / 0.995 and 0.9667 / 0.995 - 0.9667; over 1 m of the command.
+        // 1 - 0.99, 0.99 - 0.9667 / 0.995 and 0.9667 / 0.995 - 0.9667; over 1 m of the command.
         assert_eq!(
             cells,
             [
-                "left", "96.7 %", "2.8 %", "0.5 %", "+10.0 mm", "-33.3 mm", "0°", "-", "-"
+                "left", "96.7 %", "1.0 %", "1.8 %", "0.5 %", "+10.0 mm", "-33.3 mm", "0°", "-", "-"
             ],
             "{shown}"
         );
