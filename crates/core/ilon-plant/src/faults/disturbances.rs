@@ -32,6 +32,8 @@ pub(crate) struct Disturbances {
     /// The current payloads and friction, so that the world receives only changes.
     carried: Vec<Payload>,
     slippery: (Option<f64>, Vec<Patch>),
+    /// When faults and patches begin and end, in seconds, in order.
+    changes_s: Vec<f64>,
 }
 
 /// A force and a moment on the chassis.
@@ -67,7 +69,14 @@ impl Disturbances {
     /// materials, and a payload that the world refuses.
     pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let patches = patches(scenario, robot)?;
+        let windows = scenario.faults.iter().map(Fault::window_s);
+        let windows = windows.chain(patches.iter().map(TimedPatch::window_s));
+        let mut changes_s: Vec<f64> = windows
+            .flat_map(|(from_s, until_s)| std::iter::once(from_s).chain(until_s))
+            .collect();
+        changes_s.sort_by(f64::total_cmp);
         let mut this = Self {
+            changes_s,
             pushes: Vec::new(),
             payloads: Vec::new(),
             put_on: None,
@@ -153,11 +162,23 @@ impl Disturbances {
         self.new_down = Some(down);
     }
 
-    /// Applies the disturbances of the physics step of length `dt_s` that begins at `t_s`.
+    /// Returns when the next fault, patch or push begins or ends after a time, all in seconds;
+    /// infinite if none does.
+    pub fn next_change_s(&self, after_s: f64) -> f64 {
+        let next = self.changes_s.partition_point(|at_s| *at_s <= after_s);
+        let ends_s = self.pushes.iter().map(|push| push.from_s + push.lasts_s);
+        let next_s = self.changes_s.get(next).copied().into_iter();
+        let ends_s = ends_s.filter(|end_s| *end_s > after_s);
+        next_s.chain(ends_s).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Applies the disturbances of the physics step, or part of one, of length `dt_s` that begins
+    /// at `t_s`; what begins or ends within it counts as on if it is in the middle.
     pub fn act(&mut self, t_s: f64, dt_s: f64, world: &mut World) {
-        self.load(t_s, world);
-        self.seize(t_s, world);
-        self.wet(t_s, world);
+        let middle_s = t_s + 0.5 * dt_s;
+        self.load(middle_s, world);
+        self.seize(middle_s, world);
+        self.wet(middle_s, world);
         let new_down = self.new_down.take();
         if self.tilts.is_any() || new_down.is_some() {
             let gravity = self
@@ -167,7 +188,7 @@ impl Disturbances {
                 *gravity = gravity.norm() * down;
             }
             // Evaluated in the middle of the step, so that the step is of second order.
-            let turned = self.tilts.turned(t_s + 0.5 * dt_s);
+            let turned = self.tilts.turned(middle_s);
             world.lean(&(turned.inverse() * *gravity));
         }
         for push in &self.pushes {

@@ -13,6 +13,11 @@ pub(crate) struct TimedPatch {
 }
 
 impl TimedPatch {
+    /// When it appears, and when it disappears, if it does; in seconds.
+    pub fn window_s(&self) -> (f64, Option<f64>) {
+        (self.from_s, self.until_s)
+    }
+
     /// The patches present at a time in seconds.
     pub fn those_at(all: &[Self], t_s: f64) -> Vec<Patch> {
         let there = |timed: &&Self| scenario::within(t_s, timed.from_s, timed.until_s);

@@ -354,15 +354,31 @@ impl Plant {
         ))
     }
 
-    /// The next part of a remaining time, in seconds: the rest of a step, or the remaining time if
-    /// that is shorter.
+    /// The next part of a remaining time, in seconds: up to what begins or ends within the step, or
+    /// the rest of the step, or the remaining time if that is shorter.
     fn next_part_s(&self, left_s: f64) -> f64 {
-        let of_step_s = self.clock.left_s();
+        let part_s = self.part_s();
         // Times that differ only by rounding count as the step.
-        if left_s > of_step_s - NO_TIME * self.clock.physics_dt_s() {
-            of_step_s
+        if left_s > part_s - NO_TIME * self.clock.physics_dt_s() {
+            part_s
         } else {
             left_s
+        }
+    }
+
+    /// How far the plant steps next, in seconds: to the end of its step, or to where a fault, a
+    /// patch or a push begins or ends within it. Sampled and late wheel loops take only whole
+    /// steps.
+    pub(crate) fn part_s(&self) -> f64 {
+        let (t_s, of_step_s) = (self.clock.time_s(), self.clock.left_s());
+        if (self.plan.resolved.scenario().wheel_loop).takes_whole_steps() {
+            return of_step_s;
+        }
+        let least_s = SHORTEST_PART * self.clock.physics_dt_s();
+        let change_s = self.disturbances.next_change_s(t_s + least_s);
+        match change_s < t_s + of_step_s - least_s {
+            true => change_s - t_s,
+            false => of_step_s,
         }
     }
 
@@ -373,15 +389,15 @@ impl Plant {
         wheels.map(|wheel| self.faults.encoder_scale(self.clock.time_s(), wheel))
     }
 
-    /// Converts a command to the motors' actions in the coming physics step.
+    /// Converts a command to the motors' actions in the coming physics step, or part of one.
     pub fn actuate(&mut self, command: WheelCommand<'_>) {
-        self.actuate_for(command, self.clock.physics_dt_s());
+        self.actuate_for(command, self.part_s());
     }
 
     /// Like [`Self::actuate`], for a part of a step, in seconds.
     fn actuate_for(&mut self, command: WheelCommand<'_>, part_s: f64) {
         self.observe();
-        let t_s = self.clock.time_s();
+        let middle_s = self.clock.time_s() + 0.5 * part_s;
         if self.clock.control_is_due() {
             let robot = self.world.robot();
             (self.drive).stand(robot.joint_positions(), robot.joint_targets());
@@ -397,13 +413,13 @@ impl Plant {
         let torques = self.drive.torques(
             command,
             (rates, &known),
-            self.faults.supply_share(t_s),
+            self.faults.supply_share(middle_s),
             part_s,
         );
         self.motors.copy_from_slice(torques);
         for (wheel, motor) in self.motors.iter_mut().enumerate() {
             // A lost motor has no loop.
-            match self.faults.lost_motor(t_s, wheel) {
+            match self.faults.lost_motor(middle_s, wheel) {
                 Some(LostMotor::Free) => *motor = MotorTorque::constant(0.0),
                 Some(LostMotor::Shorted) => {
                     *motor = self.drive.shorted(wheel, rates.real_rad_s[wheel]);
@@ -413,9 +429,12 @@ impl Plant {
         }
     }
 
-    /// Takes a physics step with the current motor actions.
-    pub fn step(&mut self) {
-        self.step_for(self.clock.physics_dt_s());
+    /// Takes a physics step with the current motor actions, or a part of one where something begins
+    /// or ends within it, and returns its length in seconds.
+    pub fn step(&mut self) -> f64 {
+        let part_s = self.part_s();
+        self.step_for(part_s);
+        part_s
     }
 
     /// Like [`Self::step`], for a part of a step, in seconds.

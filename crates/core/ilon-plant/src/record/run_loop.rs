@@ -44,7 +44,8 @@ impl RunLoop {
         Self::new(resolved, robot, Appearance::default(), None)
     }
 
-    /// Advances by one physics step; after the last one the final row is recorded.
+    /// Advances by one physics step, or a part of one where something begins or ends within it; after
+    /// the last one the final row is recorded.
     pub fn step(&mut self) {
         let clock = *self.plant.clock();
         let t_s = clock.time_s();
@@ -58,9 +59,8 @@ impl RunLoop {
         if clock.control_is_due() {
             self.write_down();
         }
-        self.plant.step();
-        self.recorder
-            .count(self.plant.world(), clock.physics_dt_s());
+        let part_s = self.plant.step();
+        self.recorder.count(self.plant.world(), part_s);
         if self.is_done() {
             let seen = self.plant.observe();
             self.recorder.reckon(&seen.wheel_angles_rad);

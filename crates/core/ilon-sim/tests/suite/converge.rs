@@ -16,8 +16,10 @@ fn figure(summary: &Summary, key: &str) -> Moved {
     *summary.converge.get(key).expect("the figure applies")
 }
 
-/// Frictionless ice that tilts at once under a standing robot.
+/// Frictionless ice that tilts at once under a standing robot, whose sampled wheel loops take whole
+/// steps; others end a step where the tilt begins.
 const LATE_TILT: &str = "twist = {}
+wheel_loop.timing = 'sampled'
 faults = [{ tilt = { amplitude_deg = 2.0, from_s = 0.5026 } }]
 world.floor.friction = 0.0
 run = { duration_s = 1.0, control_dt_s = 0.01, physics_dt_s = 0.01, converge = true }
@@ -51,6 +53,15 @@ fn what_begins_between_two_steps_moves_by_the_time_to_the_next() {
         .iter()
         .any(|remark| remark.contains("x at the end by "));
     assert!(said, "{:?}", run.warnings);
+    let parted = LATE_TILT.replace("sampled", "continuous");
+    let run = ilon_sim::run(&scenario(&parted)).expect("it runs");
+    let end = figure(&run.summary, "end_x_m");
+    let found_m = end.value.expect("a place");
+    assert!(
+        (found_m / expected_m(1.0 - 0.5026) - 1.0).abs() < 1e-5,
+        "{found_m} m"
+    );
+    assert!(end.moved < 1e-6 && !end.exceeds, "{end:?}");
 }
 
 const AHEAD: &str = "twist = { vx_m_s = 0.3, rest_s = 0.1, ramp_s = 0.4 }
