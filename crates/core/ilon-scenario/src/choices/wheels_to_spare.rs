@@ -10,6 +10,9 @@
 use ilon_robot::{Robot, RollerForm, Scale, StandingPose, Wheel};
 use nalgebra::Vector3;
 
+/// The share of a wheel's load that may move to others without a remark. Chosen.
+const MOVED: f64 = 0.1;
+
 /// Height differences by rounding, in metres. Chosen.
 const EXACT_M: f64 = 1e-9;
 
@@ -50,13 +53,33 @@ pub fn remark(
     let uneven = uneven.into_iter().flatten();
     let softest = |a: &Uneven, b: &Uneven| a.bears_n_m.total_cmp(&b.bears_n_m);
     let Uneven { words, bears_n_m } = uneven.min_by(softest)?;
-    (stiffness_n_m > bears_n_m).then(|| {
+    let moved = stiffness_n_m / bears_n_m;
+    let (effect, softer_n_m) = match moved > 1.0 {
+        true => (
+            format!(
+                "the robot stands on two or three of its {} wheels. Which ones touch decides slip and heading, and depends on less than real rollers yield",
+                robot.wheels.len()
+            ),
+            bears_n_m,
+        ),
+        false => (
+            format!(
+                "{:.0} % of a wheel's load moves to others. Slip and heading follow it, and it depends on less than real rollers yield",
+                100.0 * moved
+            ),
+            MOVED * bears_n_m,
+        ),
+    };
+    let stay = if moved > 1.0 {
+        "all wheels stay down"
+    } else {
+        "hardly any moves"
+    };
+    (moved > MOVED).then(|| {
         format!(
-            "the wheels: {words}, and a rigid contact yields only {:.2} um under a wheel's load: the robot stands on two or three of its {} wheels. Which ones \
-             touch decides slip and heading, and depends on less than real rollers yield. On treads softer than {bears_n_m:.0e} N/m all wheels stay down: give \
-             the stiffness of yours as `rollers.tread.stiffness_n_m`",
+            "the wheels: {words}, and a rigid contact yields only {:.2} um under a wheel's load: {effect}. On treads softer than {softer_n_m:.0e} N/m {stay}: \
+             give the stiffness of yours as `rollers.tread.stiffness_n_m`",
             1e6 * load_n / stiffness_n_m,
-            robot.wheels.len()
         )
     })
 }
