@@ -346,15 +346,14 @@ impl Log {
         ))
     }
 
-    /// The demand at a time, in seconds; rates or torques are written to `wheels`. `angles_rad` are
+    /// The demand for the control period that begins at a time, in seconds; rates or torques are written to `wheels`. `angles_rad` are
     /// the measured wheel angles.
     pub fn ask(&self, t_s: f64, angles_rad: &[f64], wheels: &mut [f64]) -> Asked {
         wheels.fill(0.0);
         match self.drives {
             Drives::WheelRates | Drives::WheelTorques => {
-                let row = self.driving.held(t_s).unwrap_or_default();
-                for (wheel, value) in self.wheels.iter().zip(row) {
-                    wheels[*wheel] = *value;
+                for (column, wheel) in self.wheels.iter().enumerate() {
+                    wheels[*wheel] = self.over_period(column, t_s);
                 }
                 match self.drives {
                     Drives::WheelTorques => Asked::Torques,
@@ -371,15 +370,19 @@ impl Log {
                 Asked::Rates
             }
             Drives::Twist | Drives::Path | Drives::Joints => {
-                let row = self
-                    .driving
-                    .held(t_s)
-                    .filter(|_| self.drives == Drives::Twist);
-                Asked::Twist(
-                    row.map_or_else(Twist::default, |row| Twist::new(row[0], row[1], row[2])),
-                )
+                let twist = [0, 1, 2].map(|column| match self.drives {
+                    Drives::Twist => self.over_period(column, t_s),
+                    _ => 0.0,
+                });
+                Asked::Twist(Twist::new(twist[0], twist[1], twist[2]))
             }
         }
+    }
+
+    /// The mean of a column over the control period that begins at a time in seconds: of a log with
+    /// more rows than periods none is left out.
+    fn over_period(&self, column: usize, t_s: f64) -> f64 {
+        self.driving.mean(column, t_s, t_s + self.control_dt_s)
     }
 
     /// Writes the wheel rates at a time, in seconds, of wheels that follow the log; `false` if the

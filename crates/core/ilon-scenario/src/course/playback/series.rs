@@ -51,12 +51,33 @@ impl Series {
         after.checked_sub(1)
     }
 
-    /// The row that holds at a time: `None` before the first row, and after the last one has lasted
-    /// for the mean interval.
-    pub fn held(&self, t_s: f64) -> Option<&[f64]> {
-        let row = self.before(t_s)?;
-        let is_over = row + 1 == self.len() && t_s > self.end_s() + TIME_SLACK_S;
-        (!is_over).then(|| self.row(row))
+    /// The mean of a column from one time to another, in seconds, where each row holds until the
+    /// next, and the last for the mean interval; 0 before and after. A row that holds for all of it
+    /// has its own value, to the bit.
+    pub fn mean(&self, column: usize, from_s: f64, to_s: f64) -> f64 {
+        let (mut t_s, mut sum) = (from_s, 0.0);
+        let mut row = self.before(from_s);
+        loop {
+            let next = row.map_or(0, |row| row + 1);
+            let (value, until_s) = match row {
+                Some(_) if next == self.len() && t_s > self.end_s() - TIME_SLACK_S => {
+                    (0.0, f64::INFINITY)
+                }
+                Some(row) if next == self.len() => (self.row(row)[column], self.end_s()),
+                Some(row) => (self.row(row)[column], self.times_s[next]),
+                None => (0.0, self.times_s.first().copied().unwrap_or(f64::INFINITY)),
+            };
+            let is_last = until_s >= to_s - TIME_SLACK_S;
+            if is_last && t_s == from_s {
+                return value;
+            }
+            let until_s = until_s.min(to_s);
+            sum += value * (until_s - t_s);
+            if is_last {
+                return sum / (to_s - from_s);
+            }
+            (t_s, row) = (until_s, Some(next.min(self.len() - 1)));
+        }
     }
 
     /// The time at which the last row has lasted for the mean interval.
@@ -186,18 +207,38 @@ mod tests {
         series
     }
 
+    /// Rows of 1, 2 and 3 that hold for 0.1 s each, from 0 to 0.3 s.
     #[test]
     fn a_command_holds_until_the_next_and_the_last_as_long_as_the_others() {
         let series = series(&[(0.0, 1.0), (0.1, 2.0), (0.2, 3.0)]);
-        let held = |t_s| series.held(t_s).map(|row| row[0]);
-        assert_eq!(held(-0.01), None);
+        let at = |t_s: f64| series.mean(0, t_s, t_s + 0.01);
         assert_eq!(
-            [held(0.0), held(0.05), held(0.1)],
-            [Some(1.0), Some(1.0), Some(2.0)]
+            [at(-0.02), at(0.0), at(0.05), at(0.1)],
+            [0.0, 1.0, 1.0, 2.0]
         );
         // A sum of periods, a rounding error below the intended time.
-        assert_eq!(held(0.1 - 1e-12), Some(2.0));
-        assert_eq!([held(0.29), held(0.31)], [Some(3.0), None]);
+        assert_eq!(at(0.1 - 1e-12), 2.0);
+        assert_eq!([at(0.29), at(0.31)], [3.0, 0.0]);
+    }
+
+    /// No row between two control instants is lost: periods longer than rows have their mean.
+    #[test]
+    fn a_period_over_several_rows_has_their_mean() {
+        let series = series(&[(0.0, 1.0), (0.1, 2.0), (0.2, 3.0)]);
+        let is = |from_s, to_s, expected: f64| {
+            let mean = series.mean(0, from_s, to_s);
+            assert!(
+                (mean - expected).abs() < 1e-12,
+                "{from_s} to {to_s}: {mean}"
+            );
+        };
+        is(0.0, 0.2, 1.5);
+        is(0.05, 0.15, 1.5);
+        is(0.0, 0.3, 2.0);
+        is(-0.1, 0.1, 0.5);
+        // 0.1 s of 3 and 0.1 s of nothing.
+        is(0.2, 0.4, 1.5);
+        is(-0.1, 0.5, 6.0 * 0.1 / 0.6);
     }
 
     #[test]
