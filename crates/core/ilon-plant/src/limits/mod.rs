@@ -689,7 +689,7 @@ impl Beyond {
             None => format!("needs more than its {of_what}"),
         };
         let then = match (of_grip, self.together) {
-            (false, _) => "the robot falls behind".to_owned(),
+            (false, _) => "it lags, and the robot falls behind or turns towards it".to_owned(),
             // This wheel and the others are short alike.
             (true, Some(together)) if together > OUT_OF_REACH => {
                 "all wheels together cannot push that hard, and the robot slides or tips".to_owned()

@@ -61,6 +61,7 @@ pub(crate) fn resolve_as_given(
     }
     let pilot = inputs.pilot(&scenario, reference.clone(), robot, driver)?;
     let model = wheel_loop::dynamic_model(&inputs.standing)?;
+    let chose_step = matches!(scenario.run.physics_dt_s, Step::Auto(_));
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
     let of_contacts = scenario.check_contacts(robot)?;
@@ -103,6 +104,7 @@ pub(crate) fn resolve_as_given(
     }
     let choices = Choices {
         physics_dt_s,
+        chose_step,
         wheel_rate_limit_rad_s,
         reference,
         played: inputs.played,

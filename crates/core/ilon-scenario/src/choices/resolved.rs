@@ -27,6 +27,8 @@ pub struct Resolved {
 pub struct Choices {
     /// Physics step, in seconds.
     pub physics_dt_s: f64,
+    /// Whether the program chose it.
+    pub chose_step: bool,
     /// Limit of the wheel rates, in rad/s; infinite without one.
     pub wheel_rate_limit_rad_s: f64,
     /// The desired path in time, if there is one.
@@ -78,7 +80,8 @@ impl Resolved {
     }
 
     /// The same run and robot with a change. All choices, such as gains and the path in time, stay
-    /// as they are; changed keys of robot and motion on which choices depend have no effect.
+    /// as they are; changed keys of robot and motion on which choices depend have no effect. A changed
+    /// law of the wheel loops has its own period, gains and step.
     ///
     /// # Errors
     /// If the changed scenario is impossible.
@@ -107,7 +110,18 @@ impl Resolved {
             changed.choices.joint_targets = JointTargets::new(&changed.scenario, played, &robot)?;
         }
         if changed.scenario.wheel_loop.law != self.scenario.wheel_loop.law {
+            if changed.choices.chose_step {
+                changed.scenario.run.physics_dt_s = Step::default();
+            }
             wheel_loop::choose_timing(&mut changed.scenario);
+            if changed.choices.chose_step {
+                // As the changed scenario would choose it: the step divides the loop's period.
+                let dt_s = &mut changed.choices.physics_dt_s;
+                if let Some(period_s) = changed.scenario.wheel_loop.period_s {
+                    *dt_s = period_s / (period_s / *dt_s - 1e-9).ceil().max(1.0);
+                }
+                changed.scenario.run.physics_dt_s = Step::Seconds(*dt_s);
+            }
             let model = wheel_loop::dynamic_model(&changed.choices.joint_targets.standing(&robot))?;
             wheel_loop::choose_gains(&mut changed.scenario, &model, changed.choices.physics_dt_s)?;
         }

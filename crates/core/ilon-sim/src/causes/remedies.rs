@@ -3,7 +3,7 @@
 use ilon_trace::{Cause, Summary};
 
 use super::null::Null;
-use crate::scenario::{Kinematics, Motion, Saturation, Scenario, WheelLaw};
+use crate::scenario::{Kinematics, Motion, Saturation, Scenario, Twist, WheelLaw};
 
 /// From this loss of motion to the rollers' geometry on, contact kinematics are tried (a share).
 /// Chosen.
@@ -14,6 +14,9 @@ const LOOPS_LACK: f64 = 0.02;
 const SLIDING_TAKES: f64 = 0.03;
 /// From this share of the run with a saturated task on, a higher limit is tried. Chosen.
 const TASKS_WAIT: f64 = 0.2;
+
+/// The friction that the torque law is given, as a share of the floor's. Chosen.
+const ESTIMATED: f64 = 0.8;
 
 /// The remedies, each with its change of the scenario.
 pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
@@ -49,7 +52,9 @@ pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
             }),
         );
     }
-    if slips && let Some(twist) = &scenario.twist {
+    // With a schedule a longer ramp leads elsewhere.
+    let of_one = |twist: &&Twist| twist.schedule.is_empty();
+    if slips && let Some(twist) = scenario.twist.as_ref().filter(of_one) {
         let ramp_s = 2.0 * twist.ramp_s.max(0.1);
         add(
             format!("twist.ramp_s = {ramp_s}"),
@@ -62,7 +67,8 @@ pub(super) fn of(scenario: &Scenario, summary: &Summary) -> Vec<(Cause, Null)> {
         );
     }
     if slips && !is_open_loop && scenario.wheel_loop.law == WheelLaw::Pid {
-        let friction = scenario.world.floor.friction();
+        // Estimated by as much as the floor may be worse than stated: at its limit wheels slide.
+        let friction = ilon_trace::significant(ESTIMATED * scenario.world.floor.friction(), 2);
         add(
             format!("wheel_loop = {{ law = \"prioritised_torque\", friction = {friction} }}"),
             "torques weighed by grip",

@@ -628,3 +628,32 @@ fn chance_is_no_cause() {
         }
     }
 }
+
+/// A remedy's figures are those of who follows it: the twin with another torque law takes the steps
+/// of that law. Its friction is below the floor's, at whose limit wheels slide.
+#[test]
+fn a_remedy_gives_what_was_tried() {
+    let sliding = "reference.circle = { radius_m = 0.5, speed_m_s = 0.8 }";
+    let with = |keys: &str| {
+        let mut scenario = scenario(&format!("{sliding}\n{keys}"), &[]);
+        scenario.robot.x_m = 0.3;
+        scenario
+    };
+    let found = explained(&with("world.floor.friction = 0.4"), Causes::All);
+    let tried = effects::of_remedies(&found.summary, &found.trace.header);
+    let by_law = |one: &&effects::Ablation| {
+        let remedy = one.cause.expect("a remedy");
+        remedy.key == "wheel_loop = { law = \"prioritised_torque\", friction = 0.32 }"
+    };
+    let tried = tried.iter().find(by_law).expect("it slides");
+    let law = "world.floor.friction = 0.4\nwheel_loop.law = \"prioritised_torque\"\nwheel_loop.friction = 0.32";
+    let followed = run(&with(law)).expect("it runs").summary;
+    let slip = tried.get("slip_energy_j").expect("less slides");
+    let [before, tried_j] = [slip.with, slip.without].map(|x| x.expect("a figure"));
+    let followed_j = followed.slip_energy_j.expect("it slides");
+    assert!(tried_j < 0.7 * before, "{tried_j} of {before}");
+    assert!(
+        (tried_j / followed_j - 1.0).abs() < 1e-9,
+        "{tried_j} {followed_j}"
+    );
+}

@@ -76,3 +76,36 @@ fn a_log_that_measured_the_real_robot_is_drawn_beside_the_simulated_one() {
         assert!(page.contains(part), "{part}");
     }
 }
+
+/// The file of a robot gives the motor in front on the right a tenth of the others' torque. While it
+/// starts the robot turns towards that wheel, and then goes straight on: its means are as commanded,
+/// and its end is not. A run that starts gently has nothing to say of it.
+#[test]
+fn a_robot_that_veers_while_it_starts_is_said_to_have_ended_elsewhere() {
+    let folder = Folder::new();
+    let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+    let joint = urdf.find("<joint name=\"front_right\"").expect("the joint");
+    let (before, after) = urdf.split_at(joint);
+    let weak = after.replacen("effort=\"1.8\"", "effort=\"0.18\"", 1);
+    folder.write("weak.urdf", &format!("{before}{weak}"));
+    let said = |ramp_s: f64| {
+        let text = format!(
+            "robot.file = \"weak.urdf\"\ntwist = {{ vx_m_s = 0.6, ramp_s = {ramp_s} }}\nrun.duration_s = 4\n"
+        );
+        folder.write("veers.toml", &text);
+        let said = ended_with(0, &folder.ilon(&["run", "veers.toml", "--out", "out"]));
+        let trace = Trace::read_parquet(&folder.path("out/trace.parquet")).expect("a trace");
+        let end = trace.records().last().expect("rows").truth.pose;
+        (said, end)
+    };
+    let (hard, end) = said(0.2);
+    let sentence = format!(
+        "While it started it turned off its command, by {:.3}° to the right, and it ended",
+        -end.heading_rad.to_degrees()
+    );
+    assert!(end.heading_rad < -0.008 && end.y_m < -0.01, "{end:?}");
+    assert!(hard.contains(&sentence), "{sentence}: {hard}");
+    assert!(hard.contains("100.0 %"), "{hard}");
+    let (gentle, _) = said(2.0);
+    assert!(!gentle.contains("While it started"), "{gentle}");
+}

@@ -95,6 +95,7 @@ impl Story {
         let lies = |stance| matches!(stance, Stance::Fallen | Stance::Tipped);
         if !(spoilt && stood.iter().any(|episode| lies(episode.stance))) {
             let axes = shortfall::sentences(header, &watch.means, !spoilt);
+            lines.extend(shortfall::veered(header, &watch.means));
             lines.extend(axes);
         }
         if !spoilt {

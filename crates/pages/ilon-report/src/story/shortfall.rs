@@ -1,11 +1,11 @@
 //! Sentences on the missing part of an open-loop run's commanded motion, axis by axis.
 
-use ilon_robot::Twist;
+use ilon_robot::{Pose, Twist};
 use ilon_trace::ledger::Terms;
-use ilon_trace::{FaultKind, Header, Record, Summary, WheelHeader, WheelSample};
+use ilon_trace::{Change, FaultKind, Header, Record, Summary, Twin, WheelHeader, WheelSample};
 
 use crate::text::capital;
-use crate::text::{percent, time};
+use crate::text::{angle, length, percent, time};
 
 /// Wheels whose motion of the robot is below this, in m/s or rad/s, stand still: a robot that moves
 /// anyway was carried.
@@ -62,6 +62,10 @@ pub(crate) struct Means {
     /// N m.
     most_asked_m_s: f64,
     most_torque_n_m: f64,
+    /// How far the robot turned beyond its command before the measured time, in radians, and where
+    /// the command would have taken it.
+    veered_rad: f64,
+    led_to: Option<Pose>,
 }
 
 /// Returns the size of a twist in m/s, with its rotation measured at the furthest wheel.
@@ -162,6 +166,14 @@ impl Means {
             if header.is_measured(before.t_s) && header.is_measured(record.t_s) {
                 self.window.add(header, [before, record], samples);
             }
+            let beyond = Terms::between(before, record).total;
+            let missing = beyond.scaled(record.t_s - before.t_s);
+            if record.t_s <= header.measure_from_s {
+                self.veered_rad -= missing.omega_rad_s;
+            }
+            let moved = before.truth.pose.displacement_to(&record.truth.pose);
+            let from = self.led_to.unwrap_or(before.truth.pose);
+            self.led_to = Some(from.moved(moved + missing));
             // A row's command holds until the next row.
             if let Some(stretch) = self.stretches.last_mut() {
                 stretch.until_s = record.t_s;
@@ -234,6 +246,40 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
         )
     };
     Some(format!("The robot <b>did not move</b>: {why}."))
+}
+
+/// Reports a robot in open loop that turned off its command before the measured time: what it does
+/// afterwards leads elsewhere, though its means there are as commanded.
+pub(super) fn veered(header: &Header, means: &Means) -> Option<String> {
+    /// A smaller turn, and a smaller distance, are not worth a sentence. Chosen.
+    const LEAST_RAD: f64 = 0.5 / 180.0 * std::f64::consts::PI;
+    const LEAST_M: f64 = 5e-3;
+    let (end, led_to) = (means.before.as_ref()?.truth.pose, means.led_to?);
+    let off_m = end.position_m() - led_to.position_m();
+    let (sin, cos) = led_to.heading_rad.sin_cos();
+    let left_m = cos * off_m.y - sin * off_m.x;
+    let ahead_m = cos * off_m.x + sin * off_m.y;
+    let far_m = off_m.norm();
+    // A run without a cause that the scenario names has said it already.
+    let is_told = |twin: &Twin| matches!(twin.change, Change::Without(_));
+    if !header.open_loop
+        || header.twins.iter().any(is_told)
+        || means.veered_rad.abs() < LEAST_RAD
+        || far_m < LEAST_M
+    {
+        return None;
+    }
+    let side = |x: f64, plus: &'static str, minus: &'static str| if x > 0.0 { plus } else { minus };
+    let where_to = match left_m.abs() > ahead_m.abs() {
+        true => side(left_m, "to the left of", "to the right of"),
+        false => side(ahead_m, "ahead of", "behind"),
+    };
+    Some(format!(
+        "While it started it turned off its command, by <b>{}</b> to the {}, and it ended <b>{}</b> {where_to} where the command leads.",
+        angle(means.veered_rad.abs()),
+        side(means.veered_rad, "left", "right"),
+        length(far_m)
+    ))
 }
 
 /// Returns the remaining share of the battery's voltage at a time in seconds, from 0 to 1.
