@@ -31,7 +31,7 @@ pub fn gains(robot: &Robot, by_name: &BTreeMap<String, Value>) -> Gains {
 
 /// Returns the gains of twists ahead, to the left and of rotation by the touching rollers' geometry
 /// alone, relative to the robot's matrix; `None` if the rollers are unknown.
-fn rigid(robot: &Robot) -> Option<[f64; 3]> {
+pub(crate) fn rigid(robot: &Robot) -> Option<[f64; 3]> {
     // A tyre goes as far as its rate says.
     let kinematics = Kinematics::new(robot).ok().filter(|_| !is_held(robot))?;
     let gain = |axis: usize| {

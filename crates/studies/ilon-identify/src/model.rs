@@ -229,6 +229,8 @@ pub struct Model {
     robot: Robot,
     /// The free parameters, those of the tracker last.
     pub parameters: Vec<Parameter>,
+    /// Known factors on motion ahead, sideways and of rotation.
+    known_gains: [f64; 3],
 }
 
 impl Model {
@@ -271,7 +273,17 @@ impl Model {
         Ok(Self {
             robot: bare(robot),
             parameters,
+            known_gains: [1.0; 3],
         })
+    }
+
+    /// Returns the model with known factors on motion ahead, sideways and of rotation, such as those
+    /// of the rollers that touch.
+    pub(crate) fn with_gains(self, known_gains: [f64; 3]) -> Self {
+        Self {
+            known_gains,
+            ..self
+        }
     }
 
     /// Returns the model with the tracker's parameters free too, for each of these series.
@@ -374,6 +386,9 @@ impl Model {
         }
         let kinematics = Kinematics::new(&self.robot(values)).ok()?;
         let mut matrix = kinematics.twist_matrix().clone();
+        for (mut row, gain) in matrix.row_iter_mut().zip(self.known_gains) {
+            row *= gain;
+        }
         for (parameter, value) in self.parameters.iter().zip(values) {
             match parameter {
                 Parameter::GainAhead => matrix.row_mut(0).scale_mut(*value),

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use toml::Table;
 
-use crate::controller::kind;
+use crate::controller::{kind, rigid};
 use crate::kinematic_fit::search_of;
 use crate::least_squares::least_squares;
 use crate::model::{Model, Parameter, is_held};
@@ -121,6 +121,10 @@ pub struct TapeFit {
     pub held: Vec<HeldParameter>,
     /// Settings for a controller.
     pub controller: Controller,
+    /// Motion ahead, sideways and of rotation by the rollers that touch, over that of the robot's
+    /// matrix, if the runs are explained with it and not without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rollers: Option<[f64; 3]>,
     /// Residual of each measured value over its standard error, one row per run: x, y, heading.
     pub misses: Vec<[Option<f64>; 3]>,
     /// Root mean square of the residuals, over the remaining degrees of freedom: 1 if the stated
@@ -180,17 +184,41 @@ impl Tape {
         vec![self.path.clone(), folder.join(&self.file.robot)]
     }
 
-    /// Fits the free parameters.
+    /// Fits the free parameters by the ideal kinematics, or by the mean kinematics of the rollers
+    /// that touch where only that explains the runs.
     ///
     /// # Errors
-    /// An unknown parameter, a run without measurement, and a robot that cannot be moved.
+    /// An unknown parameter, a run without measurement, a length that is no metre, and a robot that
+    /// cannot be moved.
     pub fn fit(&self) -> Result<TapeFit, Error> {
+        /// Runs that miss a fit by more times their stated errors are not explained. Chosen.
+        const UNEXPLAINED: f64 = 2.0;
+        let ideal = self.fit_with(None)?;
+        let has_gains = self.file.free.iter().any(|name| name.starts_with("gain."));
+        let (Some(over), false) = (ideal.over_errors, has_gains) else {
+            return Ok(ideal);
+        };
+        if over <= UNEXPLAINED {
+            return Ok(ideal);
+        }
+        let Some(rollers) = rigid(&self.robot) else {
+            return Ok(ideal);
+        };
+        let by_contacts = self.fit_with(Some(rollers))?;
+        let explains = by_contacts
+            .over_errors
+            .is_some_and(|by_contacts| by_contacts < 0.5 * over);
+        Ok(if explains { by_contacts } else { ideal })
+    }
+
+    fn fit_with(&self, rollers: Option<[f64; 3]>) -> Result<TapeFit, Error> {
         let known = Kinematics::new(&self.robot)?;
         let runs = self.file.measured.iter().enumerate();
         let seen: Vec<Seen> = runs
             .map(|(index, run)| self.seen(index, run, &known))
             .collect::<Result<_, _>>()?;
-        let whole = Model::new(&self.robot, &self.file.free)?;
+        let [ahead, sideways, turn] = rollers.unwrap_or([1.0; 3]);
+        let whole = Model::new(&self.robot, &self.file.free)?.with_gains([ahead, sideways, turn]);
         let (model, held) = determined(&whole, &seen, &self.robot);
         let residuals = |values: &[f64]| Ok(misses(&model, values, &seen).map(|of| flat(&of)));
         let found = least_squares(&residuals, &model.nominal(), &search_of(&model))?;
@@ -220,13 +248,19 @@ impl Tape {
         Ok(TapeFit {
             study: self.name(),
             ilon: env!("CARGO_PKG_VERSION").to_owned(),
+            // A controller does not know the rollers: its lengths have what they take.
             controller: Controller {
                 kind: kind(&model.robot(&found.values)),
-                radius_m: value_of(&Parameter::Radius),
-                lever_m: value_of(&Parameter::Lever),
+                radius_m: value_of(&Parameter::Radius).map(|of| scaled(&of, ahead)),
+                lever_m: value_of(&Parameter::Lever).map(|of| scaled(&of, ahead / turn)),
                 gamma_deg: value_of(&Parameter::Gamma),
+                sideways_factor: rollers.map(|_| {
+                    let factor = ahead / sideways;
+                    Value::new(factor, Interval::around(factor, 0.0), "", 1.0)
+                }),
                 ..Controller::default()
             },
+            rollers,
             next: next_drives(&whole, &seen, &known)?,
             parameters: valued
                 .iter()
@@ -245,6 +279,16 @@ impl Tape {
                 help,
             ))
         };
+        let places = [("x_m", run.x_m), ("y_m", run.y_m)];
+        if let Some((key, far_m)) = places
+            .into_iter()
+            .find_map(|(key, at)| Some((key, at.filter(|m| m.abs() > FURTHEST_M)?)))
+        {
+            return invalid(
+                &format!("`{key}` = {far_m} m is further than a tape reaches"),
+                "give metres, not centimetres or millimetres",
+            );
+        }
         let mut turned_rad = vec![0.0; self.robot.wheels.len()];
         match (&run.drive, run.wheels.is_empty()) {
             (Some(drive), true) => {
@@ -295,7 +339,16 @@ impl Tape {
     }
 }
 
-/// Rejects a radius or a lever that is not above 0: the runs moved against their wheels' rotation.
+/// A longer way cannot be measured by tape, in metres. Chosen.
+const FURTHEST_M: f64 = 50.0;
+
+/// A value of a length, times a factor.
+fn scaled(value: &Value, factor: f64) -> Value {
+    value.through(|of| of * factor, "m", value.nominal)
+}
+
+/// Rejects a radius or a lever that is not above 0: the runs moved against their wheels' rotation;
+/// and one of more than twice the nominal one, or less than half of it.
 fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), Error> {
     let is_length = |of: &Parameter| {
         matches!(
@@ -303,7 +356,23 @@ fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), E
             Parameter::Radius | Parameter::WheelRadius(_) | Parameter::Lever
         )
     };
-    let mut fitted = model.parameters.iter().zip(values);
+    let fitted = model.parameters.iter().zip(values);
+    for (of, value) in fitted
+        .clone()
+        .filter(|(of, value)| is_length(of) && **value > 0.0)
+    {
+        let nominal = of.nominal(robot);
+        if !(0.5 * nominal..=2.0 * nominal).contains(value) {
+            return Err(Error::invalid(
+                format!(
+                    "the runs give `{}` = {value:.4}, but the robot's file has {nominal:.4}",
+                    of.name(robot)
+                ),
+                "give lengths in metres and angles in degrees, wheels in radians, and the file what the robot was built with",
+            ));
+        }
+    }
+    let mut fitted = fitted;
     match fitted.find(|(of, value)| is_length(of) && (value.is_nan() || **value <= 0.0)) {
         None => Ok(()),
         Some((of, value)) => Err(Error::invalid(

@@ -74,6 +74,15 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
              free `axis_deg.*`, `x_m.*` or `radius_m.*` too.\n"
         );
     }
+    if let Some([ahead, sideways, turn]) = found.rollers {
+        let less = |gain: f64| format!("{:.1} %", 100.0 * (1.0 - gain));
+        text += &format!(
+            "\nRollers that touch beside the middle of their wheels take {} of the way sideways and {} of turns, by the robot's geometry alone: with that \
+             the runs are explained, and nothing of the robot need differ.\n",
+            less(sideways / ahead),
+            less(turn / ahead)
+        );
+    }
     for line in identify::set(&found.controller, &Gains::default()) {
         text += &format!("\n{}\n", sentence(&line));
     }
@@ -97,7 +106,11 @@ pub(super) fn of_tape(found: &TapeFit) -> String {
     }
     table.heading("misses of each run, in its standard errors: x, y, heading");
     for (index, misses) in found.misses.iter().enumerate() {
-        let words = misses.map(|miss| miss.map_or("-".to_owned(), number));
+        let words = misses.map(|miss| {
+            miss.map_or("-".to_owned(), |miss| {
+                number(((10.0 * miss).round() + 0.0) / 10.0)
+            })
+        });
         table.words(&format!("{}", index + 1), &words);
     }
     let first = found.next.first();

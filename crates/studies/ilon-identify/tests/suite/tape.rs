@@ -224,3 +224,87 @@ fn a_robot_that_is_steered_is_refused() {
     let words = format!("{error:?}");
     assert!(words.contains("steering angle"), "{words}");
 }
+
+/// A robot as ilon drives it, on rollers that touch beside the middle of their wheels: it falls 2 %
+/// short sideways and turns 1 % less, by geometry alone. Nothing of it differs from its file, and a
+/// controller that has no rollers is given what they take.
+#[test]
+fn what_rollers_take_is_no_fault_of_the_robot() {
+    let file = assets().join("robots").join("mecanum4.urdf");
+    let mut text = format!("robot = {:?}\n", file.display().to_string());
+    for twist in ["vx_m_s = 0.4", "vy_m_s = 0.4", "omega_rad_s = 1.2"] {
+        let scenario = format!(
+            "robot.file = {:?}\ntwist = {{ {twist}, rest_s = 0.1 }}\nrun.duration_s = 5.0\n",
+            file.display().to_string()
+        );
+        let scenario = ilon_sim::Scenario::from_toml(&scenario, "tape", "").unwrap();
+        let trace = ilon_sim::run(&scenario).unwrap().trace;
+        let (record, samples) = trace.steps().last().unwrap();
+        let wheels = trace.header.wheels.iter().zip(samples);
+        let wheels: Vec<String> = wheels
+            .map(|(wheel, sample)| format!("{} = {}", wheel.name, sample.angle_rad))
+            .collect();
+        let end = record.truth.pose;
+        writeln!(
+            text,
+            "[[measured]]\nwheels = {{ {} }}\nx_m = {}\ny_m = {}\nheading_deg = {}",
+            wheels.join(", "),
+            end.x_m,
+            end.y_m,
+            end.heading_rad.to_degrees()
+        )
+        .unwrap();
+    }
+    let found = fitted(&text);
+    let [ahead, sideways, turn] = found.rollers.expect("they explain it");
+    let robot = robot("mecanum4.urdf");
+    let at = robot.wheels[0].position_m();
+    for (name, nominal) in [("radius_m", 0.05), ("lever_m", at.x.abs() + at.y.abs())] {
+        let value = found.parameters[name].value;
+        assert!((value / nominal - 1.0).abs() < 2e-3, "{name} {value}");
+    }
+    // Nine rollers: sin(pi / 9) / (pi / 9).
+    let by_hand = (std::f64::consts::PI / 9.0).sin() / (std::f64::consts::PI / 9.0);
+    assert!((sideways / ahead - by_hand).abs() < 1e-3, "{sideways}");
+    let controller = &found.controller;
+    let factor = controller.sideways_factor.as_ref().expect("a factor").value;
+    assert!((factor - ahead / sideways).abs() < 1e-12);
+    let lever_m = controller.lever_m.as_ref().expect("a lever").value;
+    assert!((lever_m / found.parameters["lever_m"].value - ahead / turn).abs() < 1e-9);
+    assert!(
+        found.over_errors.expect("nine values") < 1.0,
+        "{:?}",
+        found.over_errors
+    );
+}
+
+/// Centimetres in the place of metres are no robot.
+#[test]
+fn ends_in_another_unit_are_refused() {
+    let file = assets().join("robots").join("mecanum4.urdf");
+    let of = |x: f64| {
+        let text = format!(
+            "robot = {:?}\n[[measured]]\ndrive = {{ vx_m_s = 0.4, for_s = 5 }}\nx_m = {x}\n[[measured]]\n\
+             drive = {{ omega_rad_s = 1.0, for_s = 3 }}\nheading_deg = 171.0\n",
+            file.display().to_string()
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tape.toml");
+        std::fs::write(&path, text).unwrap();
+        let tape = Tape::load_within(&path, &FileAccess::anywhere())
+            .unwrap()
+            .unwrap();
+        tape.fit().map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(of(1.97), Ok(()));
+    assert!(
+        of(197.0)
+            .unwrap_err()
+            .contains("further than a tape reaches")
+    );
+    assert!(
+        of(19.7)
+            .unwrap_err()
+            .contains("but the robot's file has 0.05")
+    );
+}
