@@ -4,20 +4,21 @@ use std::collections::BTreeMap;
 
 use ilon_robot::Robot;
 use ilon_sim::Error;
-use nalgebra::Matrix3xX;
+use nalgebra::{DVector, Matrix3xX};
 
 use crate::checked_logs::{CheckedLogs, fits_delays};
 use crate::controller;
 use crate::delay::Delay;
 use crate::directions::directions;
 use crate::kinematic_fit::{Evidence, Fitted, Noise, fit};
-use crate::log::Log;
+use crate::log::anomalies::anomaly;
+use crate::log::{AnomalyKind, Log};
 use crate::model::{Model, Parameter, is_held};
 use crate::model_choice::{choose, end, judge, judged_by, matrix_of, trackers_of};
 use crate::motion::{Tracker, Window, reckoned};
 use crate::outcome::{
-    Controller, Errors, HeldParameter, Identified, Judged, JudgedBy, NoiseFigures, Run, Series,
-    SteadyDrive, Value,
+    Controller, Errors, HeldParameter, Identified, Judged, JudgedBy, NoiseFigures, Run, RunDoubt,
+    Series, SteadyDrive, Value,
 };
 use crate::scatter::Scatter;
 use crate::simulate::{Observations, SimulationFit, simulate};
@@ -200,9 +201,41 @@ fn outcome(
         }
         .to_owned(),
         intervals_count: fitted.scatter.as_ref().map_or(0, Scatter::count),
-        doubts: checked.doubts.clone(),
+        doubts: (checked.doubts.iter().cloned())
+            .chain(contradiction(fitted, evidence))
+            .collect(),
         simulated_keys: Vec::new(),
         simulation: None,
+    })
+}
+
+/// Returns a doubt about steered wheels that contradict each other by the fitted model too.
+fn contradiction(fitted: &Fitted, evidence: &Evidence) -> Option<RunDoubt> {
+    /// Tyres that scrub contradict each other by less than a hundredth of their ways. Chosen.
+    const MUCH: f64 = 0.05;
+    let apart = fitted.model.contradiction(&fitted.values)?;
+    let robot = fitted.model.robot(&fitted.values);
+    let (mut off, mut all) = (0.0, 0.0);
+    for window in &evidence.windows {
+        let turned = DVector::from_column_slice(&window.turned_rad);
+        let ways = turned.iter().zip(&robot.wheels);
+        all += ways
+            .map(|(rad, wheel)| (rad * wheel.radius_m).powi(2))
+            .sum::<f64>();
+        off += (&apart * turned).norm_squared();
+    }
+    let share = (off / all).sqrt();
+    (share > MUCH).then(|| RunDoubt {
+        file: "all runs".to_owned(),
+        doubt: anomaly(
+            AnomalyKind::Wiring,
+            false,
+            format!(
+                "by this model the wheels contradict each other by {:.0} % of their ways",
+                100.0 * share
+            ),
+            "a column of a wheel or of its steering may be that of another module, or modules slide; nothing fitted here holds before that is repaired",
+        ),
     })
 }
 

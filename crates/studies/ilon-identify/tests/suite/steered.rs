@@ -245,3 +245,36 @@ fn what_has_no_steering_angles_is_refused_for_a_steered_robot() {
     let refused = study("omni4_steered.urdf", &modules[..1], &log, rollers).unwrap_err();
     assert!(refused.to_string().contains("has rollers"), "{refused}");
 }
+
+/// The columns of two wheels are exchanged, but not those of their steering: no wiring of modules
+/// explains that, and what the wheels contradict each other by shows it.
+#[test]
+fn wheels_that_contradict_each_other_are_doubted() {
+    let modules = corners([0.25, 0.2], 0.05, 0.0);
+    let log = table(&modules, swerves, 40.0);
+    let right = study("swerve4.urdf", &modules, &log, "").unwrap();
+    assert!(right.doubts.is_empty(), "{:?}", right.doubts);
+    let header = log.lines().next().unwrap();
+    let exchanged = header
+        .replace("front_left_drive", "other")
+        .replace("front_right_drive", "front_left_drive")
+        .replace("other", "front_right_drive");
+    let found = study(
+        "swerve4.urdf",
+        &modules,
+        &log.replace(header, &exchanged),
+        "",
+    )
+    .unwrap();
+    let doubts: Vec<&str> = found
+        .doubts
+        .iter()
+        .map(|odd| &odd.doubt.message[..])
+        .collect();
+    assert!(
+        doubts
+            .iter()
+            .any(|said| said.contains("contradict each other")),
+        "{doubts:?}"
+    );
+}
