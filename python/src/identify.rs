@@ -4,6 +4,7 @@ use std::panic::resume_unwind;
 use std::path::PathBuf;
 
 use ilon::cli;
+use ilon::identify::tape::Tape;
 use ilon::identify::{Progress, Study};
 use pyo3::prelude::*;
 
@@ -12,8 +13,8 @@ use crate::run::until_interrupted;
 use crate::scenario::{self, Named};
 use crate::values::as_python;
 
-/// Fits all free parameters of a study; returns the content of `identified.json`, and writes it
-/// with its page into a folder, if one is given.
+/// Fits all free parameters of a study of logs, or of runs measured by tape; returns the content of
+/// `identified.json`, and writes it with its page into a folder, if one is given.
 #[pyfunction]
 #[pyo3(signature = (study: "_Source", *, out: "_Path | None" = None, folder: "_Path | None" = None, sandbox: "_Sandbox | None" = None) -> "_Dict")]
 pub fn identify<'py>(
@@ -24,11 +25,25 @@ pub fn identify<'py>(
     sandbox: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let files = scenario::files(py, sandbox)?;
-    let study = match scenario::named(study, folder, "study", "studies")? {
-        Named::Text(text, folder) => Study::from_toml(&text, &folder.join("study"), &files),
-        Named::File(path) => py.detach(|| Study::load_within(path, &files)),
+    let (text, path) = match scenario::named(study, folder, "study", "studies")? {
+        Named::Text(text, folder) => (text, folder.join("study")),
+        Named::File(path) => {
+            let text = ilon::scenario::read_text(&path, &files);
+            (text.or_raise(py)?, path)
+        }
     };
-    let study = study.or_raise(py)?;
+    if let Some(tape) = Tape::from_toml(&text, &path, &files).or_raise(py)? {
+        let found = match &out {
+            None => tape.fit().or_raise(py)?,
+            Some(out) => py
+                .detach(|| cli::fit_tape_into(out, &tape))
+                .map_err(|fault| explained(py, "ScenarioError", &fault))?,
+        };
+        return as_python(py, &found);
+    }
+    let study = py
+        .detach(|| Study::from_toml(&text, &path, &files))
+        .or_raise(py)?;
     if let Some(out) = &out {
         cli::may_hold_identified(out, &study)
             .map_err(|fault| explained(py, "ScenarioError", &fault))?;

@@ -95,6 +95,20 @@ def test_wheels_and_levers_are_as_much_larger_as_the_tracker_counts_too_long(stu
         assert true[name]["unit"] == "m" and true[name]["ci95"][0] < true[name]["value"] < true[name]["ci95"][1]
 
 
+def test_runs_measured_by_tape_are_fitted_as_the_command_fits_them(assets, command, tmp_path):
+    tape = tmp_path / "tape.toml"
+    tape.write_text(
+        f'robot = "{assets}/robots/mecanum4.urdf"\nmeasured = [\n'
+        "  { drive = { vx_m_s = 0.4, for_s = 5 }, x_m = 1.970, y_m = 0.004 },\n"
+        "  { drive = { omega_rad_s = 1.2, for_s = 15.7 }, heading_deg = 4.5 },\n]\n"
+    )
+    said = json.loads(command("identify", tape, "--out", tmp_path / "theirs", "--json").stdout)
+    assert ilon.identify(tape) == said == ilon.identify(tape, out=tmp_path / "ours")
+    assert json.loads((tmp_path / "ours" / "identified.json").read_text()) == said
+    # 1.97 of 2 m.
+    assert said["parameters"]["radius_m"]["value"] == pytest.approx(0.05 * 1.97 / 2, rel=1e-3)
+
+
 def test_a_bad_study_raises_what_the_command_says(study, command, tmp_path):
     bad = study.with_name("bad.toml")
     bad.write_text(study.read_text().replace("ahead.csv", "gone.csv"))

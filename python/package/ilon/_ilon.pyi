@@ -968,8 +968,8 @@ def generate(spec: _Path) -> str:
 
 def identify(study: _Source, *, out: _Path | None=None, folder: _Path | None=None, sandbox: _Sandbox | None=None) -> _Dict:
     """
-    Fits all free parameters of a study; returns the content of `identified.json`, and writes it
-    with its page into a folder, if one is given.
+    Fits all free parameters of a study of logs, or of runs measured by tape; returns the content of
+    `identified.json`, and writes it with its page into a folder, if one is given.
     """
 
 def inspect(path: _Path, options: _Table, *, limits: _Table | None=None, sandbox: _Sandbox | None=None) -> tuple[_Dict, str, str, str | None]:

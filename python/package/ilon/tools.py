@@ -71,7 +71,7 @@ def identify(
 ) -> dict[str, Any]:
     """What a robot really is, fitted to logs of its drives, as `ilon identify` does: what `identified.json` holds.
 
-    `study` is the path of a file that names the robot, the logs, and what is free, or a dict of what the file would hold, with paths
+    `study` is the path of a file that names the robot, the logs or runs measured by tape, and what is free, or a dict of what the file would hold, with paths
     from `folder`. `parameters` has for each name its `value`, its 95 %
     interval `ci95` and its `unit` (SI, angles in degrees where the name ends in `_deg`). With `out`, `identified.json` and the page are
     written into that folder. With `sandbox`, the study, its robot and its logs are read below these folders alone.

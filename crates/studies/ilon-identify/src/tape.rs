@@ -158,12 +158,19 @@ impl Tape {
     /// # Errors
     /// If the file or its robot cannot be read, or a run has no measurement.
     pub fn load_within(path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
-        let text = read_text(path, files)?;
+        Self::from_toml(&read_text(path, files)?, path, files)
+    }
+
+    /// Reads them from the text of a file, with relative paths of the file at `path`.
+    ///
+    /// # Errors
+    /// Like [`Self::load_within`].
+    pub fn from_toml(text: &str, path: &Path, files: &FileAccess) -> Result<Option<Self>, Error> {
         let is_tape = |table: Table| table.contains_key("measured");
-        if !toml::from_str(&text).is_ok_and(is_tape) {
+        if !toml::from_str(text).is_ok_and(is_tape) {
             return Ok(None);
         }
-        let file: TapeFile = read_toml(&text, path)?;
+        let file: TapeFile = read_toml(text, path)?;
         let robot = robot_of(&file.robot, &file.set, path, files)?;
         Ok(Some(Self {
             path: path.to_owned(),

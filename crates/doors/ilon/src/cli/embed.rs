@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use ilon_identify::tape::{Tape, TapeFit};
 use ilon_report as report;
 use ilon_sweep::{Findings, Row, Store, Study};
 use ilon_trace::Recorded;
@@ -92,6 +93,16 @@ pub fn write_identified(
     found: &ilon_identify::Identified,
 ) -> Result<(), Explained> {
     results::claim_and_write_identified(study, found, folder).map_err(|failure| explain(&failure))
+}
+
+/// Fits runs measured by tape and writes what was found into a folder, as `ilon identify` does.
+///
+/// # Errors
+/// Those of the fit; if the folder is in use or cannot be written to.
+pub fn fit_tape_into(folder: &Path, tape: &Tape) -> Result<TapeFit, Explained> {
+    let written = super::identify::fit_into(tape, folder, "another path");
+    let written = written.map(|(found, _)| found);
+    written.map_err(|failure| explain(&failure))
 }
 
 /// The page of a study, as `ilon sweep` writes it.
