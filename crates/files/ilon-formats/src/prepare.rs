@@ -492,12 +492,11 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError, options: &LoadOpti
     error.by(trail)
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
 
     /// Its name is in the folder, so no other was meant.
-    #[cfg(unix)]
     #[test]
     fn a_link_to_nothing_is_said_to_be_one() {
         let folder = tempfile::tempdir().unwrap();
