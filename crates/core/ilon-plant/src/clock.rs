@@ -176,5 +176,7 @@ mod tests {
         }
         let expected = [true, false, false, false, true, false, false, false];
         assert_eq!(due, expected);
+        // Four parts and the rests of their steps.
+        assert_eq!(clock.moments(), 8);
     }
 }

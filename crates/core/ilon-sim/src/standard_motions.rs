@@ -185,4 +185,23 @@ mod tests {
         let heading_deg = libm::atan2(diagonal.vy_m_s, diagonal.vx_m_s).to_degrees();
         assert!((heading_deg - 45.0).abs() < 1e-9, "{heading_deg}");
     }
+
+    /// The point is where its steering lets it turn, whatever its motors can.
+    #[test]
+    fn a_tricycle_turns_about_the_same_point_at_any_speed() {
+        let radius_m = |limit_rad_s: f64| {
+            let mut robot =
+                Robot::load("../../../assets/robots/tricycle.toml").expect("a shipped robot");
+            for wheel in &mut robot.wheels {
+                wheel.motor.velocity_rad_s = limit_rad_s;
+            }
+            let [.., turn] = standard_motions(&robot).expect("three wheels");
+            let twist = turn.expect("it can turn").twist_in_body;
+            (twist.omega_rad_s, twist.vx_m_s / twist.omega_rad_s)
+        };
+        let ((fast, far_m), (slow, near_m)) = (radius_m(30.0), radius_m(3.0));
+        assert!(slow < 0.5 * fast, "{slow} {fast}");
+        // Both speeds have three digits.
+        assert!((far_m / near_m - 1.0).abs() < 0.01, "{far_m} {near_m}");
+    }
 }

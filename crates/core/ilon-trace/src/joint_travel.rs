@@ -60,15 +60,18 @@ mod tests {
     use super::*;
     use crate::header::JointHeader;
 
+    fn joint(name: &str, limits: Option<[f64; 2]>) -> JointHeader {
+        JointHeader {
+            name: name.to_owned(),
+            slides: false,
+            limits,
+        }
+    }
+
     /// Smallest and largest position over all periods, and the share of rows on a stop, of each
     /// joint.
     #[test]
     fn joints_are_followed_over_a_run() {
-        let joint = |name: &str, limits| JointHeader {
-            name: name.to_owned(),
-            slides: false,
-            limits,
-        };
         let header = Header {
             joints: vec![joint("rocker", Some([-0.1, 0.1])), joint("turret", None)],
             ..Header::default()
@@ -91,5 +94,17 @@ mod tests {
             (turret.least, turret.most, turret.on_stop),
             (-2.25, 7.5, None)
         );
+    }
+
+    /// Of a joint beyond those that are recorded nothing is known.
+    #[test]
+    fn joints_beyond_the_recorded_ones_are_left_out() {
+        let header = Header {
+            joints: vec![joint("one of many", None); MAX_JOINTS + 1],
+            ..Header::default()
+        };
+        let mut joints = JointAccumulator::default();
+        joints.add(&header, &Record::default());
+        assert_eq!(joints.travels(&header).len(), MAX_JOINTS);
     }
 }

@@ -491,3 +491,31 @@ fn of_failure(file: &str, failure: xacro_expand::ExpandError, options: &LoadOpti
     };
     error.by(trail)
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Its name is in the folder, so no other was meant.
+    #[test]
+    fn a_link_to_nothing_is_said_to_be_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("robots.urdf"), "<robot/>").unwrap();
+        std::os::unix::fs::symlink(at("gone.urdf"), at("robot.urdf")).unwrap();
+        let said = |name: &str| {
+            let error = urdf_text(at(name), &LoadOptions::default()).unwrap_err();
+            error.to_string()
+        };
+        let of_link = said("robot.urdf");
+        assert!(
+            of_link.ends_with("that of a link to a file that does not exist"),
+            "{of_link}"
+        );
+        let of_none = said("robos.urdf");
+        assert!(
+            of_none.ends_with("; did you mean `robots.urdf`?"),
+            "{of_none}"
+        );
+    }
+}

@@ -49,3 +49,27 @@ pub(crate) fn conditions(header: &Header, provenance: &Provenance) -> String {
         false => format!("<b>{}</b>", all.join("; ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_trace::Ground;
+
+    use super::*;
+
+    #[test]
+    fn a_slope_is_a_condition_and_a_level_floor_is_none() {
+        let said = |slope_rad: f64| {
+            let ground = Ground {
+                slope_rad,
+                ..Ground::default()
+            };
+            let header = Header {
+                ground: Some(ground),
+                ..Header::default()
+            };
+            conditions(&header, &Provenance::default())
+        };
+        assert!(said(0.1).contains("slope 5.7"), "{}", said(0.1));
+        assert!(!said(0.0).contains("slope"), "{}", said(0.0));
+    }
+}

@@ -486,6 +486,27 @@ mod tests {
         }
     }
 
+    /// What moved, but by less than counts, has no share; what stayed has moved by none.
+    #[test]
+    fn a_change_too_small_to_matter_is_a_dash() {
+        for (moved_m, share, shown) in [
+            (0.0, 0.0, "0.000 %"),
+            (1e-6, 0.0, "–"),
+            (1e-3, 0.002, "0.200 %"),
+        ] {
+            let moved = serde_json::json!({
+                "value": 1.0, "half_step": 1.0 + moved_m, "half_split": null,
+                "moved": moved_m, "share": share, "exceeds": false,
+            });
+            let converge = serde_json::json!({ "end_x_m": moved });
+            let table = convergence_table(&serde_json::from_value(converge).unwrap());
+            assert!(
+                table.contains(&format!("<td>{shown}</td><td>0.1 %</td>")),
+                "{table}"
+            );
+        }
+    }
+
     #[test]
     fn lengths_have_one_unit_below_a_metre() {
         for (x_m, text) in [

@@ -315,3 +315,24 @@ fn isometry(pose: &[f32; 7]) -> Isometry3<f64> {
 fn around(half: [f32; 3]) -> [[f32; 3]; 2] {
     [half.map(|x| -x), half]
 }
+
+#[cfg(test)]
+mod tests {
+    use ilon_formats::LoadRobot;
+
+    use super::*;
+
+    /// The plate lies on the hubs, and does not reach up to the top of the wheels of 50 mm.
+    #[test]
+    fn a_plate_is_thinner_than_wheels_are_high() {
+        let robot = Robot::load("../../../assets/robots/mecanum4.urdf").expect("a shipped robot");
+        let hub_m = robot.wheels[0].position_m().z;
+        let corners = corners(&plate(&robot), &VisualMeshes::default());
+        let (low_m, high_m) = corners
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+                (low.min(p.z), high.max(p.z))
+            });
+        assert!(hub_m < low_m && high_m < hub_m + 0.05, "{low_m} {high_m}");
+    }
+}

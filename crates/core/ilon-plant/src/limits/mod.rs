@@ -796,6 +796,36 @@ mod tests {
         assert!(left_out(&scenario, &robot).is_empty());
     }
 
+    /// Where wheels without load would have to push, a share of the grip would say nothing.
+    #[test]
+    fn what_no_share_of_the_grip_reaches_is_said_in_words() {
+        let (_, robot) = of("");
+        let says = |together: f64, words: &str| {
+            let announced = Announced {
+                from_s: 0.5,
+                first: vec![0],
+                most_at_s: 1.0,
+                wheel: 0,
+                of_grip: true,
+                share: None,
+            };
+            let beyond = Beyond {
+                announced,
+                looks: 1,
+                remedy: "command less acceleration",
+                together: Some(together),
+            };
+            let said = beyond.remark(&robot);
+            assert!(said.contains(words), "{said}");
+        };
+        says(0.8, "until the others take its share, which then need 80 %");
+        says(2.0, "all wheels together need 200 % of theirs");
+        says(
+            1e4,
+            "all wheels together cannot push that hard, and the robot slides or tips",
+        );
+    }
+
     #[test]
     fn wheels_are_named_and_all_of_them_are_all_wheels() {
         let (_, robot) = of("");

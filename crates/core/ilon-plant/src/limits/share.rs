@@ -145,14 +145,7 @@ mod tests {
                 sprints += 1;
                 let before = shares;
                 for (at, slid) in slid(shares).into_iter().enumerate() {
-                    let share = shares[at];
-                    searches[at].learn(Drive {
-                        share,
-                        slid,
-                        takes_s: 1.0 / share,
-                    });
-                    let found = searches[at].found().map(|found| found.share);
-                    shares[at] = searches[at].next().or(found).expect("it was driven");
+                    shares[at] = searches[at].after(shares[at], slid);
                 }
                 if shares == before {
                     break;

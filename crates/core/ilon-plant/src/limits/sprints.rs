@@ -460,6 +460,32 @@ mod tests {
         }
     }
 
+    /// From 0.3 m/s at 2 m/s^2 the motors brake it to rest within the time of a sprint, 1 s.
+    #[test]
+    fn a_sprint_down_ends_at_rest() {
+        let urdf = include_str!("../../../../../assets/robots/mecanum4.urdf");
+        let text = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 1.0\n";
+        let scenario = Scenario::from_toml(text, "test", "").expect("a scenario");
+        let robot = Robot::from_urdf_str(urdf, "mecanum4").expect("a robot");
+        let mut sprinter = Sprinter::new(&scenario, &robot).expect("it is simulated");
+        let rows = [LimitRow {
+            speed: 0.3,
+            ..LimitRow::from_rest(2.0)
+        }];
+        let mut moving = sprinter.at_rest();
+        let mut sprint = |is_up: bool| {
+            let ahead = Twist::new(1.0, 0.0, 0.0);
+            let slid = sprinter.sprint(&mut moving, ahead, (&rows, is_up), f64::INFINITY);
+            (moving.speed, slid.expect("it drives")[0].work_j)
+        };
+        let (fast, _) = sprint(true);
+        let (slow, work_j) = sprint(false);
+        assert!(
+            fast > 0.3 && slow == 0.0 && work_j > 0.0,
+            "{fast} {slow} {work_j}"
+        );
+    }
+
     /// Of 4 m/s^2 by statics three quarters are held, and of those two thirds.
     #[test]
     fn a_limit_is_its_share_of_statics() {

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use ilon_control::Kinematics;
 use ilon_formats::{LoadOptions, LoadRobot};
-use ilon_robot::{Barrel, Robot, Roller, RollerForm, Wheel};
+use ilon_robot::{Robot, Roller, RollerForm, Wheel};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::wheel_index;
@@ -326,7 +326,6 @@ fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
     if !differ(radius_m, wheel.radius_m) && !differ(gamma_rad, wheel.gamma_rad) {
         return;
     }
-    let count = wheel.rollers.len();
     let (scale, turned_rad) = (radius_m / wheel.radius_m, gamma_rad - wheel.gamma_rad);
     for roller in &mut wheel.rollers {
         if let RollerForm::Tyre(tyre) = &roller.form {
@@ -337,12 +336,8 @@ fn reshape(wheel: &mut Wheel, radius_m: f64, gamma_rad: f64) {
             }
             continue;
         }
-        let thick_m = wheel.radius_m - roller.ring_radius_m();
-        let even_m = |radius_m, thick_m, gamma_rad| {
-            Barrel::handing_over(radius_m, thick_m, gamma_rad, count).half_length_m
-        };
-        roller.length_m *= even_m(radius_m, scale * thick_m, gamma_rad)
-            / even_m(wheel.radius_m, thick_m, wheel.gamma_rad);
+        // Neighbours go on handing over as they do: L = 2 a tan(pi/n) / cos gamma.
+        roller.length_m *= scale * libm::cos(wheel.gamma_rad) / libm::cos(gamma_rad);
         // Counter-clockwise seen from above, for the roller that points down.
         let mut up = -roller.center_in_hub_m;
         up.z = 0.0;

@@ -158,6 +158,10 @@ mod tests {
         let [one, other] = [held(0.4, 1.0), held(2.0, -0.5)];
         let found = meeting(&one, &other).expect("they are not parallel");
         assert!((found - about).norm() < 1e-12, "{found}");
+        // The nearest point of the first axle lies square to it, and on it.
+        let (nearest, axle) = (foot(&one), Vector2::new(libm::cos(0.4), libm::sin(0.4)));
+        assert!(nearest.dot(&axle).abs() < 1e-12, "{nearest}");
+        assert!((about - nearest).perp(&axle).abs() < 1e-12, "{nearest}");
         assert!(meeting(&one, &held(0.4, 2.0)).is_none_or(|far| far.norm() > 1e9));
     }
 }

@@ -304,8 +304,35 @@ pub fn gathered(remarks: &[String]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use ilon_trace::slip::WheelSlip;
+    use ilon_trace::{Ground, Header, Record, Trace, WheelHeader, WheelSample};
 
     use super::*;
+
+    /// From row to row the wheel rolls 0.2 m: across one patch of 20 mm, and past the other.
+    #[test]
+    fn a_patch_that_lies_between_two_rows_is_not_missed() {
+        let patch = |y_m: f64| {
+            let mut patch = GroundPatch::default();
+            (patch.center_m, patch.sides_m) = ([0.1, y_m], [0.02; 2]);
+            patch
+        };
+        let (mut header, mut ground) = (Header::default(), Ground::default());
+        ground.patches = vec![patch(0.0), patch(0.5)];
+        (header.ground, header.wheels) = (Some(ground), vec![WheelHeader::default()]);
+        let mut trace = Trace::with_capacity(header, 2);
+        for x_m in [0.0, 0.2] {
+            let (mut record, mut wheel) = (Record::default(), WheelSample::default());
+            record.truth.pose.x_m = x_m;
+            (wheel.touching, wheel.touching_share) = (true, 1.0);
+            trace.push(record, &[wheel]);
+        }
+        let Ok(remark) = of_missed_patches(&trace);
+        let remark = remark.expect("one was missed");
+        assert!(
+            !remark.contains("patch 0 ") && remark.contains("patch 1 "),
+            "{remark}"
+        );
+    }
 
     #[test]
     fn like_remarks_on_several_parts_are_one() {

@@ -82,6 +82,34 @@ fn two_sides_in_antiphase_yaw_by_the_difference_of_what_they_roll() {
     );
 }
 
+/// A robot without joints is its chassis and its wheels.
+#[test]
+fn wheels_and_chassis_have_the_mass_of_the_robot() {
+    let (robot, seen) = inspected(|_| {});
+    let wheels_kg: f64 = seen.wheels.iter().map(|wheel| wheel.mass_kg).sum();
+    // Rounding of sums of some 10 kg.
+    let off_kg = robot.chassis.mass.mass_kg + wheels_kg - seen.mass_kg;
+    assert!(wheels_kg > 0.0 && off_kg.abs() < 1e-12, "{off_kg}");
+}
+
+#[test]
+fn of_rollers_that_differ_the_largest_is_stated() {
+    let (robot, seen) = inspected(|robot| {
+        let roller = &mut robot.wheels[0].rollers[4];
+        (roller.radius_m, roller.length_m) = (1.01 * roller.radius_m, 1.01 * roller.length_m);
+    });
+    let (wheel, largest) = (&seen.wheels[0], &robot.wheels[0].rollers[4]);
+    let stated = (wheel.roller_radius_m, wheel.roller_length_m);
+    assert_eq!(stated, (largest.radius_m, largest.length_m));
+}
+
+fn inspected(change: impl Fn(&mut Robot)) -> (Robot, Inspection) {
+    let mut robot = Robot::load(format!("{FOLDER}/mecanum4.urdf")).expect("a shipped robot");
+    change(&mut robot);
+    let seen = Inspection::of(&robot).expect("four wheels");
+    (robot, seen)
+}
+
 /// For rollers with a profile by numbers the shapes of their file do not roll, and no radius of
 /// theirs is reported; for barrels it is.
 #[test]

@@ -45,6 +45,26 @@ fn summary(of_time: impl Fn(f64) -> (Record, WheelSample)) -> Summary {
     Summary::of(&run(of_time), &Settings::default())
 }
 
+/// In contact over all of every other period at 10 mm/s, and over a quarter of the others at
+/// 40 mm/s: (1 + 16/4) / (1 + 1/4) = 4, of which the root is 2.
+#[test]
+fn sliding_speeds_count_by_the_time_in_contact() {
+    let slides = |(slip_speed_rms_m_s, touching_share)| WheelSample {
+        slip_speed_rms_m_s,
+        touching: true,
+        touching_share,
+        ..WheelSample::default()
+    };
+    let found = summary(|t_s| {
+        let is_first = ((t_s / DT_S).round() as u32).is_multiple_of(2);
+        let of = if is_first { (0.01, 1.0) } else { (0.04, 0.25) };
+        (Record::default(), slides(of))
+    });
+    let rms_m_s = found.slip_speed_rms_m_s.expect("it touched");
+    // A row more of the first kind than of the other, of 600: (4 - 1) / 375 of half of the root.
+    assert!((rms_m_s - 0.02).abs() < 3e-5, "{rms_m_s}");
+}
+
 /// A robot off its reference, which is at (1 m, 2 m, 0.5 rad), along x and in heading.
 fn tracking(off_x_m: f64, off_rad: f64) -> Record {
     let desired = Pose {

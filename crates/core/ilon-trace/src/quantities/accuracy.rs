@@ -197,6 +197,28 @@ pub fn least_change(quantity: &Quantity) -> f64 {
 mod tests {
     use super::super::by_key;
     use super::*;
+    use crate::header::WheelHeader;
+
+    /// Among robots alike but in size speeds grow as the root of lengths, as those of falls do: the
+    /// scale is the root of a radius times g.
+    #[test]
+    fn a_speed_is_resolved_to_a_share_of_that_of_a_fall() {
+        let speed = by_key("slip_speed_rms_m_s").expect("a speed");
+        let floor_of = |radius_m: f64| {
+            let wheel = WheelHeader {
+                radius_m,
+                ..WheelHeader::default()
+            };
+            let header = Header {
+                wheels: vec![wheel],
+                ..Header::default()
+            };
+            Scales::of(&Summary::default(), &header).floor(speed)
+        };
+        // Rounding.
+        assert!((floor_of(0.4) / floor_of(0.1) - 2.0).abs() < 1e-14);
+        assert!((floor_of(0.1) / LEAST_SHARE - (0.1 * GRAVITY_M_S2).sqrt()).abs() < 1e-14);
+    }
 
     #[test]
     fn what_an_accuracy_is_stated_of_is_a_quantity_and_fits_its_unit() {

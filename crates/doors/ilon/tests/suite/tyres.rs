@@ -65,6 +65,28 @@ fn what_tyres_hold_is_in_the_data() {
     assert_eq!(seen["wheels"][0]["tyre"]["width_m"], 0.03);
 }
 
+/// A tricycle that drives to the left of its frame: `ilon run` has no motion for it.
+#[test]
+fn a_robot_that_no_standard_motion_fits_is_refused() {
+    let folder = Folder::new();
+    let ahead = std::fs::read_to_string(robot("tricycle.toml")).expect("a shipped robot");
+    let mut beside = ahead.replace("\n[[wheels]]", "\n[[wheels]]\naxis_deg = 0");
+    for (of_ahead, to_the_left) in [
+        ("[0.25, 0]", "[0, 0.25]"),
+        ("[-0.2, 0.18]", "[-0.18, -0.2]"),
+        ("[-0.2, -0.18]", "[0.18, -0.2]"),
+    ] {
+        beside = beside.replace(of_ahead, to_the_left);
+    }
+    folder.write("beside.toml", &beside);
+    let words = ended_with(2, &folder.ilon(&["run", "beside.toml", "--no-report"]));
+    assert!(
+        words.contains("none of the standard motions fits `beside`"),
+        "{words}"
+    );
+    assert!(!folder.path("out").exists(), "{words}");
+}
+
 /// A wheel alone is refused in words of tyres.
 #[test]
 fn one_wheel_on_a_tyre_is_refused_as_such() {

@@ -559,6 +559,19 @@ mod tests {
         let better = judged(("rigid", 1.0), JudgedBy::Runs, [&known, &errors(1.5, 6.0)]);
         let says = "\"rigid\" errs by 6 mm over a stretch of 1 s on unseen runs, the nominal robot by 8 mm";
         assert!(better.text.contains(says), "{}", better.text);
+        assert!(
+            better.text.contains("odometry ends 0 mm off"),
+            "{}",
+            better.text
+        );
+        // No run was left out whose end could be judged.
+        for by in [JudgedBy::EachRun, JudgedBy::EachStretch] {
+            let text = judged(("rigid", 1.0), by, [&known, &known]).text;
+            assert!(
+                text.contains("odometry ends on the fitted runs 0 mm off"),
+                "{text}"
+            );
+        }
     }
 
     #[test]

@@ -541,6 +541,40 @@ mod tests {
         assert!(!is_at_end(1.0 + 1e-12, 1.4));
     }
 
+    /// A share between 20 and 60 % has a number; one between 20 and 90 % may be most or little.
+    #[test]
+    fn a_share_that_is_hardly_known_is_an_order_alone() {
+        let shipped = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../../assets/studies/friction_path_loss.toml"
+        );
+        let study = Study::load(shipped).unwrap();
+        let said = |high: f64| {
+            let known = |value: f64, high: f64| serde_json::json!({ "value": value, "low": 0.2, "high": high });
+            let one = serde_json::json!({
+                "quantity": "travelled_m", "scenario": "a.toml", "base_points": 8, "mean": 2.0, "deviation": 0.1,
+                "axes": [
+                    { "key": "a.less", "first": known(0.2, 0.3), "total": known(0.3, 0.4) },
+                    { "key": "a.most", "first": known(0.4, high), "total": known(0.5, high) },
+                ],
+            });
+            shares(&serde_json::from_value(one).unwrap(), &study).unwrap()
+        };
+        assert!(
+            said(0.6)
+                .ends_with("a.most causes 50 % of that variance (20 to 60, 95 %), 40 % by itself."),
+            "{}",
+            said(0.6)
+        );
+        assert!(
+            said(0.9).ends_with(
+                "a.most seems to cause more of it than any other; more points would tell how much."
+            ),
+            "{}",
+            said(0.9)
+        );
+    }
+
     /// From a hundredth of the larger of both ends on, also below zero.
     #[test]
     fn a_quantity_changes_by_more_than_a_hundredth() {

@@ -225,6 +225,30 @@ fn motors_do_not_react_within_the_jump_of_a_hand_over() {
     assert!(jumps > 3, "{jumps} jumps");
 }
 
+/// What a motor loses per acceleration is an inertia, and whatever comes in a step, jumps of
+/// hand-overs too, it has lost all of it by the end: it owes nothing to the next.
+#[test]
+fn motors_that_fall_with_the_acceleration_alone_owe_nothing() {
+    let settings = Settings::default();
+    let (robot, floor) = (shipped("mecanum4"), Floor::default());
+    let mut world =
+        World::new(&robot, &floor, PlanarPose::default(), &settings).expect("a robot on a plane");
+    for _ in 0..600 {
+        let rates = world.robot().wheel_rates_rad_s().iter();
+        let motors: Vec<MotorTorque> = rates
+            .map(|rate| MotorTorque {
+                per_acceleration_n_m_s2: 0.01,
+                ..MotorTorque::constant(0.5 * (4.0 - rate))
+            })
+            .collect();
+        world.robot_mut().drive(&motors);
+        world.step();
+        let owed = &world.bodies[0].memory.motors_owe_n_m_s;
+        // Rounding of rates of some 4 rad/s.
+        assert!(owed.iter().all(|owed| owed.abs() < 1e-12), "{owed:?}");
+    }
+}
+
 /// While a robot stands, only places within a fiftieth of a wheel's radius, 1 mm, are found: the
 /// floor under each wheel, not a wall 10 mm ahead, and nothing of the chassis.
 #[test]
