@@ -79,10 +79,15 @@ pub(crate) fn diagnose(
         false => question(path, options, &mut course_of_needed),
     };
     let Course {
-        faults,
+        mut faults,
         applied,
         loaded,
     } = course_of_needed;
+    // A missing file may hold the links.
+    let lacks_files = |of: &RobotError| matches!(of.fault(), Fault::MissingFiles { .. });
+    if faults.iter().any(lacks_files) {
+        faults.retain(|of| !matches!(of.fault(), Fault::MissingElement { child: "link" }));
+    }
     Diagnosis {
         faults,
         question,

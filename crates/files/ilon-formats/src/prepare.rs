@@ -303,12 +303,9 @@ fn expanded(prepared: &UrdfText, options: &LoadOptions) -> Result<UrdfText, Robo
 /// Returns an element of xacro that remains in an expansion because it lacks its prefix: its result
 /// is missing.
 fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand::Place)> {
-    const TAGS: [(&str, &str); 4] = [
-        ("insert_block", ""),
-        ("if", "value="),
-        ("unless", "value="),
-        ("macro", "name="),
-    ];
+    let starts = |tag| [" ", "/", ">"].map(|end| (tag, format!("<{tag}{end}")));
+    let tags = expanded.unprefixed.iter().map(String::as_str);
+    let left: Vec<(&str, String)> = tags.flat_map(starts).collect();
     let text = &expanded.text;
     let (mut at, mut found) = (0, None);
     while found.is_none() && at < text.len() {
@@ -316,8 +313,8 @@ fn left_over(expanded: &xacro_expand::Expanded) -> Option<(String, &xacro_expand
         let end = text[at..]
             .find("<gazebo")
             .map_or(text.len(), |more| at + more);
-        found = TAGS.iter().find_map(|(tag, attribute)| {
-            let more = text[at..end].find(&format!("<{tag} {attribute}"))?;
+        found = left.iter().find_map(|(tag, start)| {
+            let more = text[at..end].find(start)?;
             Some((at + more, *tag))
         });
         // An empty element is closed at once.

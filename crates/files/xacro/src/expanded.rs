@@ -22,6 +22,9 @@ pub struct Expanded {
     pub choices: Vec<(String, Vec<String>)>,
     /// Macros that are defined and never called.
     pub uncalled: Vec<String>,
+    /// Tags of elements that are left in the text because they lack the prefix `xacro:`, as until
+    /// 2014.
+    pub unprefixed: Vec<String>,
 }
 
 /// A note about an element.

@@ -16,6 +16,7 @@ use nalgebra::{Isometry3, Matrix2, Matrix3, Matrix3xX, MatrixXx3, Vector2, Vecto
 use crate::ControlError;
 use crate::error::finite;
 use crate::kinematics::matrix::{multiply, rows_of_m, vector_of};
+use crate::kinematics::module::Module;
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, reach_m, scaled, singular_values, singularity_of,
 };
@@ -168,9 +169,16 @@ impl Kinematics {
         self.excluded.is_empty()
     }
 
-    /// Whether the wheel at this index rolls on a tyre that is steered, which turns to each twist.
-    pub(crate) fn turns_to_twists(&self, wheel: usize) -> bool {
-        self.mounts.get(wheel) == Some(&Mount::Steered) && self.wheels[wheel].has_tyre()
+    /// The module of the wheel at this index, if it rolls on a tyre that is steered, which turns to
+    /// each twist.
+    pub(crate) fn module(&self, wheel: usize) -> Option<Module> {
+        let (of, mount) = (self.wheels.get(wheel)?, self.mounts.get(wheel)?);
+        match mount {
+            Mount::Steered(axis_m) if of.has_tyre() => {
+                Some(Module::of(of, *axis_m, self.reference_point_m))
+            }
+            _ => None,
+        }
     }
 
     /// The wheels, and how each stands.

@@ -6,6 +6,7 @@ pub(crate) mod contact;
 pub(crate) mod handedness;
 pub(crate) mod ideal;
 pub(crate) mod matrix;
+pub(crate) mod module;
 pub(crate) mod singularity;
 pub(crate) mod speeds;
 pub(crate) mod turning;

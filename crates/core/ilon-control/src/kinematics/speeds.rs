@@ -1,21 +1,23 @@
 //! The speeds that a robot's wheels allow within their rate limits.
 
 use ilon_robot::Twist;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::Kinematics;
 use crate::kinematics::matrix::vector_of;
+use crate::kinematics::module::Module;
 use crate::kinematics::tyres::ROUNDED;
 
 /// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
 /// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered tyre has turned to
-/// the twist, and limits the amount of its hub's velocity instead: |v_h| <= rho q'_max_h.
+/// the twist, the nearer way round from where it stands: rho q'_max_h limits the speed at which it
+/// then rolls (see `kinematics/module.rs`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedLimits {
     /// Row h of eq. (9) over its wheel's limit: inside the polytope no row exceeds 1 in amount.
     rows: Vec<Vector3<f64>>,
-    /// The two rows of the hub's velocity of a steered wheel over rho q'_max_h.
-    modules: Vec<[Vector3<f64>; 2]>,
+    /// The steered wheels, and rho q'_max_h of each.
+    modules: Vec<(Module, f64)>,
     /// The twist of a turn at 1 rad/s that moves the reference point least.
     turn: Vector3<f64>,
     /// Rows that tyres hold at zero which are not steered.
@@ -26,24 +28,24 @@ impl SpeedLimits {
     /// The limits of a robot whose wheels each have their own rate limit in rad/s, infinite for
     /// none; wheels beyond the length of `limits_rad_s` have none.
     pub fn new(kinematics: &Kinematics, limits_rad_s: &[f64]) -> Self {
-        let rows = kinematics.rate_matrix().row_iter().zip(limits_rad_s);
-        let rows = rows
-            .enumerate()
-            .filter(|(_, (_, limit_rad_s))| limit_rad_s.is_finite() && **limit_rad_s > 0.0);
-        let (modules, rows): (Vec<_>, Vec<_>) =
-            rows.partition(|(wheel, _)| kinematics.turns_to_twists(*wheel));
-        let module = |(wheel, (_, limit_rad_s)): (usize, (_, &f64))| {
-            let of = &kinematics.wheels()[wheel];
-            let b = of.position_m().xy() - kinematics.reference_point_m();
-            let [x, y] = [Vector3::new(1.0, 0.0, -b.y), Vector3::new(0.0, 1.0, b.x)];
-            [x, y].map(|row| row / (of.radius_m * limit_rad_s))
-        };
+        let (mut rows, mut modules) = (Vec::new(), Vec::new());
+        let is_limit = |limit_rad_s: f64| limit_rad_s.is_finite() && limit_rad_s > 0.0;
+        for (wheel, limit_rad_s) in limits_rad_s.iter().copied().enumerate() {
+            let Some(of) = kinematics
+                .wheels()
+                .get(wheel)
+                .filter(|_| is_limit(limit_rad_s))
+            else {
+                continue;
+            };
+            match kinematics.module(wheel) {
+                Some(module) => modules.push((module, of.radius_m * limit_rad_s)),
+                None => rows.push(kinematics.rate_matrix().row(wheel).transpose() / limit_rad_s),
+            }
+        }
         Self {
-            rows: rows
-                .into_iter()
-                .map(|(_, (row, limit_rad_s))| row.transpose() / *limit_rad_s)
-                .collect(),
-            modules: modules.into_iter().map(module).collect(),
+            rows,
+            modules,
             turn: vector_of(kinematics.reachable(Twist::new(0.0, 0.0, 1.0))),
             held: kinematics.excluded_rows().to_vec(),
         }
@@ -52,11 +54,6 @@ impl SpeedLimits {
     /// The same limit in rad/s on every wheel: the paper's q'_max.
     pub fn uniform(kinematics: &Kinematics, limit_rad_s: f64) -> Self {
         Self::new(kinematics, &vec![limit_rad_s; kinematics.wheel_count()])
-    }
-
-    /// Whether a twist in the body frame is within the limits.
-    pub fn allows(&self, twist_in_body: Twist) -> bool {
-        self.share(twist_in_body) <= 1.0
     }
 
     /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
@@ -75,7 +72,7 @@ impl SpeedLimits {
         }
         let rows = self.rows.iter().map(|row| row.dot(&twist).abs());
         let modules = self.modules.iter();
-        rows.chain(modules.map(|[x, y]| libm::hypot(x.dot(&twist), y.dot(&twist))))
+        rows.chain(modules.map(|(module, top_m_s)| module.speed_m_s(&twist) / top_m_s))
             .fold(0.0, f64::max)
     }
 
@@ -89,9 +86,9 @@ impl SpeedLimits {
     /// Returns the smallest and the largest top speed over all directions, without rotation, in
     /// m/s.
     pub fn top_speed_range_m_s(&self) -> (f64, f64) {
-        let modules = self.modules.iter().map(|[x, _]| x);
-        let steepest = self.rows.iter().chain(modules);
-        let steepest = steepest.map(|row| row.xy().norm()).fold(0.0, f64::max);
+        let modules = self.modules.iter().map(|(_, top_m_s)| 1.0 / top_m_s);
+        let rows = self.rows.iter().map(|row| row.xy().norm());
+        let steepest = rows.chain(modules).fold(0.0, f64::max);
         let corners = self.at_yaw_rate(0.0);
         let furthest = corners.iter().map(|v| v.norm()).fold(0.0, f64::max);
         (
@@ -117,8 +114,14 @@ impl SpeedLimits {
     /// Returns the possible velocities in m/s at a yaw rate in rad/s: the corners of a convex
     /// polygon in the body frame, counter-clockwise; two where unsteered tyres leave one direction,
     /// one where they leave a turn about a point. The arcs of steered wheels are sides of 4
-    /// degrees. Empty if the yaw rate is out of reach or the velocity is unlimited.
+    /// degrees, and hold whichever way round those stand that lie off their steering axes. Empty if
+    /// the yaw rate is out of reach or the velocity is unlimited.
     pub fn at_yaw_rate(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
+        let stops =
+            |(module, top_m_s): &(Module, f64)| module.axis_top_m_s(*top_m_s, omega_rad_s) == 0.0;
+        if self.modules.iter().any(stops) {
+            return Vec::new();
+        }
         match &self.held[..] {
             [] if self.modules.is_empty() => self.polygon(omega_rad_s),
             [] => self.rounded(omega_rad_s),
@@ -169,9 +172,9 @@ impl SpeedLimits {
     fn rounded(&self, omega_rad_s: f64) -> Vec<Vector2<f64>> {
         /// Sides of a disc.
         const SIDES: usize = 90;
-        let disc = |[x, y]: &[Vector3<f64>; 2]| {
-            let radius_m_s = 1.0 / x.x;
-            let middle = -omega_rad_s * radius_m_s * Vector2::new(x.z, y.z);
+        let disc = |(module, top_m_s): &(Module, f64)| {
+            let radius_m_s = module.axis_top_m_s(*top_m_s, omega_rad_s);
+            let middle = -omega_rad_s * Vector2::from(module.rows().map(|row| row.z));
             let corner = move |k: usize| {
                 let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / SIDES as f64);
                 middle + radius_m_s * Vector2::new(cos, sin)
@@ -203,7 +206,11 @@ impl SpeedLimits {
         let part = |row: &Vector3<f64>| (row.dot(&still), row.xy().dot(&u));
         let mut ways: Vec<[(f64, f64); 2]> = Vec::new();
         ways.extend(self.rows.iter().map(|row| [part(row), (0.0, 0.0)]));
-        ways.extend(self.modules.iter().map(|[x, y]| [part(x), part(y)]));
+        let modules = self.modules.iter().map(|(module, top_m_s)| {
+            let top_m_s = module.axis_top_m_s(*top_m_s, omega_rad_s);
+            module.rows().map(|row| part(&(row / top_m_s)))
+        });
+        ways.extend(modules);
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for [(a, b), (c, d)] in ways {
             // (a + b s)^2 + (c + d s)^2 = 1.
@@ -227,41 +234,6 @@ impl SpeedLimits {
     /// Whether unsteered tyres hold it in one direction, so that it drives ahead and turns.
     pub fn is_held(&self) -> bool {
         !self.held.is_empty()
-    }
-
-    /// Returns the corners of the polytope: twists in the body frame at which at least three wheels
-    /// are at their limits. Empty if the limited wheels leave a motion unlimited. Wheels that are
-    /// steered have no corners, and are left out.
-    pub fn corners(&self) -> Vec<Twist> {
-        let n = self.rows.len();
-        let mut corners: Vec<Vector3<f64>> = Vec::new();
-        for i in 0..n {
-            for j in i + 1..n {
-                for k in j + 1..n {
-                    let (a, b, c) = (&self.rows[i], &self.rows[j], &self.rows[k]);
-                    let faces = Matrix3::from_rows(&[a.transpose(), b.transpose(), c.transpose()]);
-                    let size = a.norm() * b.norm() * c.norm();
-                    if faces.determinant().abs() <= 1e-9 * size {
-                        continue;
-                    }
-                    let Some(inverse) = faces.try_inverse() else {
-                        continue;
-                    };
-                    for signs in 0..8_u8 {
-                        let sign = |bit: u8| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
-                        let x = inverse * Vector3::new(sign(0), sign(1), sign(2));
-                        if self.share(Twist::new(x.x, x.y, x.z)) <= EDGE
-                            && corners
-                                .iter()
-                                .all(|c| (c - x).norm() > 1e-9 * (c.norm() + x.norm()))
-                        {
-                            corners.push(x);
-                        }
-                    }
-                }
-            }
-        }
-        corners.iter().map(|x| Twist::new(x.x, x.y, x.z)).collect()
     }
 }
 
@@ -305,9 +277,8 @@ mod tests {
         assert!((largest - 0.435 / FRAC_PI_6.cos()).abs() < 1e-14);
         assert!((limits.top_speed_m_s(0.0) - 0.502_3).abs() < 5e-5);
         assert!((limits.top_speed_m_s(PI / 2.0) - 0.435).abs() < 1e-14);
-        // A hexagon without rotation, and a cube-like body of eight corners.
+        // A hexagon without rotation.
         assert_eq!(limits.at_yaw_rate(0.0).len(), 6);
-        assert_eq!(limits.corners().len(), 8);
         assert!(limits.at_yaw_rate(1.75).is_empty());
     }
 
@@ -315,30 +286,16 @@ mod tests {
     fn the_mecanum_robot_reaches_the_textbook_speeds() {
         let kinematics = Kinematics::new(&mecanum4()).unwrap();
         let limits = SpeedLimits::uniform(&kinematics, 10.0);
-        // |vx| + |vy| + 0.31 |omega| <= rho q': an octahedron.
-        assert_eq!(limits.corners().len(), 6);
+        // |vx| + |vy| + 0.31 |omega| <= rho q'.
         assert!((limits.top_speed_m_s(0.0) - 0.5).abs() < 1e-14);
         assert!((limits.top_speed_m_s(PI / 4.0) - 0.5 / 2.0_f64.sqrt()).abs() < 1e-14);
         assert!((limits.top_yaw_rate_rad_s() - 0.5 / 0.31).abs() < 1e-14);
     }
 
     #[test]
-    fn corners_and_slices_are_the_edge_of_what_is_allowed() {
+    fn slices_are_the_edge_of_what_is_allowed() {
         let kinematics = Kinematics::new(&six_wheels()).unwrap();
         let limits = SpeedLimits::new(&kinematics, &[8.0, 9.0, 10.0, 8.0, 9.0, 10.0]);
-        let corners = limits.corners();
-        assert!(corners.len() >= 8);
-        for corner in corners {
-            assert!((limits.share(corner) - 1.0).abs() < 1e-9);
-            let mut rates = [0.0; 6];
-            kinematics.wheel_rates(corner, &mut rates);
-            let bounds = [8.0, 9.0, 10.0, 8.0, 9.0, 10.0];
-            let at_limit = rates
-                .iter()
-                .zip(bounds)
-                .filter(|(r, b)| (r.abs() - b).abs() < 1e-6);
-            assert!(at_limit.count() >= 3);
-        }
         let slice = limits.at_yaw_rate(0.5);
         for (i, v) in slice.iter().enumerate() {
             assert!((limits.share(Twist::new(v.x, v.y, 0.5)) - 1.0).abs() < 1e-9);
@@ -353,8 +310,7 @@ mod tests {
         let kinematics = Kinematics::new(&volksbot()).unwrap();
         let limits = SpeedLimits::uniform(&kinematics, f64::INFINITY);
         assert_eq!(limits.top_speed_range_m_s(), (f64::INFINITY, f64::INFINITY));
-        assert!(limits.allows(Twist::new(1e6, 0.0, 0.0)));
-        assert!(limits.corners().is_empty());
+        assert_eq!(limits.share(Twist::new(1e6, 0.0, 0.0)), 0.0);
     }
 
     /// At 1 rad/s rotation takes 0.31 m/s of the 0.5 m/s, and the rest moves the middle in the

@@ -4,12 +4,13 @@
 //! way is across b - c; how far it has to turn for that grows as c comes nearer. Limits of the
 //! steering joints therefore end the turns at a radius.
 
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 use ilon_robot::{Robot, Twist, bisected, wrap_angle};
 use nalgebra::{Vector2, Vector3};
 
 use crate::Kinematics;
+use crate::kinematics::matrix::vector_of;
 
 /// A turn of a robot on tyres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +84,10 @@ fn reaches(
 ) -> bool {
     /// A wheel this slow over the twist keeps its angle.
     const STILL: f64 = 1e-12;
-    let Some(v_h) = kinematics.hub_velocity_m_s(wheel, twist) else {
+    let (Some(module), Some(v_h)) = (
+        kinematics.module(wheel),
+        kinematics.hub_velocity_m_s(wheel, twist),
+    ) else {
         return true;
     };
     if v_h.norm() < STILL {
@@ -92,12 +96,14 @@ fn reaches(
     let n = kinematics.wheels()[wheel].axis();
     let (of, now_rad) = (&robot.joints[joint], libm::atan2(-n.x, n.y));
     let sense = (of.body_from_joint.rotation * Vector3::z()).z.signum();
-    let missing_rad = wrap_angle(libm::atan2(v_h.y, v_h.x) - now_rad);
     let at = positions.get(joint).copied().unwrap_or(0.0);
     let [lower, upper] = of.limits;
-    [-PI, 0.0, PI].iter().any(|half_turn| {
-        let to = at + sense * missing_rad + half_turn;
-        (lower..=upper).contains(&to)
+    let ways = module.rolling(&vector_of(twist));
+    ways.into_iter().flatten().any(|(way_rad, _)| {
+        let to = at + sense * wrap_angle(way_rad - now_rad);
+        [-TAU, 0.0, TAU]
+            .iter()
+            .any(|turn| (lower..=upper).contains(&(to + turn)))
     })
 }
 

@@ -24,11 +24,11 @@ pub(crate) const ROUNDED: f64 = 1e-3;
 const PARALLEL: f64 = 0.02;
 
 /// How a wheel stands on its robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mount {
     Fixed,
-    /// A servo turns it about an upright axis.
-    Steered,
+    /// A servo turns it about an upright axis at this place in the body frame, in metres.
+    Steered(Vector2<f64>),
     /// A caster's: it turns by itself.
     Swivels,
 }
@@ -62,7 +62,7 @@ fn grouped<'w>(wheels: impl Iterator<Item = (&'w Wheel, Mount)>) -> Vec<Group<'w
     let mut groups: Vec<Group<'w>> = Vec::new();
     let holds = |(wheel, mount): &(&Wheel, Mount)| wheel.has_tyre() && *mount != Mount::Swivels;
     for (wheel, mount) in wheels.filter(holds) {
-        let (n, is_steered) = (wheel.axis(), mount == Mount::Steered);
+        let (n, is_steered) = (wheel.axis(), matches!(mount, Mount::Steered(_)));
         let joins =
             |of: &&mut Group<'w>| !is_steered && !of.is_steered && of.n.perp(&n).abs() < PARALLEL;
         match groups.iter_mut().find(joins) {
@@ -125,7 +125,7 @@ pub(crate) fn named_rows(robot: &Robot) -> Vec<HeldRow> {
 /// How each wheel of a robot stands on it.
 pub(crate) fn mounts(robot: &Robot) -> Vec<Mount> {
     let mount = |wheel| match robot.steering_of(wheel) {
-        Some(_) => Mount::Steered,
+        Some(at) => Mount::Steered(robot.joints[at].body_from_joint.translation.vector.xy()),
         None if robot.swivels(wheel) => Mount::Swivels,
         None => Mount::Fixed,
     };
@@ -235,7 +235,10 @@ mod tests {
     fn steered_tyres_hold_a_row_each_where_they_stand_parallel() {
         let robot = on_tyres(&[[0.2, 0.2], [0.2, -0.2], [-0.1, 0.2], [-0.1, -0.2]]);
         let levers_m = |steered: [bool; 4]| -> Vec<f64> {
-            let mounts = steered.map(|of| if of { Mount::Steered } else { Mount::Fixed });
+            let mounts = steered.map(|of| match of {
+                true => Mount::Steered(Vector2::zeros()),
+                false => Mount::Fixed,
+            });
             let rows = held_rows(robot.wheels.iter().zip(mounts), Vector2::zeros());
             rows.iter().map(|row| row.z * row.y.signum()).collect()
         };

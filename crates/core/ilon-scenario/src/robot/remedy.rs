@@ -8,7 +8,8 @@ use std::path::Path;
 
 use ilon_control::{Arrangement, Kinematics};
 use ilon_formats::{
-    Handedness, LoadOptions, LoadRobot, Loaded, Package, Question, Remedy, RobotError, TyreOptions,
+    Fault, Handedness, LoadOptions, LoadRobot, Loaded, Package, Question, Remedy, RobotError,
+    TyreOptions,
 };
 use ilon_robot::Robot;
 
@@ -268,6 +269,8 @@ impl Refusal {
         } else {
             diagnosis.faults
         };
+        let lacks_files = |of: &RobotError| matches!(of.fault(), Fault::MissingFiles { .. });
+        let is_incomplete = faults.iter().any(lacks_files);
         let mut advice: Vec<String> = Vec::new();
         for remedy in faults.iter().flat_map(RobotError::remedies) {
             if let Remedy::Package { name, folder: None } = remedy {
@@ -288,6 +291,10 @@ impl Refusal {
                 (None, on_tyres) => wording.question(question, options, on_tyres),
                 // Rollers cannot be put in, whichever they are.
                 (Some(_), Some(Ok(on_tyres))) => wording.proposed(&on_tyres, options),
+                // What is missing may hold what the rest lacks.
+                (Some(what), _) if is_incomplete => {
+                    format!("without what is missing this stands in the way: {what}")
+                }
                 (Some(what), _) => format!(
                     "no option is enough: whatever else is said, this stands in the way: {what}"
                 ),

@@ -308,3 +308,43 @@ fn a_tricycle_turns_as_fast_as_its_furthest_wheel_rolls() {
         "{yaw_rate_rad_s} {expected}"
     );
 }
+
+/// A module at b whose wheel lies at r from its steering axis turns until the wheel rolls about the
+/// middle of the robot: along p = omega k x b for a wheel d beside the axis, which is then d nearer
+/// or farther, and for one that trails by c at sqrt(|b|^2 - c^2) from the middle. Asked for a
+/// hundredth less no wheel is at its 1.8 m/s, for a hundredth more all are.
+#[test_case([0.0, 0.045], 0.25_f64.hypot(0.19) + 0.045; "outside")]
+#[test_case([0.0, -0.045], 0.25_f64.hypot(0.19) - 0.045; "inside")]
+#[test_case([-0.06, 0.0], (0.25_f64.powi(2) + 0.19_f64.powi(2) - 0.06_f64.powi(2)).sqrt(); "behind")]
+fn modules_off_their_axes_turn_as_fast_as_their_wheels_roll(r_m: [f64; 2], lever_m: f64) {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+    let text = std::fs::read_to_string(robots.join("offset4.urdf")).expect("a shipped robot");
+    let [x_m, y_m] = r_m;
+    // In the file all wheels lie to the left; here to the side of the robot on which they are.
+    let mut places = text.split("xyz=\"0 0.045 -0.08\"");
+    let mut text = places.next().expect("a chassis").to_owned();
+    for (rest, side) in places.zip([1.0, -1.0, 1.0, -1.0]) {
+        text += &format!("xyz=\"{x_m} {} -0.08\"{rest}", side * y_m);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("modules.urdf");
+    std::fs::write(&file, text).expect("a file");
+    let robot = ilon_sim::robot::Robot::load(&file).expect("it is read");
+    let seen = ilon_sim::inspect::Inspection::of(&robot).expect("it is inspected");
+    let top_rad_s = seen.speed_limits.expect("limited").yaw_rate_rad_s;
+    assert!(
+        (top_rad_s * lever_m / 1.8 - 1.0).abs() < 1e-9,
+        "{top_rad_s}"
+    );
+    for (share, is_saturated) in [(0.99, false), (1.01, true)] {
+        let text = format!(
+            "robot.file = \"modules.urdf\"\nrun.duration_s = 2.5\n\
+             twist = {{ omega_rad_s = {}, rest_s = 0, ramp_s = 1 }}\n",
+            share * top_rad_s
+        );
+        let scenario = Scenario::from_toml(&text, "modules", folder.path()).expect("a scenario");
+        let summary = Simulation::new(&scenario).expect("it drives").run().summary;
+        let saturated = summary.saturated_share.expect("a twist");
+        assert_eq!(saturated > 0.0, is_saturated, "{share}: {saturated}");
+    }
+}

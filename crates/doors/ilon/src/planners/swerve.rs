@@ -23,8 +23,10 @@ pub struct Swerve {
     pub mass_kg: f64,
     /// Inertia about the vertical through the centre of mass, in kg m^2.
     pub inertia_kg_m2: f64,
-    /// The wheels' positions in the body frame, in metres: front left, front right, back left, back
-    /// right.
+    /// The places in the body frame, in metres: front left, front right, back left, back right. Of
+    /// steered wheels those of their steering axes, which alone stand still as modules turn: the
+    /// planners' angles are then the modules', and so are their speeds but for omega times what the
+    /// wheel lies beside its axis.
     pub modules_m: [[f64; 2]; 4],
     /// Radius of the wheels, in metres.
     pub wheel_radius_m: f64,
@@ -113,7 +115,7 @@ impl Swerve {
     }
 }
 
-/// The wheels' positions: front left, front right, back left, back right.
+/// The places of [`Swerve::modules_m`].
 pub(super) fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
     let not = |where_they_are| {
         NoSwerve::NotFourCorners(format!("{} wheels{where_they_are}", robot.wheels.len()))
@@ -121,12 +123,15 @@ pub(super) fn corners(robot: &Robot) -> Result<[[f64; 2]; 4], NoSwerve> {
     if robot.wheels.len() != 4 {
         return Err(not(""));
     }
+    let places_m = robot.wheels.iter().map(|wheel| {
+        let steering = robot.steering_of(wheel).map(|at| &robot.joints[at]);
+        let axis_m = steering.map(|of| of.body_from_joint.translation.vector);
+        axis_m.unwrap_or_else(|| wheel.position_m())
+    });
     let at = |x: f64, y: f64| {
-        let mut there = robot.wheels.iter().filter(|wheel| {
-            let place_m = wheel.position_m();
-            x * place_m.x > 0.0 && y * place_m.y > 0.0
-        });
-        let place_m = there.next().ok_or_else(|| not(" elsewhere"))?.position_m();
+        let mut places_m = places_m.clone();
+        let there = places_m.find(|place_m| x * place_m.x > 0.0 && y * place_m.y > 0.0);
+        let place_m = there.ok_or_else(|| not(" elsewhere"))?;
         Ok([place_m.x, place_m.y])
     };
     Ok([

@@ -291,3 +291,24 @@ fn pathplanner_gets_the_modules_of_a_swerve_robot() {
     let output = folder.ilon(&["inspect", &robot("tricycle.urdf"), "--choreo", "s.chor"]);
     ended_with(2, &output);
 }
+
+/// Steering axes at (+-0.25, +-0.19) m stand still, wheels 45 mm further out do not: they roll at
+/// 0.09 m x 20 rad/s that much further from the middle.
+#[test]
+fn pathplanner_gets_the_steering_axes_of_offset_modules() {
+    let folder = Folder::new();
+    let offset4 = robot("offset4.urdf");
+    printed(&folder, &["inspect", &offset4, "--pathplanner", "s.json"]);
+    let text = std::fs::read_to_string(folder.path("s.json")).expect("settings");
+    let settings: Value = serde_json::from_str(&text).expect("JSON");
+    let top_rad_s = 1.8 / (0.25_f64.hypot(0.19) + 0.045);
+    for (key, expected) in [
+        ("flModuleX", 0.25),
+        ("flModuleY", 0.19),
+        ("brModuleY", -0.19),
+        ("defaultMaxAngVel", top_rad_s.to_degrees()),
+    ] {
+        let found = settings[key].as_f64().expect(key);
+        assert!((found - expected).abs() < 1e-9, "{key}: {found}");
+    }
+}

@@ -407,7 +407,8 @@ impl Survey {
     fn take_still_pair(&mut self, tree: &Tree, candidates: &[Candidate]) {
         let is_one = |like: &WheelLike| is_called_wheel(tree, like.joint) && !is_caster(tree, like);
         let mut steered = self.steered.iter();
-        let turns = candidates.len() + self.turning.len() > 0
+        let turns = !candidates.is_empty()
+            || self.turning.iter().any(|like| !is_caster(tree, like))
             || steered.any(|like| !casters::is_caster(tree, like.joint));
         if !turns && self.others.iter().filter(|like| is_one(like)).count() == 2 {
             let pair = self.others.extract_if(.., |like| is_one(like));

@@ -5,10 +5,13 @@
 //! the floor. A robot that its wheels alone do not carry stands on it. As a ball caster rolls in
 //! every direction, its place has no friction on the ground.
 
-use nalgebra::{Unit, Vector3};
+use nalgebra::{Translation3, Unit, Vector3};
 use urdf_rs::Geometry;
 
 use super::body::RigidBody;
+use super::disc;
+use super::hub::hub_frame;
+use super::mesh::Meshes;
 use super::names;
 use super::tree::{Motion, PlacedShape, Tree};
 use crate::model::{Collision, CollisionShape, Remark, Robot, StandingPose, Wheel};
@@ -82,6 +85,29 @@ fn trails(tree: &Tree, joint: usize) -> bool {
         let is_behind = trail_m > beside_m.xy().dot(&axle.xy()).abs().max(LEAST * size_m);
         turns(&swivel) && turns(&wheel) && tree.is_level(wheel) && is_behind
     })
+}
+
+/// Gives the wheel of a caster that swivels, if meshes alone show it, a cylinder of their size: the
+/// hull of a mesh would roll on its corners.
+pub(super) fn of_meshed_wheel(tree: &Tree, joint: usize, body: &mut RigidBody, meshes: &Meshes) {
+    let is_mesh = |of: &PlacedShape| matches!(of.geometry, Geometry::Mesh { .. });
+    let is_meshed = !body.shapes.is_empty() && body.shapes.iter().all(is_mesh);
+    if !(is_meshed && tree.is_level(joint) && swivels_freely(tree, joint)) {
+        return;
+    }
+    let of = &tree.joints[joint];
+    let frame = hub_frame(&of.origin, &of.axis);
+    if let Ok(disc) = disc::about(body, &frame, meshes)
+        && let Some(length) = disc::width_m(body, &frame, meshes)
+    {
+        body.shapes = vec![PlacedShape {
+            body_from_shape: frame * Translation3::new(0.0, 0.0, disc.middle_m),
+            geometry: Geometry::Cylinder {
+                radius: disc.radius_m,
+                length,
+            },
+        }];
+    }
 }
 
 /// Gives the balls that a file only shows, and that reach just down to the floor of its wheels,

@@ -371,7 +371,8 @@ pub(super) fn assemble(
     let mut joints = Vec::with_capacity(linkage.joints.len());
     for (joint, role) in &linkage.joints {
         let of = &tree.joints[*joint];
-        let body = tree.rigid_body(of.child, |j| moving.contains(&j));
+        let mut body = tree.rigid_body(of.child, |j| moving.contains(&j));
+        casters::of_meshed_wheel(tree, *joint, &mut body, &loading.meshes);
         body.remark_held(
             tree,
             &format!("joint `{}`", of.name),

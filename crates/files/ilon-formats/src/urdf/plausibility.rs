@@ -54,8 +54,13 @@ fn remark_overlap(robot: &Robot, remarks: &mut Vec<Remark>) {
 /// Returns half of a wheel's width, as occupied by its rollers, in metres.
 fn half_width_m(wheel: &Wheel) -> f64 {
     let of_roller = wheel.rollers.iter().map(|roller| {
-        let along = roller.axis_in_hub.z.abs();
-        roller.row_offset_m().abs() + (0.5 * roller.length_m * along).max(roller.radius_m)
+        let along_m = 0.5 * roller.length_m * roller.axis_in_hub.z.abs();
+        let thick_m = if roller.is_tyre() {
+            0.0
+        } else {
+            roller.radius_m
+        };
+        roller.row_offset_m().abs() + along_m.max(thick_m)
     });
     of_roller.fold(0.0, f64::max)
 }

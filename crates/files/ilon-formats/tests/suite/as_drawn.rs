@@ -600,6 +600,36 @@ fn xacro_that_is_left_over_is_refused(open: &str, close: &str, tag: &str) {
     assert_eq!(diagnosis.loaded.expect("it loads").robot.wheels.len(), 4);
 }
 
+/// A macro that is called without the prefix is left in the expansion too; an element of URDF of
+/// that name is no call.
+#[test]
+fn macros_that_are_called_without_the_prefix_are_read_by_a_repair() {
+    let wheel = |call: &str| {
+        format!(
+            "<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\">\n{BASE}<xacro:macro name=\"wheel\" params=\"name x y\"><link name=\"${{name}}\">{INERTIAL}{DISC}</link>\
+             <joint name=\"mecanum_${{name}}\" type=\"continuous\"><parent link=\"base\"/><child link=\"${{name}}\"/><origin xyz=\"${{x}} ${{y}} 0\"/><axis xyz=\"0 1 0\"/></joint></xacro:macro>\n\
+             <xacro:macro name=\"material\" params=\"name\"/><material name=\"grey\"/>{}</robot>",
+            PLACES
+                .map(|(name, x, y)| format!("<{call} name=\"{name}\" x=\"{x}\" y=\"{y}\"/>\n"))
+                .concat()
+        )
+    };
+    let diagnosis = diagnosed("r.xacro", &wheel("wheel"));
+    assert!(
+        matches!(diagnosis.faults[0].fault(), Fault::OldXacro { tag } if tag == "wheel"),
+        "{}",
+        diagnosis.faults[0]
+    );
+    assert!(diagnosis.proposal.is_some_and(|options| options.repair));
+    assert_eq!(diagnosis.loaded.expect("it loads").robot.wheels.len(), 4);
+    assert!(
+        diagnosed("r.xacro", &wheel("xacro:wheel"))
+            .faults
+            .iter()
+            .all(|of| { !matches!(of.fault(), Fault::OldXacro { .. }) })
+    );
+}
+
 /// All wheels show one mesh, which is missing: that is one complaint, with the lines of all.
 #[test]
 fn a_mesh_that_all_wheels_lack_is_complained_of_once() {

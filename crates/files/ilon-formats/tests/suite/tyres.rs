@@ -58,6 +58,45 @@ fn a_pair_of_wheels_rolls_on_tyres_beside_casters_that_swivel_freely() {
     );
 }
 
+/// Meshes of casters' wheels carry the robot as the cylinders of their size.
+#[test]
+fn casters_whose_wheels_are_meshes_roll_as_cylinders() {
+    let (sides, radius_m) = (64, 0.03);
+    let mut mesh = String::new();
+    for k in 0..sides {
+        let (s, c) = (std::f64::consts::TAU * f64::from(k) / f64::from(sides)).sin_cos();
+        for z_m in [-0.01, 0.01] {
+            mesh += &format!("v {} {} {z_m}\n", radius_m * c, radius_m * s);
+        }
+    }
+    for k in 0..sides {
+        let [a, b] = [2 * k + 1, 2 * ((k + 1) % sides) + 1];
+        mesh += &format!("f {a} {b} {}\nf {b} {} {}\n", a + 1, b + 1, a + 1);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("caster.obj"), mesh).expect("a mesh");
+    let cylinder = "<cylinder radius=\"0.03\" length=\"0.02\"/>";
+    let meshed = DIFFERENTIAL.replace(cylinder, "<mesh filename=\"caster.obj\"/>");
+    let file = folder.path().join("robot.urdf");
+    std::fs::write(&file, meshed).expect("a file");
+    let robot = Robot::load(file.to_str().expect("a path")).expect("it is read");
+    let drawn = load(DIFFERENTIAL);
+    for (of, drawn) in robot.joints.iter().zip(&drawn.joints) {
+        let [of, drawn] = [of, drawn].map(|joint| &joint.body.collisions);
+        assert_eq!(of.len(), drawn.len());
+        for (of, drawn) in of.iter().zip(drawn) {
+            // Meshes hold numbers of 32 bits.
+            let down = -nalgebra::Vector3::z();
+            assert!((of.reach_m(&down) - drawn.reach_m(&down)).abs() < 1e-7);
+            let is_round = |of: &ilon_robot::Collision| {
+                matches!(of.shape, ilon_robot::CollisionShape::Cylinder { radius_m, length_m }
+                    if (radius_m - 0.03).abs() + (length_m - 0.02).abs() < 1e-7)
+            };
+            assert!(is_round(of) && is_round(drawn), "{:?}", of.shape);
+        }
+    }
+}
+
 /// Casters steer nothing, beside wheels that do not turn in the file, or of which one follows the
 /// other.
 #[test]
@@ -446,4 +485,32 @@ fn two_wheels_that_a_file_holds_still_are_a_pair_with_a_remark() {
     for refused in [drums, three, one_turns] {
         assert!(Robot::from_urdf_str(&refused, "robot.urdf").is_err());
     }
+}
+
+/// Tyres of 50 mm width stand side by side down to 50 mm, whatever their radius of 80 mm.
+#[test]
+fn tyres_reach_into_one_another_by_their_width() {
+    for (y_m, reaches) in [(0.06, false), (0.026, false), (0.024, true)] {
+        let near = SKID
+            .replace(" 0.2 0.08\"", &format!(" {y_m} 0.08\""))
+            .replace(" -0.2 0.08\"", &format!(" -{y_m} 0.08\""));
+        assert_eq!(
+            said(&load(&near), "it reaches into wheel"),
+            reaches,
+            "{y_m}"
+        );
+    }
+}
+
+/// A ball that turns is a caster beside two wheels that a file holds still, as one that does not.
+#[test]
+fn a_ball_that_turns_leaves_a_still_pair_its_wheels() {
+    let still = on_balls(&[[-0.1, 0.0]]).replace("\"continuous\"", "\"fixed\"");
+    let (held, turns) = (
+        "\"hold0\" type=\"fixed\">",
+        "\"hold0\" type=\"continuous\"><axis xyz=\"0 1 0\"/>",
+    );
+    let robot = load(&still.replace(held, turns));
+    assert_eq!(names(&robot), ["left_wheel", "right_wheel"]);
+    assert_eq!(glides(&robot), 1);
 }

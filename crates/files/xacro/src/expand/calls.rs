@@ -95,9 +95,16 @@ impl Expander<'_> {
     /// Returns the xacro name of an element without prefix, as until 2014, if such elements are
     /// accepted.
     pub(super) fn old_name<'e>(&self, element: &'e Element, around: &Around) -> Option<&'e str> {
-        if !self.settings.before_2014 {
-            return None;
-        }
+        /// Elements of URDF, whatever macros are called, and what is missed by name if it is lost.
+        const MEANT: [&str; 7] = [
+            "property",
+            "link",
+            "joint",
+            "inertial",
+            "material",
+            "sensor",
+            "transmission",
+        ];
         let name = element.name.as_str();
         let is_old = match name {
             "if" | "unless" => element.attribute("value").is_some(),
@@ -109,7 +116,10 @@ impl Expander<'_> {
                     || called().is_some_and(|(found, ..)| fits(element, &found))
             }
         };
-        if !is_old {
+        if is_old && !self.settings.before_2014 && !MEANT.contains(&name) {
+            self.unprefixed.borrow_mut().insert(name.to_owned());
+        }
+        if !is_old || !self.settings.before_2014 {
             return None;
         }
         if self.old.borrow().is_none() {

@@ -54,6 +54,7 @@ pub(super) fn expand(
         scopes: RefCell::default(),
         defined: RefCell::default(),
         called: RefCell::default(),
+        unprefixed: RefCell::default(),
         texts: RefCell::default(),
         clues: clues::Clues::default(),
         old: RefCell::default(),
@@ -87,6 +88,8 @@ struct Expander<'a> {
     scopes: RefCell<Vec<Rc<Scope>>>,
     defined: RefCell<BTreeSet<String>>,
     called: RefCell<BTreeSet<String>>,
+    /// What stands in the expansion because it lacks the prefix.
+    unprefixed: RefCell<BTreeSet<String>>,
     /// The text of each file, shared by all places in it.
     texts: RefCell<BTreeMap<String, NameAndText>>,
     clues: clues::Clues,
@@ -152,6 +155,7 @@ impl Expander<'_> {
             watched,
             choices,
             uncalled: self.defined.borrow().difference(&called).cloned().collect(),
+            unprefixed: self.unprefixed.borrow().iter().cloned().collect(),
         })
     }
 

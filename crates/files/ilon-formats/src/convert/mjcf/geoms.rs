@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use mjcf_rs::assets::Mesh;
+use mjcf_rs::assets::{Mesh, MeshInertia};
 use mjcf_rs::body as mj;
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
@@ -137,8 +137,8 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
         .descendants()
         .filter(|n| n.has_tag_name("mesh"))
         .filter_map(|n| n.attribute("inertia"))
-        .find(|said| ["convex", "shell"].contains(said));
-    if let Some(said) = said {
+        .find(|said| *said == "convex");
+    if let Some(said) = said.filter(|_| asset.inertia == MeshInertia::Convex) {
         return Err(format!("`inertia=\"{said}\"` of a mesh is not read"));
     }
     let reference = pose(&asset.refpose);

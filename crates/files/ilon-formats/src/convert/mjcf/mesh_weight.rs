@@ -16,7 +16,7 @@ pub(super) type Triangle = [Point3<f64>; 3];
 /// MuJoCo's default, `legacy`, counts each tetrahedron as a positive volume: of a mesh that is not
 /// convex the whole then hangs on the inner point, which is the middle of the surface for the
 /// centre, and the centre for mass and inertia. With `exact`, tetrahedra that face inwards are
-/// taken away.
+/// taken away. `shell` is the surface alone, for 1 kg/m^2.
 pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassProperties> {
     let volume_of = |tetrahedron: &[Vector3<f64>; 3]| {
         let [a, b, c] = tetrahedron;
@@ -26,6 +26,7 @@ pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassPro
             _ => volume_m3.abs(),
         }
     };
+    let is_shell = kind == MeshInertia::Shell;
     let inner = middle(triangles)?;
     let mut volume_m3 = 0.0;
     let mut moment = Vector3::zeros();
@@ -36,20 +37,27 @@ pub(super) fn solid(triangles: &[Triangle], kind: MeshInertia) -> Option<MassPro
         // The fourth corner is the inner point.
         moment += corners.iter().sum::<Vector3<f64>>() * (0.25 * of);
     }
-    if !(volume_m3 > 0.0 && volume_m3.is_finite()) {
+    if !(is_shell || volume_m3 > 0.0 && volume_m3.is_finite()) {
         return None;
     }
-    let center = inner + moment / volume_m3;
     // The integral of x x^T over a tetrahedron with a corner at the origin is V / 20 (s s^T + sum
-    // of c c^T), s the sum of its other corners c.
+    // of c c^T), s the sum of its other corners c; over a triangle it is A / 12 of that.
+    let (center, share) = match is_shell {
+        true => (inner, 12.0),
+        false => (inner + moment / volume_m3, 20.0),
+    };
+    let weight_of = |[a, b, c]: &[Vector3<f64>; 3]| match is_shell {
+        true => 0.5 * (b - a).cross(&(c - a)).norm(),
+        false => volume_of(&[*a, *b, *c]),
+    };
     let (mut mass_kg, mut second) = (0.0, Matrix3::zeros());
     for triangle in triangles {
         let corners = triangle.map(|corner| corner - center);
-        mass_kg += volume_of(&corners);
+        mass_kg += weight_of(&corners);
         let sum = corners.iter().sum::<Vector3<f64>>();
         let squares = corners.iter().map(|c| c * c.transpose());
         let spread = squares.fold(sum * sum.transpose(), |all, one| all + one);
-        second += spread * (volume_of(&corners) / 20.0);
+        second += spread * (weight_of(&corners) / share);
     }
     Some(MassProperties {
         mass_kg,
@@ -219,6 +227,10 @@ mod tests {
             (
                 MeshInertia::Exact,
                 [0.48, 0.466667, 0.034667, 0.3344, 0.340267],
+            ),
+            (
+                MeshInertia::Shell,
+                [6.788955, 0.565960, 0.738469, 8.284942, 8.424074],
             ),
         ] {
             let found = solid(&triangles, kind).expect("a volume");
