@@ -12,7 +12,7 @@ pub struct Clock {
     record_every: u64,
     steps: u64,
     /// The part of the coming step that has already been simulated, in seconds, because a host
-    /// advanced by less than a step.
+    /// advanced by less than a step, or something began or ended within it.
     gone_s: f64,
     /// Number of steps and parts of steps so far.
     moments: u64,

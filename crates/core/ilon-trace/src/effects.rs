@@ -20,7 +20,7 @@ pub const FLOORS: f64 = 3.0;
 /// By how much the largest of three changes by chance counts as more. A fourth change exceeds
 /// [`FLOORS`] times that in less than 1 case of 1000, where each outcome is normally distributed.
 /// Chosen.
-const CHAOTIC: f64 = 3.0;
+pub const CHAOTIC: f64 = 3.0;
 
 /// A run whose starts beside it end further apart than this share of a wheel's radius is chaotic:
 /// they began within 4e-8 of it, and no regular run spreads what is between them a thousand times.
@@ -58,7 +58,8 @@ pub struct Ablation<'a> {
     pub cause: Option<&'a Cause>,
     /// The distance between the two runs.
     pub apart: Apart,
-    /// The distance between the run and its twin at half the step, in metres and radians.
+    /// The largest distance between the run and its twins that measure noise, in metres and radians,
+    /// [`CHAOTIC`] times as large of a chaotic run.
     pub floor: [f64; 2],
     /// The same at the end.
     pub end_floor: [f64; 2],
@@ -133,8 +134,9 @@ pub fn of_remedies<'a>(summary: &Summary, header: &'a Header) -> Vec<Ablation<'a
     tried.collect()
 }
 
-/// How far a figure of a run is known, by its key: what it moves by at half the step, and with
-/// another seed; `None` of a run without twins.
+/// How far a figure of a run is known, by its key: what it moves by at half the step, from starts
+/// beside the run's and with another seed, and [`CHAOTIC`] times that of a chaotic run; `None` of a
+/// run without twins.
 pub fn floor(key: &str, summary: &Summary, header: &Header) -> Option<f64> {
     let (quantity, with) = (by_key(key)?, by_key(key)?.value(summary)?);
     let noise = header.twins.iter().filter(|twin| twin.change.is_noise());
@@ -150,7 +152,7 @@ fn spread(header: &Header) -> f64 {
     let least_m = radii_m.fold(f64::INFINITY, f64::min);
     let is_apart = |twin: &Twin| {
         let is_beside = matches!(twin.change, Change::StartBeside(_));
-        is_beside && (twin.apart).is_none_or(|apart| apart.most_m > APART * least_m)
+        is_beside && (twin.apart).is_some_and(|apart| apart.most_m > APART * least_m)
     };
     match header.twins.iter().any(is_apart) {
         true => CHAOTIC,

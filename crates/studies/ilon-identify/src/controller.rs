@@ -12,6 +12,7 @@ use crate::directions::contact;
 use crate::model::{Parameter, is_held, named_wheels, stands_for_steered};
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
 use crate::scatter::Interval;
+use crate::steered::ahead;
 
 /// Rollers within this angle of the controller's assumption agree with it, in radians.
 const WITHIN_RAD: f64 = 0.02;
@@ -62,8 +63,13 @@ pub fn kind(robot: &Robot) -> Option<ControllerKind> {
         let [one, left, right] = [one, left, right].map(|at| &wheels[*at]);
         let across = (left.position_m() - right.position_m()).xy();
         let off = one.position_m() - 0.5 * (left.position_m() + right.position_m());
-        let is_tricycle =
-            is_held(robot) && off.xy().dot(&across).abs() < WITHIN * across.norm_squared();
+        let n = left.axis();
+        let is_parallel = n.perp(&right.axis()).abs() < WITHIN_RAD
+            && n.dot(&across).abs() > (1.0 - WITHIN) * across.norm();
+        // In the direction in which it drives at an angle of 0.
+        let is_ahead = off.xy().dot(&ahead(one)) > 0.0;
+        let is_in_middle = off.xy().dot(&across).abs() < WITHIN * across.norm_squared();
+        let is_tricycle = is_held(robot) && is_parallel && is_ahead && is_in_middle;
         return is_tricycle.then_some(ControllerKind::Tricycle);
     }
     if !steered.is_empty() {

@@ -204,6 +204,7 @@ fn outcome(
         doubts: (checked.doubts.iter().cloned())
             .chain(contradiction(fitted, evidence))
             .collect(),
+        is_held: is_held(&study.unsteered.robot),
         simulated_keys: Vec::new(),
         simulation: None,
     })

@@ -406,9 +406,12 @@ impl Model {
     /// Returns the map from wheel angles to what no motion of the robot explains of each wheel's
     /// way, in metres; `None` without steered wheels, or if the robot cannot be moved.
     pub fn contradiction(&self, values: &[f64]) -> Option<DMatrix<f64>> {
+        let mut wheels = 0..self.robot.wheels.len();
+        if !wheels.any(|at| stands_for_steered(&self.robot, at)) {
+            return None;
+        }
         let robot = self.robot(values);
-        let is_steered = (0..robot.wheels.len()).any(|at| stands_for_steered(&robot, at));
-        let kinematics = is_steered.then(|| Kinematics::new(&robot).ok()).flatten()?;
+        let kinematics = Kinematics::new(&robot).ok()?;
         let count = robot.wheels.len();
         let radii_m = robot.wheels.iter().map(|wheel| wheel.radius_m);
         let radii_m = DVector::from_iterator(count, radii_m);

@@ -58,6 +58,8 @@ pub struct Identified {
     pub simulated_keys: Vec<String>,
     /// Doubts about the logs.
     pub doubts: Vec<RunDoubt>,
+    /// Whether tyres hold the robot sideways.
+    pub is_held: bool,
 }
 
 /// A value with its uncertainty.

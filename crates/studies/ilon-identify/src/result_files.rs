@@ -44,7 +44,7 @@ pub fn files(study: &Study, found: &Identified) -> Result<Vec<(&'static str, Str
     } else {
         let own = std::path::absolute(&own).unwrap_or(own);
         let names = found.parameters.keys().map(String::as_str);
-        let unsaid = names.filter(|name| !is_of_log(name)).collect();
+        let unsaid = names.filter(|name| !is_of_log(study, name)).collect();
         (own.display().to_string(), unsaid)
     };
     let mut scenario = fitted_scenario(study, found, is_description);
@@ -86,7 +86,9 @@ fn fitted_description<'a>(
     for (name, value) in &found.parameters {
         if let Some(key) = name.strip_prefix("robot.spec.") {
             put(&mut description, key, Value::Float(value.value));
-        } else if !apply(&mut description, name, value.value, value.nominal) && !is_of_log(name) {
+        } else if !apply(&mut description, name, value.value, value.nominal)
+            && !is_of_log(study, name)
+        {
             unsaid.push(name.as_str());
         }
     }
@@ -98,9 +100,19 @@ fn fitted_description<'a>(
     Ok((head + &text, unsaid))
 }
 
-/// Whether a parameter belongs to the measurement and not to the robot.
-fn is_of_log(name: &str) -> bool {
-    name.starts_with("tracker") || name.starts_with("steering_deg.")
+/// Whether a parameter belongs to the measurement and not to the robot: to the tracker, or to a
+/// steering angle that the drive has with its zero.
+fn is_of_log(study: &Study, name: &str) -> bool {
+    let wheel = name.strip_prefix("steering_deg.");
+    let joints = steering_joints(&study.robot).into_iter();
+    let mut read = joints.filter_map(|joint| steers(study, joint));
+    name.starts_with("tracker") || wheel.is_some_and(|wheel| read.any(|of| of.name == wheel))
+}
+
+/// Returns the first wheel that a joint steers.
+fn steers(study: &Study, joint: usize) -> Option<&Wheel> {
+    let mut wheels = study.robot.wheels.iter();
+    wheels.find(|wheel| study.robot.steering_of(wheel) == Some(joint))
 }
 
 /// Returns the scenario keys set by the study and those identified, except those in the robot's
@@ -161,8 +173,7 @@ fn drive(study: &Study, found: &Identified, log: &Log, tracker: &Tracker) -> Str
     };
     // By how much the log reads too little.
     let zero_rad = |joint: &usize| {
-        let is_its = |wheel: &&Wheel| robot.steering_of(wheel) == Some(*joint);
-        let wheel = robot.wheels.iter().find(is_its);
+        let wheel = steers(study, *joint);
         let found = wheel.and_then(|of| found.parameters.get(&format!("steering_deg.{}", of.name)));
         let axis = robot.joints[*joint].body_from_joint.rotation * Vector3::z();
         found.map_or(0.0, |of| axis.z.signum() * of.value.to_radians())

@@ -84,12 +84,12 @@ pub(crate) fn steering_joints(robot: &Robot) -> Vec<usize> {
     leader_of
 }
 
-/// Whether a log must have a column of a wheel: not of casters, nor of tyres without a motor where
-/// others are steered.
+/// Whether a log must have a column of a wheel: where others are steered, not of casters, nor of
+/// tyres without a motor that nothing steers.
 pub(crate) fn needs_column(robot: &Robot, wheel: &Wheel) -> bool {
     let is_pulled =
         wheel.has_tyre() && wheel.motor.effort_n_m == 0.0 && robot.steering_of(wheel).is_none();
-    !(robot.swivels(wheel) || is_steered(robot) && is_pulled)
+    !(is_steered(robot) && (robot.swivels(wheel) || is_pulled))
 }
 
 impl Unsteered {
@@ -98,6 +98,11 @@ impl Unsteered {
     /// # Errors
     /// A steered wheel on rollers.
     pub fn new(robot: &Robot, format: &Format) -> Result<Self, Error> {
+        if !is_steered(robot) {
+            let parts = (0..robot.wheels.len()).map(Part::Plain).collect();
+            let robot = robot.clone();
+            return Ok(Self { robot, parts });
+        }
         let is_logged = |wheel: &Wheel| format.wheels.contains_key(&wheel.name);
         let mut parts = Vec::new();
         let mut wheels = Vec::new();
@@ -132,22 +137,17 @@ impl Unsteered {
             }
         }
         let mut robot = robot.clone();
-        if wheels != robot.wheels {
-            robot.wheels = wheels;
-            // What carried the wheels does not turn them any more.
-            robot
-                .wheels
-                .iter_mut()
-                .for_each(|wheel| wheel.carrier = None);
-            robot.joints.clear();
-            robot.couplings.clear();
-        }
+        // What carried the wheels does not turn them any more.
+        wheels.iter_mut().for_each(|wheel| wheel.carrier = None);
+        robot.wheels = wheels;
+        robot.joints.clear();
+        robot.couplings.clear();
         Ok(Self { robot, parts })
     }
 
     /// Returns a log of the robot as one of the wheels that stand for its own.
     pub fn log(&self, log: &Log, built: &Robot) -> Log {
-        if log.steering_rad.is_empty() && self.parts.len() == built.wheels.len() {
+        if !is_steered(built) {
             return log.clone();
         }
         let mut angles = vec![0.0; self.robot.wheels.len()];
@@ -211,7 +211,7 @@ fn module(robot: &Robot, index: usize, joint: usize) -> (Module, [Wheel; 2]) {
 }
 
 /// The direction in which a wheel rolls that turns forwards.
-fn ahead(wheel: &Wheel) -> Vector2<f64> {
+pub(crate) fn ahead(wheel: &Wheel) -> Vector2<f64> {
     let n = wheel.axis();
     Vector2::new(n.y, -n.x)
 }

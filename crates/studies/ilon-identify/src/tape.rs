@@ -195,7 +195,7 @@ impl Tape {
     /// that touch where only that explains the runs.
     ///
     /// # Errors
-    /// An unknown parameter, a run without measurement, a length that is no metre, and a robot that
+    /// An unknown parameter, a run without measurement, a length not in metres, and a robot that
     /// cannot be moved.
     pub fn fit(&self) -> Result<TapeFit, Error> {
         /// Runs that miss a fit by more times their stated errors are not explained. Chosen.

@@ -115,7 +115,7 @@ impl Resolved {
             }
             wheel_loop::choose_timing(&mut changed.scenario);
             if changed.choices.chose_step {
-                // As the changed scenario would choose it: the step divides the loop's period.
+                // As the changed scenario would choose it: the step divides the period of a torque law.
                 let dt_s = &mut changed.choices.physics_dt_s;
                 if let Some(period_s) = changed.scenario.wheel_loop.period_s {
                     *dt_s = period_s / (period_s / *dt_s - 1e-9).ceil().max(1.0);

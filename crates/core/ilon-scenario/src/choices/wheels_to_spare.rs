@@ -64,7 +64,7 @@ pub fn remark(
         ),
         false => (
             format!(
-                "{:.0} % of a wheel's load moves to others. Slip and heading follow it, and it depends on less than real rollers yield",
+                "{:.0} % of a wheel's load moves to others. Slip and heading follow that share, which depends on less than real rollers yield",
                 100.0 * moved
             ),
             MOVED * bears_n_m,

@@ -136,7 +136,7 @@ pub fn of_bodies(robot: &Robot, world: &World) -> Vec<String> {
         let name = world.free_body_name(*id)?;
         (pressed_m > deep_m).then(|| {
             format!(
-                "body `{name}` and what it touched were {:.1} mm in one another: either they came that far within a step, which a shorter `run.physics_dt_s` \
+                "body `{name}` and what it touched overlapped by {:.1} mm: either they came that far within a step, which a shorter `run.physics_dt_s` \
                  mends, or contacts of this stiffness do not bear the load: make it lighter, or raise `world.solver.contact_stiffness_n_m`",
                 1e3 * pressed_m
             )

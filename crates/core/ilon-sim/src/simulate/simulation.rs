@@ -195,7 +195,7 @@ impl Simulation {
         self
     }
 
-    /// Advances the run by one physics step.
+    /// Advances the run by one physics step, or by a part of one where something begins or ends within it.
     pub fn step(&mut self) {
         self.run.step();
     }

@@ -629,7 +629,7 @@ fn chance_is_no_cause() {
     }
 }
 
-/// A remedy's figures are those of who follows it: the twin with another torque law takes the steps
+/// A remedy's figures are those of a run with that remedy: the twin with another torque law takes the steps
 /// of that law. Its friction is below the floor's, at whose limit wheels slide.
 #[test]
 fn a_remedy_gives_what_was_tried() {

@@ -78,7 +78,7 @@ fn a_kerb_takes_what_it_takes_in_short_steps(robot: &str, height_m: f64) {
 
 /// What begins or ends within a physics step acts from there on. A robot that was pushed to 1 m/s and
 /// slides comes onto ice: a step that brakes too long takes up to mu g dt / 2 = 10 mm/s of its speed,
-/// which over the second left are 6 mm. A patch, a payload and a push of their own times likewise;
+/// which over the second left are 6 mm. A payload and a push of their own times likewise;
 /// what remains of the push is how far a wheel creeps before it slides.
 #[test_case(0.2, "{ push = { impulse_x_n_s = 10, from_s = 0.5, lasts_s = 0.05 } }, { friction_changed = { friction = 0, from_s = 0.5717 } }"; "ice")]
 #[test_case(0.2, "{ push = { impulse_x_n_s = 10, from_s = 0.5013, lasts_s = 0.0487 } }, { payload = { mass_kg = 20, from_s = 0.5717 } }"; "a payload")]

@@ -257,7 +257,7 @@ fn set_to(name: &str, value: &Value) -> String {
 /// Returns the interval of a value in brackets, in a unit of which `per_own` make one of its own.
 fn between(value: &Value, per_own: f64) -> String {
     match value.ci95 {
-        [Some(low), Some(high)] => {
+        [Some(low), Some(high)] if low < high => {
             format!(" ({} to {})", number(per_own * low), number(per_own * high))
         }
         _ => String::new(),
@@ -449,11 +449,6 @@ fn simulated(simulation: &Simulation) -> Vec<Answer> {
 fn to_know_more(found: &Identified) -> Option<String> {
     let gains = &found.gains;
     let mut wishes: Vec<String> = Vec::new();
-    // Tyres hold such a robot sideways.
-    let is_held = matches!(
-        found.controller.kind,
-        Some(ControllerKind::Differential | ControllerKind::Tricycle)
-    );
     let lacks = [
         (&gains.ahead, "ahead and back"),
         (&gains.sideways, "sideways, to the left and to the right"),
@@ -461,7 +456,7 @@ fn to_know_more(found: &Identified) -> Option<String> {
     ];
     let lacks: Vec<&str> = lacks
         .iter()
-        .filter(|(gain, drive)| gain.is_none() && !(is_held && drive.starts_with("sideways")))
+        .filter(|(gain, drive)| gain.is_none() && !(found.is_held && drive.starts_with("sideways")))
         .map(|(_, drive)| *drive)
         .collect();
     if !lacks.is_empty() {

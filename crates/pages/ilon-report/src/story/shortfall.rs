@@ -275,7 +275,8 @@ pub(super) fn veered(header: &Header, means: &Means) -> Option<String> {
         false => side(ahead_m, "ahead of", "behind"),
     };
     Some(format!(
-        "While it started it turned off its command, by <b>{}</b> to the {}, and it ended <b>{}</b> {where_to} where the command leads.",
+        "By {} it had turned off its command, by <b>{}</b> to the {}, and it ended <b>{}</b> {where_to} where the command leads.",
+        time(header.measure_from_s),
         angle(means.veered_rad.abs()),
         side(means.veered_rad, "left", "right"),
         length(far_m)

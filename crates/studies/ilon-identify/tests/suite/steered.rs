@@ -40,8 +40,7 @@ fn swerves(t_s: f64) -> [f64; 3] {
     [0.3 * c, 0.3 * s, 0.35 * libm::sin(0.55 * t_s)]
 }
 
-/// The table of a drive that follows a twist, by steps of a fifth of a millisecond; `direction` is
-/// that of all wheels.
+/// The table of a drive that follows a twist, by steps of a fifth of a millisecond.
 fn table(modules: &[Module], twist: impl Fn(f64) -> [f64; 3], for_s: f64) -> String {
     const STEP_S: f64 = 2e-4;
     let mut csv = "t,x,y,heading".to_owned();

@@ -137,7 +137,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         Drift::from_command(of).map_or(f64::NAN, |drift| part(&drift))
     };
     let mm = |x_m: f64| with_sign(1e3 * x_m, 1, " mm");
-    let [rest, is_off] = match has_rollers {
+    let [rest, rollers] = match has_rollers {
         true => ["rest", "rollers"],
         false => ["slip", ""],
     };
@@ -149,7 +149,7 @@ fn table(name: &str, told: &[(StandardMotion, Summary)], has_rollers: bool) -> T
         ("wheels", &|(motion, of)| {
             share(&Shares::of(motion, of, has_rollers), 0)
         }),
-        (is_off, &|(motion, of)| {
+        (rollers, &|(motion, of)| {
             share(&Shares::of(motion, of, has_rollers), 1)
         }),
         (rest, &|(motion, of)| {
