@@ -4,8 +4,7 @@ use ilon_robot::Twist;
 use ilon_trace::ledger::Terms;
 use ilon_trace::{FaultKind, Header, Record, Summary, WheelHeader, WheelSample};
 
-use crate::text::capital;
-use crate::text::{percent, time};
+use crate::text::{by_kind, capital, percent, time};
 
 /// Wheels whose motion of the robot is below this, in m/s or rad/s, stand still: a robot that moves
 /// anyway was carried.
@@ -466,10 +465,7 @@ fn of_stretch(
 /// Returns the name of what the command adds in advance: of tyres that are steered, how far they
 /// are off the angles of the twist.
 pub(super) fn compensation(header: &Header) -> &'static str {
-    match header.is_on_tyres() {
-        true => "the steering error",
-        false => "the command's compensation",
-    }
+    by_kind(header, "the steering error", "the command's compensation")
 }
 
 /// Returns the loss by each term that is large enough to show, each preceded by a comma.
