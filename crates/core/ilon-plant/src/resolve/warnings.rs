@@ -55,8 +55,9 @@ pub(crate) fn of_bandwidth(
     let is_default = asked_rad_s == WheelLoop::default().bandwidth_rad_s;
     (!is_default && acts_rad_s < 0.99 * asked_rad_s).then(|| {
         format!(
-            "`wheel_loop.bandwidth_rad_s` = {asked_rad_s} acts as {}: wheels that slide or hang in the air would swing under faster loops of this \
+            "`wheel_loop.bandwidth_rad_s` = {} acts as {}: wheels that slide or hang in the air would swing under faster loops of this \
              period and latency; shorten these, or give no more",
+            significant(asked_rad_s, 4),
             significant(acts_rad_s, 3)
         )
     })

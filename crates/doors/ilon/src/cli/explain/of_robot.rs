@@ -284,7 +284,7 @@ fn unseen(ranked: &[(Suspect, Option<Fit>)]) -> String {
     match words.is_empty() {
         true => String::new(),
         false => format!(
-            "\nnot ruled out, as it does nothing at the speed and acceleration of the simulated motion: {}\n",
+            "\nnot ruled out, as they do nothing at the speed and acceleration of the simulated motion: {}\n",
             words.join("; ")
         ),
     }
