@@ -44,7 +44,8 @@ pub use page::GENERATOR;
 use page::{Head, Section, card, escape, panels, side_by_side};
 pub use provenance::{Expectation, Provenance};
 use story::Story;
-use text::{angle, length};
+pub use tables::causes_table;
+use text::{angle, by_kind, length};
 
 /// Information for a report that a trace does not contain.
 #[derive(Default)]
@@ -245,9 +246,12 @@ fn motion_section(shown: &RunInput, settings: &Settings) -> Section {
             solid("@contact").width(1.2),
         ),
     ];
-    let caption = "In the body frame. Ideal minus contact is the rollers' geometry, contact minus real is slip, commanded minus ideal is \
-                   what saturation and the wheel loops left.";
-    let twist = panels("Velocity", caption, &legend, &motion::twist(shown));
+    let geometry = by_kind(&shown.trace.header, "tyres' width", "rollers' geometry");
+    let caption = format!(
+        "In the body frame. Ideal minus contact is the {geometry}, contact minus real is slip, commanded minus ideal is what saturation \
+         and the wheel loops left."
+    );
+    let twist = panels("Velocity", &caption, &legend, &motion::twist(shown));
     let mut figures = vec![motion::path(shown)];
     figures.extend(motion::errors(shown, settings));
     figures.extend(motion::against_the_log(shown));
@@ -297,6 +301,9 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
     }
 }
 
+/// The title of a table of causes.
+pub const CAUSES: &str = "The run minus the run without the cause. A dash: less than can be told, three times what half the step changes";
+
 /// The effect of each cause, if the run was repeated without it.
 fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
     let ablations = ilon_trace::effects::of_causes(summary, &shown.trace.header);
@@ -305,12 +312,15 @@ fn causes_section(shown: &RunInput, summary: &Summary) -> Option<Section> {
         causes::ways(shown, &ablations),
     ];
     let figures: String = figures.iter().flatten().map(card).collect();
+    let mut ranked: Vec<_> = ablations.iter().collect();
+    ranked.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
+    let table = page::table(&causes_table(CAUSES, &ranked));
     (!ablations.is_empty()).then(|| Section {
         id: "causes",
         title: "Causes",
         lead: "The same run was made without each cause. Each figure is this run minus that one."
             .to_owned(),
-        body: side_by_side(&figures) + &tables::causes_table(&ablations),
+        body: side_by_side(&figures) + &table,
     })
 }
 
@@ -379,7 +389,7 @@ fn details_section(
         ),
         page::topic(
             "Contacts and slip",
-            "forces, sliding, rollers",
+            "forces and sliding",
             &contacts_of(shown, summary),
         ),
         page::topic(
@@ -394,7 +404,7 @@ fn details_section(
         ),
         page::topic(
             "The robot from above",
-            "wheels and roller axes at rest",
+            "wheels and axes at rest",
             &robot_from_above(trace),
         ),
         convergence_topic(summary),
@@ -421,7 +431,8 @@ fn details_section(
 fn robot_from_above(trace: &Trace) -> String {
     format!(
         "<figure class=\"whole\"><figcaption><h3>The robot from above</h3><p>At rest, in the body frame: chassis, wheels, \
-         the axes of the rollers on the ground, and the vectors b of equation (2).</p></figcaption>\n{}</figure>\n",
+         {}and the vectors b of equation (2).</p></figcaption>\n{}</figure>\n",
+        by_kind(&trace.header, "", "the axes of the rollers on the ground, "),
         drawing::svg_of_trace(&trace.header)
     )
 }
@@ -482,8 +493,9 @@ fn footer(shown: &RunInput) -> String {
     let some = match shown.every {
         1 => String::new(),
         every => format!(
-            " Paths over the floor, which roller touches, grip and the areas of the energy are drawn from one row in {every}; all other \
-             curves and all figures are taken from all rows."
+            " Paths over the floor, {}grip and the areas of the energy are drawn from one row in {every}; all other curves and all figures \
+             are taken from all rows.",
+            by_kind(&shown.trace.header, "", "which roller touches, ")
         ),
     };
     format!(
@@ -549,6 +561,52 @@ mod tests {
             "<link ",
         ] {
             assert!(!elements.contains(reference), "the page holds {reference}");
+        }
+    }
+
+    /// What a page shows, without its scripts and its scene.
+    fn shown_of(page: &str) -> String {
+        let without = |text: &str, from: &str, to: &str| -> String {
+            let after = |part: &str| part.split_once(to).map(|(_, after)| after.to_owned());
+            let parts = text
+                .split(from)
+                .map(|part| after(part).unwrap_or_else(|| part.to_owned()));
+            parts.collect()
+        };
+        without(&without(page, "<script", "</script>"), "<style", "</style>")
+    }
+
+    /// The contact is wide, and there is neither hand-over nor compensation.
+    #[test]
+    fn the_page_of_a_robot_on_tyres_has_no_rollers() {
+        for open_loop in [false, true] {
+            let mut trace = sample::made_up_run(3.0, open_loop);
+            let of_rollers = shown_of(&html(&trace, &Summary::of(&trace, &Settings::default())));
+            assert!(of_rollers.matches("roller").count() > 5);
+            for wheel in &mut trace.header.wheels {
+                wheel.roller_count = 1;
+                wheel.gamma_rad = 0.0;
+            }
+            let mut summary = Summary::of(&trace, &Settings::default());
+            summary.energy.spin_up_j = Some(0.0);
+            let page = shown_of(&html(&trace, &summary));
+            // The summary has its own names.
+            let page = page.split("All numbers").next().unwrap_or_default();
+            let at = page.find("roller");
+            let around = at.map(|at| page.get(at.saturating_sub(150)..at + 50));
+            assert_eq!(around, None, "open loop: {open_loop}");
+            assert!(page.contains("the tyres are wide"));
+        }
+    }
+
+    /// A run that ends before the window of the means begins has no means.
+    #[test]
+    fn means_are_shown_over_a_window_that_begins_before_it_ends() {
+        for (from_s, is_shown) in [(1.0, true), (3.0, false), (4.0, false)] {
+            let mut trace = sample::made_up_run(3.0, true);
+            (trace.header.measure_from_s, trace.header.measure_to_s) = (from_s, 3.0);
+            let page = html(&trace, &Summary::of(&trace, &Settings::default()));
+            assert_eq!(page.contains("Means from"), is_shown, "from {from_s} s");
         }
     }
 

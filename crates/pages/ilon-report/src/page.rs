@@ -5,7 +5,7 @@ use std::fmt::Write;
 use ilon_scene::embed::{BRAND_STYLE, MARK, THEME};
 
 use super::figure::{DashKind, Figure, Pen, Span};
-use super::html_table::{self, cell, heads, wide};
+use super::html_table::{self, cell, heads, row, wide};
 
 const STYLE: &str = include_str!("web/style.css");
 /// Script that draws the figures of a page on canvases: curves over time, maps, areas, bars.
@@ -72,6 +72,17 @@ impl Answer {
     }
 }
 
+/// Returns text as HTML; what stands between `` ` `` becomes code.
+pub fn with_code(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    parts
+        .map(|(place, part)| match (place % 2, escape(part)) {
+            (0, text) => text.to_string(),
+            (_, code) => format!("<code>{code}</code>"),
+        })
+        .collect()
+}
+
 /// Returns the answers as the lead of a page, as HTML; text between `` ` `` becomes code.
 pub fn answers(answers: &[Answer]) -> String {
     let line = |answer: &Answer| {
@@ -80,14 +91,7 @@ pub fn answers(answers: &[Answer]) -> String {
             Some(false) => "<b class=\"failed\">✗</b> ",
             None => "",
         };
-        let parts = answer.text.split('`').enumerate();
-        let text: String = parts
-            .map(|(place, part)| match (place % 2, escape(part)) {
-                (0, text) => text,
-                (_, code) => format!("<code>{code}</code>"),
-            })
-            .collect();
-        format!("<p>{mark}{text}</p>")
+        format!("<p>{mark}{}</p>", with_code(&answer.text))
     };
     let lines: String = answers.iter().map(line).collect();
     format!("<div class=\"story\">{lines}</div>\n")
@@ -110,7 +114,10 @@ pub fn table(table: &Table) -> String {
         return String::new();
     }
     let word = |word: &String| cell(Some(escape(word)));
-    let row = |row: &Vec<String>| format!("<tr>{}</tr>", row.iter().map(word).collect::<String>());
+    let row = |cells: &Vec<String>| match cells.split_first() {
+        Some((name, cells)) => row(&escape(name), &cells.iter().map(word).collect::<String>()),
+        None => String::new(),
+    };
     let rows: String = table.rows.iter().map(row).collect();
     let heads = heads(table.head.iter().map(|word| escape(word)));
     wide(&html_table::table(&escape(&table.title), &heads, &rows))

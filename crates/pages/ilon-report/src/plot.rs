@@ -97,6 +97,11 @@ pub fn bars(name: &str, values: &[Option<f64>], color: &'static str) -> Curve {
 }
 
 impl Curve {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The largest magnitude of its values: of bars their lengths.
     pub fn largest(&self) -> f64 {
         let value = |(x, y): &(f64, f64)| match self.kind {

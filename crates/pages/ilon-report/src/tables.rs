@@ -13,9 +13,11 @@ use serde_json::Value;
 use super::figures::balance::TERM_COLORS;
 use super::html_table::{cell, number, row, table, wide};
 use super::input::RunInput;
-use super::page::escape;
+use super::page::{Table, escape};
 use super::provenance::Expectation;
-use super::text::{angle, angle_known, energy, length, length_known, percent, speed, time};
+use super::text::{
+    angle, angle_known, by_kind, energy, length, length_known, percent, speed, time,
+};
 
 /// Figures on tiles: each quantity of the summary by its key, with the smallest magnitude shown.
 const TILES: [(&str, f64); 6] = [
@@ -49,7 +51,8 @@ const OPEN_LOOP_TILES: [(&str, f64); 6] = [
 /// Returns a value of a quantity, in SI units, with the unit that suits its size.
 fn sized(quantity: &Quantity, value: f64) -> String {
     match quantity.unit.symbol {
-        "m" | "mm" | "mm per m" => length(value),
+        "m" | "mm" => length(value),
+        "mm per m" => format!("{}/m", length(value)),
         "m/s" | "mm/s" => speed(value),
         "deg" => angle(value),
         "s" => time(value),
@@ -101,12 +104,21 @@ fn percent_fine(x: f64) -> String {
 
 /// Returns the ledger in numbers, as HTML.
 pub(super) fn ledger_table(shown: &RunInput, summary: &Summary) -> String {
+    let header = &shown.trace.header;
     let causes: [&str; TERMS] = [
         "a task was saturated",
-        "the command compensated roller geometry in advance",
+        by_kind(
+            header,
+            "the steering was on its way",
+            "the command compensated roller geometry in advance",
+        ),
         "the controller took the robot for another than it is, or its encoders counted wrong",
         "the wheels were behind their targets, or ahead of them",
-        "the touching roller is tilted and off the wheel's middle",
+        by_kind(
+            header,
+            "the tyres are wide, and touch off their middle",
+            "the touching roller is tilted and off the wheel's middle",
+        ),
         "wheels were in the air, or carried less than others",
         "the wheels' rates belong to no one motion, so that they slid against each other",
         "the contacts slid besides",
@@ -168,8 +180,12 @@ pub(super) fn ledger_table(shown: &RunInput, summary: &Summary) -> String {
     ))
 }
 
-/// Returns the mean twist in its stages from commanded to actual, as HTML.
+/// Returns the mean twist in its stages from commanded to actual, as HTML; empty if the run ends
+/// before the window of the means begins.
 pub(super) fn twist_table(trace: &Trace, summary: &Summary) -> String {
+    if trace.header.measure_from_s >= trace.header.measure_to_s {
+        return String::new();
+    }
     let twist = |name: &str, twist: Option<Twist>| {
         let cells = [
             number(twist.map(|t| t.vx_m_s), 5),
@@ -237,8 +253,11 @@ pub(super) fn energy_table(summary: &Summary) -> String {
         )
     };
     let parts = BALANCE.iter().filter_map(|key| quantities::by_key(key));
+    // Tyres have no rollers to spin up.
+    let parts =
+        parts.filter(|part| part.key != "energy.spin_up_j" || part.value(summary) != Some(0.0));
     wide(&table(
-        "What the motors did and what came from outside, and where it went: the last six add up to the first two",
+        "What the motors did and what came from outside, and where it went: the others add up to the first two",
         "<td></td><th>J</th>",
         &parts.map(row).collect::<String>(),
     ))
@@ -294,35 +313,44 @@ pub(super) fn odometry_table(summary: &Summary) -> String {
     ))
 }
 
-/// Returns the effect of each cause on the run, the largest first.
-pub(super) fn causes_table(ablations: &[Ablation]) -> String {
-    let mut ranked: Vec<&Ablation> = ablations.iter().collect();
-    ranked.sort_by(|a, b| b.apart.most_m.total_cmp(&a.apart.most_m));
-    let rows = ranked.into_iter().map(|one| {
+/// Returns the effect of each cause on the run, in this order. A dash: less than the accuracy bears.
+pub fn causes_table(title: &str, ablations: &[&Ablation]) -> Table {
+    let row = |one: &&Ablation| {
         let [end_floor_m, floor_rad] = one.end_floor;
         let known_m = |x_m: f64, floor_m: f64| {
-            let is_told = x_m.abs() > FLOORS * floor_m;
-            cell(is_told.then(|| length_known(x_m, floor_m)))
+            (x_m.abs() > FLOORS * floor_m).then(|| length_known(x_m, floor_m))
         };
         let turned = one.apart.turned_rad;
         let turned = (turned.abs() > FLOORS * floor_rad).then(|| angle_known(turned, floor_rad));
         let slip = one.get("slip_energy_j").filter(|slip| slip.differs);
+        let name = one.cause.map_or("all of them", |cause| &cause.words);
         let cells = [
+            Some(name.to_owned()),
             known_m(one.apart.most_m, one.floor[0]),
-            cell(one.moves().then(|| time(one.apart.most_at_s))),
+            one.moves().then(|| time(one.apart.most_at_s)),
             known_m(one.apart.ahead_m, end_floor_m),
             known_m(one.apart.left_m, end_floor_m),
-            cell(turned),
-            cell(slip.map(|slip| energy(slip.difference))),
+            turned,
+            slip.map(|slip| energy(slip.difference)),
         ];
-        let name = one.cause.map_or("all of them", |cause| &cause.words);
-        row(&escape(name), &cells.concat())
-    });
-    wide(&table(
-        "The run minus the run without the cause. A dash: less than can be told, three times what half the step changes",
-        "<th>cause</th><th>apart by up to</th><th>at</th><th>at the end ahead</th><th>to the left</th><th>turned to the left</th><th>sliding cost</th>",
-        &rows.collect::<String>(),
-    ))
+        cells
+            .map(|cell| cell.unwrap_or_else(|| "-".to_owned()))
+            .to_vec()
+    };
+    let head = [
+        "cause",
+        "apart by up to",
+        "at",
+        "at the end ahead",
+        "to the left",
+        "turned to the left",
+        "sliding cost",
+    ];
+    Table {
+        title: title.to_owned(),
+        head: head.map(str::to_owned).to_vec(),
+        rows: ablations.iter().map(row).collect(),
+    }
 }
 
 /// Returns the figures of a run at its own step and at half of it, as HTML: those that moved by
@@ -505,6 +533,15 @@ mod tests {
                 "{table}"
             );
         }
+    }
+
+    /// 0.000681 m per m is 0.681 mm in each metre.
+    #[test]
+    fn a_drift_is_a_length_per_metre() {
+        let mut summary = Summary::default();
+        summary.odometry_drift_m_per_m = Some(0.000_681);
+        let tiles = tiles(&summary, &[]);
+        assert!(tiles.contains("<dd>0.681<small>mm/m</small>"), "{tiles}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Formats numbers with units for the reader.
 
+use ilon_trace::Header;
 use ilon_trace::quantities::{self, Quantity};
 
 /// Returns a number with a number of decimals, without the sign of a zero.
@@ -8,6 +9,19 @@ pub(super) fn decimals(x: f64, count: usize) -> String {
     match text.strip_prefix('-') {
         Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
         _ => text,
+    }
+}
+
+/// Returns the words for a robot on tyres alone, or those for one with rollers.
+pub(super) fn by_kind(
+    header: &Header,
+    on_tyres: &'static str,
+    with_rollers: &'static str,
+) -> &'static str {
+    if header.is_on_tyres() {
+        on_tyres
+    } else {
+        with_rollers
     }
 }
 

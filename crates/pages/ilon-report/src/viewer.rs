@@ -123,7 +123,7 @@ pub(crate) fn html(
     let wheels: Vec<&str> = header.wheels.iter().map(|w| w.name.as_str()).collect();
     stage(&Viewer {
         title: "The run",
-        label: "The robot, its rollers and its contacts in three dimensions",
+        label: "The robot, its wheels and its contacts in three dimensions",
         scene: picture.map(|picture| picture.json.as_str()),
         remarks: picture.map_or(&[], |picture| &picture.remarks),
         wheels: &wheels,
@@ -177,7 +177,7 @@ pub(crate) fn of_runs<R: Rows>(runs: &[(&str, &R)], ends_s: [f64; 2]) -> Result<
         let wheels: Vec<&str> = wheels.map(|wheel| wheel.name.as_str()).collect();
         return Ok(stage(&Viewer {
             title: &format!("{name}, and the others as ghosts"),
-            label: "The robot, its rollers and its contacts in three dimensions, and a ghost where another run was",
+            label: "The robot, its wheels and its contacts in three dimensions, and a ghost where another run was",
             scene: Some(&picture.json),
             wheels: &wheels,
             views: RUN_VIEWS,

@@ -26,6 +26,10 @@ pub struct Minimum {
     pub by_start: Vec<Option<f64>>,
     /// Number of trials.
     pub trials: u64,
+    /// The least and the largest value of each bounded quantity over the trials that ran; empty if
+    /// none ran.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bounded: Vec<[f64; 2]>,
 }
 
 /// Distance of the first trials from a start, as a share of each axis.
@@ -67,6 +71,18 @@ impl Minimise {
             .iter()
             .map(|descent| descent.tried.len() as u64)
             .sum();
+        let ran = descents.iter().flat_map(|descent| &descent.tried);
+        let ran: Vec<_> = ran.filter_map(|(_, _, trial)| trial.as_ref()).collect();
+        let ranges = (0..self.subject_to.len()).map(|index| {
+            let values = ran.iter().map(|(_, bounded)| bounded[index]);
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
+                [least.min(x), most.max(x)]
+            })
+        });
+        let bounded = match ran.is_empty() {
+            true => Vec::new(),
+            false => ranges.collect(),
+        };
         let by_start = bests
             .iter()
             .map(|best| best.as_ref().map(|best| best.0))
@@ -83,6 +99,7 @@ impl Minimise {
             place,
             by_start,
             trials,
+            bounded,
         })
     }
 
@@ -321,6 +338,12 @@ mod tests {
         };
         let found = search(&minimise(Some(never)), |x| Some((x[0], vec![x[1]])));
         assert_eq!((found.trial, found.value), (None, None));
+        let [[least, most]] = found.bounded[..] else {
+            panic!("all points ran: {found:?}");
+        };
+        assert!(0.0 <= least && least < most && most <= 1.0, "{found:?}");
+        let found = search(&minimise(Some(never)), |_| None);
+        assert_eq!(found.bounded, [[0.0; 2]; 0], "no point ran");
     }
 
     #[test]

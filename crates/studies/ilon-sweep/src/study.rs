@@ -401,7 +401,13 @@ impl Study {
                 .as_ref()
                 .map(|minimise| &minimise.quantity),
         ];
-        let asked = asked.into_iter().flatten().chain(self.file.expect.keys());
+        let kept = self
+            .file
+            .minimise
+            .iter()
+            .flat_map(|of| of.subject_to.keys());
+        let asked = asked.into_iter().flatten().chain(kept);
+        let asked = asked.chain(self.file.expect.keys());
         for name in asked {
             if !names.contains(name) {
                 names.push(name.clone());

@@ -65,6 +65,7 @@ pub(crate) fn resolve_as_given(
     let physics_dt_s = choose_step(&mut scenario, robot, (&model, &pilot))?;
     choose_contacts(&mut scenario, robot);
     let of_contacts = scenario.check_contacts(robot)?;
+    let chooses_gain = scenario.wheel_loop.proportional_n_m_s.is_none();
     let loop_period_s = wheel_loop::choose_gains(&mut scenario, &model, physics_dt_s)?;
 
     let of_file = robot.remarks.iter().filter(|remark| !remark.is_aside);
@@ -72,6 +73,12 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_scenario(&scenario, robot, &inputs.of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
+    warnings.extend(warnings::of_bandwidth(
+        &scenario,
+        &model,
+        loop_period_s,
+        chooses_gain,
+    ));
     warnings.extend(of_contacts);
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));

@@ -1,9 +1,11 @@
 //! Warnings about a scenario that can be run.
 
+use ilon_control::DynamicModel;
 use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_trace::significant;
 
 use crate::pilot::FeasibilityInTime;
-use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario};
+use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario, WheelLaw, WheelLoop};
 
 /// No pair of materials of wheels and floors has a higher friction. Chosen.
 const MOST_FRICTION: f64 = 2.0;
@@ -33,6 +35,32 @@ pub(crate) fn of_what_comes_too_late(scenario: &Scenario) -> Vec<String> {
         format!("`{key}` never happens: it begins at {from_s} s, and the run ends at {end_s} s")
     })
     .collect()
+}
+
+/// Warns of a bandwidth that was asked for, and that torques held over the loops' period do not
+/// allow: more of it changes nothing. `chooses_gain`: the gain of a PID follows from it.
+pub(crate) fn of_bandwidth(
+    scenario: &Scenario,
+    model: &DynamicModel,
+    period_s: f64,
+    chooses_gain: bool,
+) -> Option<String> {
+    let section = &scenario.wheel_loop;
+    let asked_rad_s = section.bandwidth_rad_s;
+    let acts_rad_s = match (section.law, section.proportional_n_m_s) {
+        (WheelLaw::Pid, Some(gain)) if chooses_gain => gain / model.ground_inertia_kg_m2(),
+        (WheelLaw::Pid | WheelLaw::Passive, _) => return None,
+        _ => model.bandwidth_rad_s(asked_rad_s, period_s),
+    };
+    let is_default = asked_rad_s == WheelLoop::default().bandwidth_rad_s;
+    (!is_default && acts_rad_s < 0.99 * asked_rad_s).then(|| {
+        format!(
+            "`wheel_loop.bandwidth_rad_s` = {} acts as {}: wheels that slide or hang in the air would swing under faster loops of this \
+             period and latency; shorten these, or give no more",
+            significant(asked_rad_s, 4),
+            significant(acts_rad_s, 3)
+        )
+    })
 }
 
 /// Warns of a start heading that looks like one in radians.

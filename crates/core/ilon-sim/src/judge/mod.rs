@@ -82,6 +82,7 @@ fn verdict(key: &str, bound: Option<&Bound>, words: String, summary: &Summary) -
         share_beyond: bound
             .zip(measured)
             .and_then(|(bound, measured)| bound.share_beyond(measured)),
+        is_outside: false,
         is_short: (bound.zip(measured)).is_some_and(|(bound, measured)| bound.is_above(measured)),
         held: (bound.zip(measured)).is_some_and(|(bound, measured)| bound.holds(measured)),
     }

@@ -99,6 +99,8 @@ struct Watch<'b> {
     bound: &'b SignalBound,
     limits: Bound,
     name: String,
+    /// Whether a row lies in the window, with a value or without.
+    is_inside: bool,
     /// The decisive time in seconds, and the value there.
     counts: Option<(f64, f64)>,
 }
@@ -110,6 +112,7 @@ impl<'b> Watch<'b> {
             bound,
             limits: bound.bound(),
             name,
+            is_inside: false,
             counts: None,
         };
         if !bound.signal.contains(EVERY_WHEEL) {
@@ -125,8 +128,11 @@ impl<'b> Watch<'b> {
     fn add(&mut self, chunk: &Trace) {
         let times_s = chunk.records().iter().map(|record| record.t_s);
         for (t_s, value) in times_s.zip(values(chunk, &self.name)) {
+            if !self.is_in_window(t_s) {
+                continue;
+            }
+            self.is_inside = true;
             if let Some(value) = value
-                && self.is_in_window(t_s)
                 && self.outweighs(value)
             {
                 self.counts = Some((t_s, value));
@@ -172,7 +178,13 @@ impl<'b> Watch<'b> {
             Some((_, value)) => self.limits.breach(value),
             None => f64::INFINITY,
         };
-        let verdict = verdict_of(self.bound, &self.name, self.counts, breach <= 0.0);
+        // A wheel called by its joint keeps that name.
+        let name = match self.bound.signal.contains(EVERY_WHEEL) {
+            true => &self.name,
+            false => &self.bound.signal,
+        };
+        let mut verdict = verdict_of(self.bound, name, self.counts, breach <= 0.0);
+        verdict.is_outside = !self.is_inside;
         (verdict, breach)
     }
 }
@@ -203,6 +215,7 @@ fn verdict_of(bound: &SignalBound, name: &str, row: Option<(f64, f64)>, held: bo
         at_s: row.map(|(t_s, _)| t_s),
         share_beyond: row.and_then(|(_, value)| limits.share_beyond(value)),
         is_short: row.is_some_and(|(_, value)| limits.is_above(value)),
+        is_outside: false,
         held,
     }
 }
@@ -312,15 +325,36 @@ mod tests {
         assert!(verdict(&format!("{text}until_s = 0.5")).held);
     }
 
-    /// Nothing is recorded in the window, or at all: no bound holds by that.
+    /// Nothing is recorded in the window, or at all: no bound holds by that, and which of both it
+    /// was is said.
     #[test]
     fn a_bound_on_what_was_never_seen_is_broken() {
-        for text in [
-            "signal = 'truth_x_m'\nmax = 9\nfrom_s = 5",
-            "signal = 'position_error_m'\nmax = 9",
+        for (text, why) in [
+            ("signal = 'truth_x_m'\nmax = 9\nfrom_s = 5", "in its window"),
+            (
+                "signal = 'position_error_m'\nmax = 9\nmust = 'settle'\nuntil_s = 5",
+                "in its window",
+            ),
+            ("signal = 'position_error_m'\nmax = 9", "no path to follow"),
         ] {
             let verdict = verdict(text);
             assert_eq!((verdict.held, verdict.measured), (false, None), "{text}");
+            assert!(verdict.to_string().contains(why), "{verdict}");
+        }
+    }
+
+    #[test]
+    fn a_verdict_names_a_wheel_as_the_bound_does() {
+        for signal in ["rear_rate_rad_s", "wheel1_rate_rad_s"] {
+            let mut trace = falling();
+            trace.header.wheels[1].name = "rear".to_owned();
+            let bound = format!("signal = '{signal}'\nmax = 1.5");
+            let bound: SignalBound = toml::from_str(&bound).expect("a bound");
+            let Ok(verdicts) = judge(&[bound], &trace);
+            assert_eq!(
+                (&*verdicts[0].quantity, verdicts[0].measured),
+                (signal, Some(2.0))
+            );
         }
     }
 

@@ -19,6 +19,9 @@ pub struct Verdict {
     /// Whether the value is below the bound, of which it may also be above.
     #[serde(skip)]
     pub is_short: bool,
+    /// Whether no row of the run lies in the window of a signal's bound.
+    #[serde(skip)]
+    pub is_outside: bool,
     /// Whether the bound held.
     pub held: bool,
 }
@@ -32,13 +35,16 @@ impl std::fmt::Display for Verdict {
             at_s,
             share_beyond,
             is_short,
+            is_outside,
             held,
         } = self;
         let verb = if *held { "held" } else { "failed" };
         write!(f, "{quantity} {bound} {verb}: ")?;
         let Some(measured) = measured else {
-            let why =
-                quantities::needs(quantity).map_or_else(String::new, |why| format!(": {why}"));
+            const OUTSIDE: &str = "no row of the run lies in its window; move the window, or let `run.duration_s` be longer";
+            let why = is_outside.then_some(OUTSIDE);
+            let why = why.or_else(|| quantities::needs(quantity));
+            let why = why.map_or_else(String::new, |why| format!(": {why}"));
             return write!(f, "it does not apply to this run{why}");
         };
         write!(f, "measured {}", readable(*measured, bound))?;

@@ -369,6 +369,32 @@ fn gains_of_fast_loops_bear_the_wait_for_counts() {
     assert!(most_n_m < 0.2, "{most_n_m}");
 }
 
+/// J_air / (J_ground T) bounds the bandwidth of torques held over T = 2 ms, in both kinds of laws.
+/// A bandwidth beyond it is reported with what it acts as, and that one, to its three digits, is
+/// not; a default is no question.
+#[test_case("pid"; "one a wheel")]
+#[test_case("computed_torque"; "one for all")]
+fn a_bandwidth_that_cannot_act_is_remarked_with_what_it_acts_as(law: &str) {
+    let of = |bandwidth: &str| {
+        let text = format!(
+            "run = {{ physics_dt_s = 0.002, duration_s = 0.1 }}\ntwist = {{}}\nwheel_loop = {{ law = \"{law}\", timing = \"sampled\"{bandwidth} }}"
+        );
+        let text = format!("robot.file = \"mecanum4.urdf\"\n{text}");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../assets/robots");
+        let scenario = Scenario::from_toml(&text, "bandwidth", folder).expect("a scenario");
+        let warnings = run(&scenario).expect("it runs").warnings;
+        let mut acts = warnings.into_iter().filter_map(|text| {
+            let after = text.strip_prefix("`wheel_loop.bandwidth_rad_s` = 150 acts as ")?;
+            after.split(':').next()?.parse::<f64>().ok()
+        });
+        acts.next()
+    };
+    let most_rad_s = of(", bandwidth_rad_s = 150").expect("a note");
+    assert!((10.0..30.0).contains(&most_rad_s), "{most_rad_s}");
+    assert_eq!(of(&format!(", bandwidth_rad_s = {most_rad_s}")), None);
+    assert_eq!(of(""), None);
+}
+
 /// A gain too high for rates that are a period old is reported, with the filter if there is one.
 #[test]
 fn a_gain_too_high_for_counted_rates_is_remarked() {

@@ -42,6 +42,7 @@ pub(super) fn verdicts(findings: &Findings) -> Vec<Verdict> {
         at_s: None,
         share_beyond: None,
         is_short: false,
+        is_outside: false,
         held: one.held,
     };
     findings.expectations.iter().map(verdict).collect()

@@ -236,7 +236,12 @@ fn a_named_folder_that_holds_no_scenario_is_bad_input() {
     let filtered = ["check", "some", "good.toml", "--filter", "good"];
     let printed = ended_with(0, &folder.ilon(&filtered));
     assert_eq!(count(&printed, "held"), "1");
-    ended_with(2, &folder.ilon(&["check", "some", "--filter", "good"]));
+    let printed = ended_with(2, &folder.ilon(&["check", "some", "--filter", "good"]));
+    let says = "no scenario's name contains `good`";
+    assert!(
+        printed.contains(says) && printed.contains("such as `other`"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -423,7 +428,11 @@ fn bounds_that_are_left_are_named() {
         "{said}"
     );
     assert!(said.contains("slip_energy_j.max: 0 -> "), "{said}");
-    assert_eq!(count(&said, "failed, with bounds updated"), "1", "{said}");
+    assert_eq!(
+        count(&said, "of the failed, with bounds updated"),
+        "1",
+        "{said}"
+    );
 }
 
 /// A wheel of another radius changes the commanded rates, so a bound around them has two sides.

@@ -146,6 +146,10 @@ fn causes_explain_what_is_beyond_the_robot_in_order_and_both_ways() {
         all.contains("all wheels 5 % larger than the controller takes them for"),
         "{all}"
     );
+    // Motors far below their limits show no weakness.
+    let unseen = all.split("not ruled out").nth(1);
+    let is_weak = |text: &str| text.contains("the motor of a wheel 10 % weaker");
+    assert!(unseen.is_some_and(is_weak), "{all}");
     let all = says("turn: turn -36 deg/turn");
     assert!(
         all.contains("a lever that the controller takes for 9.1 % too short"),

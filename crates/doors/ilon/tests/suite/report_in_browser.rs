@@ -95,6 +95,75 @@ fn assert_all_is_drawn(browser: &str, page: &Path, folder: &Path, least_figures:
     assert_eq!(drawn, figures, "not every figure is drawn");
 }
 
+/// Notes where each text of a figure is drawn, before the page's own scripts.
+const NOTE_TEXTS: &str = r#"<script>
+window.texts = new Map();
+const pen = CanvasRenderingContext2D.prototype;
+const { clearRect, fillText } = pen;
+pen.clearRect = function (...box) { texts.set(this.canvas, []); return clearRect.apply(this, box); };
+pen.fillText = function (text, x, y) {
+  const width = this.measureText(text).width;
+  const left = x - (this.textAlign === 'right' ? width : this.textAlign === 'center' ? width / 2 : 0);
+  const top = y - (this.textBaseline === 'middle' ? 5 : this.textBaseline === 'top' ? 0 : 10);
+  if (texts.has(this.canvas)) texts.get(this.canvas).push({ text, left, top, right: left + width });
+  return fillText.call(this, text, x, y);
+};
+</script>"#;
+
+/// The texts of figures that lie over each other, by 1 px and more of 10 px high digits, and those
+/// that mark a peak.
+const READ_TEXTS: &str = r#"<script>
+setTimeout(() => {
+  const [over, peaks] = [[], []];
+  for (const [canvas, drawn] of texts) {
+    if (!canvas.isConnected) continue;
+    drawn.forEach((a, k) => {
+      if (/ at .* s$/.test(a.text)) peaks.push(a.text);
+      for (const b of drawn.slice(0, k)) {
+        const apart = Math.max(a.left, b.left) + 1 > Math.min(a.right, b.right) || Math.abs(a.top - b.top) > 9;
+        if (!apart) over.push(a.text + ' over ' + b.text);
+      }
+    });
+  }
+  document.documentElement.dataset.over = over.join(', ');
+  document.documentElement.dataset.peaks = peaks.join(', ');
+}, 2500);
+</script>"#;
+
+/// On a straight path y spans next to nothing, but the axis far more; and a threshold far above an
+/// error is no peak of it.
+#[test]
+fn numbers_of_an_axis_do_not_lie_over_each_other_and_a_threshold_is_no_peak() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
+        return;
+    };
+    for name in ["mecanum4_forward", "mecanum4_line"] {
+        let run = run(name, 3.0);
+        let folder = tempfile::tempdir().expect("a folder to write to");
+        let page = folder.path().join("texts.html");
+        let html = ilon::report::html(&run.trace, &run.summary);
+        let html = html.replacen("<head>", &format!("<head>{NOTE_TEXTS}"), 1);
+        std::fs::write(
+            &page,
+            html.replace("</body>", &format!("{READ_TEXTS}</body>")),
+        )
+        .expect("a page");
+        let (dom, said) = opened(&browser, &page, folder.path());
+        assert!(faults(&said).is_empty(), "{said}");
+        let of = |data: &str| {
+            let at = dom.find(data).unwrap_or_else(|| panic!("no {data}")) + data.len();
+            dom[at..].split('"').next().unwrap_or_default().to_owned()
+        };
+        assert_eq!(of("data-over=\""), "", "{name}");
+        let peaks = of("data-peaks=\"");
+        assert!(
+            !peaks.contains("3.00 at") && !peaks.contains("0.0500 at"),
+            "{name}: {peaks}"
+        );
+    }
+}
+
 /// A sequence of user actions on the page, with the results as one line of text.
 const USE: &str = r#"<script>
 setTimeout(() => {

@@ -38,6 +38,12 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         }
         Question::Table { .. } => {}
     }
+    // What a note says of a varied key limits all that follows.
+    let (of_keys, others): (Vec<String>, Vec<String>) = notes(findings).partition(|note| {
+        let mut keys = study.columns().iter();
+        keys.any(|column| note.contains(&format!("`{}`", column.key)))
+    });
+    plain.extend(of_keys);
     plain.extend(trade_offs(&findings.ranges, study).map(|trade| trade.text));
     // What hardly changes stands last.
     let mut ranges: Vec<&RangeOf> = findings.ranges.iter().collect();
@@ -63,7 +69,7 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
             .iter()
             .filter_map(|one| effects(one, study)),
     );
-    plain.extend(notes(findings));
+    plain.extend(others);
     answers.extend(plain.into_iter().map(Answer::plain));
     answers
 }
@@ -84,7 +90,10 @@ fn notes(findings: &Findings) -> impl Iterator<Item = String> {
         format!("Note in {runs}: {}.", one.note.trim_end_matches('.'))
     };
     let more = findings.notes.len().saturating_sub(MOST_NOTES);
-    let more = (more > 0).then(|| format!("{more} more notes are in findings.json."));
+    let more = (more > 0).then(|| match more {
+        1 => "1 more note is in findings.json.".to_owned(),
+        _ => format!("{more} more notes are in findings.json."),
+    });
     let shown: Vec<String> = findings.notes.iter().take(MOST_NOTES).map(note).collect();
     shown.into_iter().chain(more)
 }
@@ -210,6 +219,12 @@ pub fn trade_offs(ranges: &[RangeOf], study: &Study) -> impl Iterator<Item = Tra
         });
         let parts = parts.collect::<Vec<String>>().join("; ");
         let words = format!("{name} {}", at(best));
+        let others = axes[0].0.axes.iter().filter(|axis| axis.key != key);
+        let others: Vec<String> = others.map(|axis| key_words(&axis.key, study).0).collect();
+        let over = match others.is_empty() {
+            true => String::new(),
+            false => format!(" (means over {})", others.join(", ")),
+        };
         Some(Trade {
             key: key.to_owned(),
             best: numbers[kept[best]],
@@ -222,9 +237,9 @@ pub fn trade_offs(ranges: &[RangeOf], study: &Study) -> impl Iterator<Item = Tra
                     Some([one, other].map(|of| of.quantity.clone()))
                 }),
             text: match is_best {
-                true => format!("Best is {words}: {parts}."),
+                true => format!("Best is {words}{over}: {parts}."),
                 false => format!(
-                    "No {name} is best for everything. {} is the compromise: {parts}.",
+                    "No {name} is best for everything. {} is the compromise{over}: {parts}.",
                     capital(&words)
                 ),
             },
@@ -463,9 +478,47 @@ fn found(find: &Find, found: &[FoundAt]) -> Vec<String> {
     };
     let mut lines: Vec<String> = found.iter().take(MOST_POINTS).map(sentence).collect();
     if let Some(more @ 1..) = found.len().checked_sub(MOST_POINTS) {
-        lines.push(format!("{more} more are in the table below."));
+        let is = if more == 1 { "is" } else { "are" };
+        lines.push(format!("{more} more {is} in the table below."));
     }
     lines
+}
+
+/// Why no point is within the bounds. `bounded`: the least and the largest value of each bounded
+/// quantity over the points that ran; empty if none ran.
+fn kept_none(minimise: &Minimise, bounded: &[[f64; 2]]) -> String {
+    if bounded.is_empty() {
+        return "could be run".to_owned();
+    }
+    let broken = minimise.subject_to.iter().zip(bounded);
+    let broken = broken.flat_map(|((quantity, bound), [least, most])| {
+        let value = |value: f64| value_of(quantity, value);
+        let over = bound.max.filter(|max| least > max);
+        let over = over.map(|max| {
+            format!(
+                "{quantity} <= {}: the least was {}",
+                value(max),
+                value(*least)
+            )
+        });
+        let under = bound.min.filter(|min| most < min);
+        let under = under.map(|min| {
+            format!(
+                "{quantity} >= {}: the most was {}",
+                value(min),
+                value(*most)
+            )
+        });
+        over.into_iter().chain(under)
+    });
+    let broken: Vec<String> = broken.collect();
+    match broken.is_empty() {
+        true => {
+            let all: Vec<&str> = minimise.subject_to.keys().map(String::as_str).collect();
+            format!("kept all bounds at once, those on {}", all.join(", "))
+        }
+        false => format!("kept {}", broken.join("; ")),
+    }
 }
 
 fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
@@ -477,15 +530,11 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
         ..
     } = at_minimum;
     let (Some(value), Some(run)) = (minimum.value, run) else {
-        let bounds: Vec<&str> = minimise.subject_to.keys().map(String::as_str).collect();
-        let within = match bounds.is_empty() {
-            true => String::new(),
-            false => format!(" within the bounds on {}", bounds.join(", ")),
-        };
         return format!(
-            "No minimum of {} was found: none of {} points could be run{within}.",
+            "No minimum of {} was found: none of {} points {}.",
             named(quantity),
-            minimum.trials
+            minimum.trials,
+            kept_none(minimise, &minimum.bounded)
         );
     };
     let bests = minimum.by_start.iter().flatten();
@@ -653,6 +702,61 @@ mod tests {
             (said(&one), apart(&one)),
             (vec![(3.0, words.to_owned())], None)
         );
+    }
+
+    /// Where several keys vary, the figures at a value of one are means over the others.
+    #[test]
+    fn a_compromise_names_the_keys_over_which_it_is_a_mean() {
+        let level = |value: f64, mean: f64| serde_json::json!({ "value": value, "mean": mean });
+        let end = serde_json::json!({ "value": 1.0, "run": 0, "values": {} });
+        let range: RangeOf = serde_json::from_value(serde_json::json!({
+            "quantity": "position_error_rms_m", "scenario": "a.toml", "runs": 9, "mean": 2.0,
+            "least": end, "largest": end, "axes": [
+                { "key": "a.gain", "levels": [level(1.0, 4e-3), level(2.0, 2e-3), level(3.0, 1e-3)] },
+                { "key": "b.bandwidth_per_s", "levels": [level(1.0, 2e-3), level(2.0, 2e-3)] },
+            ],
+        }))
+        .unwrap();
+        let shipped = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../../assets/studies/friction_path_loss.toml"
+        );
+        let study = Study::load(shipped).unwrap();
+        let said = trade_offs(&[range], &study).next().unwrap().text;
+        assert_eq!(
+            said,
+            "Best is gain 3 (means over bandwidth): rms position error 1 mm, the least."
+        );
+    }
+
+    #[test]
+    fn no_minimum_says_which_bound_no_point_kept_and_how_near_one_came() {
+        let minimise: Minimise = serde_json::from_value(serde_json::json!({
+            "quantity": "slip_energy_j",
+            "subject_to": { "travelled_m": { "min": 2 }, "wheel_torque_max_n_m": { "max": 1.2 } },
+        }))
+        .unwrap();
+        let said = |bounded: &[[f64; 2]]| {
+            let found = serde_json::json!({
+                "quantity": "slip_energy_j", "values": {}, "run": null, "trial": null, "value": null,
+                "place": [], "by_start": [null], "trials": 16, "bounded": bounded,
+            });
+            least(&minimise, &serde_json::from_value(found).unwrap())
+        };
+        let start = "No minimum of energy lost to sliding was found: none of 16 points ";
+        let of_torque = "kept wheel_torque_max_n_m <= 1.2 N m: the least was 1.5 N m.";
+        assert_eq!(
+            said(&[[1.0, 3.0], [1.5, 1.5]]),
+            format!("{start}{of_torque}")
+        );
+        let of_way = said(&[[0.5, 1.0], [1.0, 1.5]]);
+        assert!(
+            of_way.ends_with("kept travelled_m >= 2 m: the most was 1 m."),
+            "{of_way}"
+        );
+        // Each bound is kept somewhere.
+        assert!(said(&[[1.0, 3.0], [1.0, 1.5]]).contains("kept all bounds at once"));
+        assert_eq!(said(&[]), format!("{start}could be run."));
     }
 
     #[test]

@@ -238,12 +238,17 @@ fn robot(header: &Header) -> BTreeMap<String, String> {
             ("radius", shown(wheel.radius_m, "m")),
             ("x", shown(x_m, "m")),
             ("y", shown(y_m, "m")),
-            ("gamma", shown(wheel.gamma_rad.to_degrees(), "deg")),
-            ("rollers", wheel.roller_count.to_string()),
             ("torque limit", torque),
             ("rate limit", rate),
         ];
-        for (what, value) in of_wheel {
+        let rolls = match wheel.has_tyre() {
+            true => vec![("tyre width", shown(wheel.width_m, "m"))],
+            false => vec![
+                ("gamma", shown(wheel.gamma_rad.to_degrees(), "deg")),
+                ("rollers", wheel.roller_count.to_string()),
+            ],
+        };
+        for (what, value) in of_wheel.into_iter().chain(rolls) {
             found.insert(format!("robot: {} {what}", wheel.name), value);
         }
     }

@@ -183,7 +183,8 @@ fn figure_row(comparison: &Comparison, quantity: &Quantity, heading: Option<&str
     let cells: String = (0..comparison.runs.len())
         .map(|index| {
             cell(value(index).map(|x| {
-                let first = first.filter(|_| index > 0);
+                // A change below what figures bear is none.
+                let first = first.filter(|_| ranking::differs(comparison, quantity, index));
                 let against = first.and_then(|first| ranking::change(quantity, first, x));
                 let against =
                     against.map_or_else(String::new, |text| format!(" <small>{text}</small>"));
@@ -314,6 +315,10 @@ mod tests {
             cell(Some("3.0000 <small>+50.0 %</small>".to_owned())),
         ];
         assert!(row.contains(&cells.concat()), "{row}");
+        // Half a percent is less than two runs can be told apart by.
+        compared.runs[1].summary.end_x_m = Some(2.01);
+        let row = figure_row(&compared, quantity, None);
+        assert!(row.contains(&cell(Some("2.0100".to_owned()))), "{row}");
     }
 
     #[test]

@@ -31,7 +31,7 @@ const MIXED: &str = "regressed in one, improved in another";
 /// others are within the noise.
 pub fn verdicts(comparison: &Comparison) -> Vec<(&'static str, Vec<Named>)> {
     let verdict = |named: &Named| {
-        let differ = |run: &usize| weight(comparison, named.quantity, *run) > SAME;
+        let differ = |run: &usize| differs(comparison, named.quantity, *run);
         let gains = (1..comparison.runs.len()).filter(differ).filter_map(|run| {
             let summaries = [0, run].map(|run| &comparison.runs[run].summary);
             let [first, other] = summaries.map(|summary| named.quantity.value(summary));
@@ -115,6 +115,11 @@ fn ranked(comparison: &Comparison, weight: impl Fn(&Named) -> f64) -> Vec<Named>
         .collect();
     weighed.sort_by(|a, b| b.0.total_cmp(&a.0));
     weighed.into_iter().map(|(_, named)| named).collect()
+}
+
+/// Whether a figure of a run differs from that of the first by more than figures bear.
+pub fn differs(comparison: &Comparison, quantity: &Quantity, run: usize) -> bool {
+    weight(comparison, quantity, run) > SAME
 }
 
 /// Returns how much a figure of a run differs from that of the first: the logarithm of their ratio,

@@ -10,7 +10,7 @@ use crate::figure::{
 };
 use crate::input::RunInput;
 use crate::story::{Budget, PARTS};
-use crate::text::{label, length};
+use crate::text::{by_kind, label, length};
 
 /// A component of the ledger, such as its x.
 type Quantity = fn(&Integral) -> f64;
@@ -27,6 +27,9 @@ pub(crate) const TERM_COLORS: [&str; TERMS] = [
     "@slip",
     "@incline",
 ];
+
+/// Colour names of what leads from the total to the error at the end: its start, and guidance.
+const CLOSING_COLORS: [&str; 2] = ["@asked", "@correction"];
 
 /// Terms that the table beside the figures rounds to zero draw no figure.
 const LEAST_MM: f64 = 5e-3;
@@ -92,7 +95,7 @@ pub(crate) fn ledger(shown: &RunInput, summary: &Summary) -> Vec<Figure> {
 /// The error budget: what moved the robot off its reference up to the worst instant, and what moved
 /// it back.
 pub(crate) fn budget(budget: &Budget) -> Figure {
-    let colors = std::iter::once("@asked").chain(TERM_COLORS);
+    let colors = std::iter::once("@correction").chain(TERM_COLORS);
     // A part below a hundredth of the error is invisible as a bar.
     let least_m = 0.01 * budget.error_m;
     let mut rows: Vec<(String, f64, &'static str)> = Vec::new();
@@ -105,7 +108,7 @@ pub(crate) fn budget(budget: &Budget) -> Figure {
         }
     }
     if budget.rest_m.abs() > least_m {
-        rows.push(("between rows".to_owned(), budget.rest_m, "@limit"));
+        rows.push(("between rows".to_owned(), budget.rest_m, "@muted"));
     }
     rows.push((
         "error at the worst instant".to_owned(),
@@ -153,7 +156,7 @@ pub(crate) fn energy(shown: &RunInput) -> Figure {
         let kept = evenly(points.len(), 800).into_iter().map(|k| points[k]);
         exact_curve(name, kept, solid(color).width(0.8)).stacked()
     };
-    let traces = vec![
+    let mut traces = vec![
         stacked(
             label("energy.slip_j"),
             &mut of(|r, _| r.slip_energy_j),
@@ -194,11 +197,21 @@ pub(crate) fn energy(shown: &RunInput) -> Figure {
             dashed("@limit"),
         ),
     ];
+    if trace.header.is_on_tyres() {
+        traces.retain(|curve| curve.name() != label("energy.spin_up_j"));
+    }
+    let lost_to = by_kind(
+        &trace.header,
+        "sliding,",
+        "sliding, to spinning up rollers,",
+    );
     Figure::over_time(
         "energy",
         "Where the motors' work went",
-        "Lost to sliding, to spinning up rollers, bearings and landing, or stored as motion. The line is the motors' work \
-         with that of pushes and payloads; what lies between it and the stack is the solver's own loss or gain.",
+        format!(
+            "Lost to {lost_to} bearings and landing, or stored as motion. The line is the motors' work with that of pushes and payloads; \
+             what lies between it and the stack is the solver's own loss or gain."
+        ),
         traces,
         axis("energy in J"),
     )
@@ -230,7 +243,7 @@ fn bars_of(
         (*name, values)
     });
     let end = closing.next_back();
-    for ((name, values), color) in closing.zip(["@asked", "@limit"]) {
+    for ((name, values), color) in closing.zip(CLOSING_COLORS) {
         let values: Vec<_> = values.into_iter().map(Some).collect();
         curves.push(bars(name, &values, color));
     }
@@ -299,6 +312,29 @@ mod tests {
         assert_eq!(lengths, [-20.0, 30.0, -2.0, 91.5, 100.0], "{bars:?}");
         let named = [bars[1].0.as_str(), bars[2].0.as_str(), bars[3].0.as_str()];
         assert_eq!(named, [PARTS[1], PARTS[2], PARTS[8]]);
+    }
+
+    /// In a pile of bars colours alone tell which is which.
+    #[test]
+    fn bars_of_one_row_have_colours_of_their_own_in_both_themes() {
+        let themes: Vec<&str> = include_str!("../web/style.css")
+            .split(":root")
+            .skip(1)
+            .collect();
+        for theme in &themes[..2] {
+            let value = |name: &&str| {
+                let key = format!("--{}: #", name.trim_start_matches('@'));
+                let at = theme.find(&key).unwrap_or_else(|| panic!("no {key}")) + key.len();
+                &theme[at..at + 6]
+            };
+            let colors: Vec<&str> = TERM_COLORS
+                .iter()
+                .chain(&CLOSING_COLORS)
+                .map(value)
+                .collect();
+            let distinct: std::collections::BTreeSet<_> = colors.iter().collect();
+            assert_eq!(distinct.len(), colors.len(), "{colors:?}");
+        }
     }
 
     #[test]

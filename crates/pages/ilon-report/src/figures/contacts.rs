@@ -11,15 +11,20 @@ use crate::figure::{
     wheel_pen,
 };
 use crate::input::RunInput;
-use crate::text::round_up;
+use crate::text::{by_kind, round_up};
 
 /// Sliding speed of each wheel's contact over time.
 pub(crate) fn slip_speed(shown: &RunInput) -> Figure {
     Figure::over_time(
         "slip-speed",
         "Sliding speed",
-        "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load \
-         going from roller to roller; a plateau is a wheel that really slides.",
+        by_kind(
+            &shown.trace.header,
+            "How fast the tyre slides over the floor. Low speeds are creep, which every push and every curve needs; a plateau is a wheel \
+             that really slides.",
+            "How fast the touching roller slides over the floor. A comb at the roller passing rate is the load going from roller to \
+             roller; a plateau is a wheel that really slides.",
+        ),
         each_wheel(shown, OfWheel::SlipSpeed, |v| 1e3 * v),
         axis("sliding speed in mm/s").from_zero().least_span(2.0),
     )
@@ -42,8 +47,13 @@ pub(crate) fn tangential_force(shown: &RunInput) -> Figure {
     Figure::over_time(
         "tangential-force",
         "Push of each wheel",
-        "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' \
-         ripple take; wheels that push against each other show here.",
+        by_kind(
+            &shown.trace.header,
+            "The tangential force of the floor, its magnitude. At steady speed it is what bearings take; wheels that push against each \
+             other show here.",
+            "The tangential force of the floor, its magnitude. At steady speed it is what bearings and the rollers' ripple take; wheels \
+             that push against each other show here.",
+        ),
         each_wheel(shown, OfWheel::TangentialForce, |v| v),
         axis("tangential force in N").from_zero().least_span(0.1),
     )
@@ -76,8 +86,12 @@ pub(crate) fn residual(shown: &RunInput) -> Figure {
     Figure::over_time(
         "residual",
         "Residual of equation (5)",
-        "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the \
-         roller passing rate is geometry; what is left beside it is slip.",
+        by_kind(
+            &shown.trace.header,
+            "How far each wheel is from rolling perfectly at the middle of its tyre.",
+            "How far each wheel is from rolling perfectly on a roller that points straight down. Its swing at the roller passing rate is \
+             geometry; what is left beside it is slip.",
+        ),
         each_wheel(shown, OfWheel::Residual, |v| 1e3 * v),
         axis("residual in mm/s").least_span(1.0),
     )
@@ -128,8 +142,12 @@ pub(crate) fn polar(shown: &RunInput) -> Figure {
     Figure::new(
         "slip-polar",
         "Slip around the wheel",
-        "Rms sliding speed against the wheel's angle. As many lobes as rollers: slip comes from the \
-         hand-over. One lobe: a wheel out of round or a single bad roller. A circle: plain sliding.",
+        by_kind(
+            header,
+            "Rms sliding speed against the wheel's angle. One lobe: a wheel out of round. A circle: plain sliding.",
+            "Rms sliding speed against the wheel's angle. As many lobes as rollers: slip comes from the hand-over. One lobe: a wheel out of \
+             round or a single bad roller. A circle: plain sliding.",
+        ),
         plot(curves, layout("", "").equal().bare()),
     )
     .height_px(400)

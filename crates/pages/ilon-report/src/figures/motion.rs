@@ -276,7 +276,7 @@ pub(crate) fn odometry(shown: &RunInput) -> Vec<Figure> {
             "odometry",
             "Dead reckoning",
             "The path by the wheel rates alone, by the ideal kinematics (7) and by the kinematics of \
-             the rollers that really touch.",
+             what really touches the floor.",
             map,
         )
         .height_px(400),

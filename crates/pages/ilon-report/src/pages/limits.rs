@@ -93,11 +93,14 @@ pub fn by_motion(limits: &Limits) -> Table {
     }
 }
 
-/// Rounds to a thousandth, and small numbers to three digits.
+/// Rounds to three digits: friction and masses are known to a percent at best.
 fn number(x: f64) -> String {
-    match x == 0.0 || x.abs() >= 0.1 {
-        true => format!("{x:.3}"),
-        false => significant(x, 3).to_string(),
+    match x.abs() {
+        size if size >= 100.0 => format!("{x:.0}"),
+        size if size >= 10.0 => format!("{x:.1}"),
+        size if size >= 1.0 => format!("{x:.2}"),
+        size if size == 0.0 || size >= 0.1 => format!("{x:.3}"),
+        _ => significant(x, 3).to_string(),
     }
 }
 
@@ -106,8 +109,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_accelerations_keep_three_digits() {
-        assert_eq!(number(1.23456), "1.235");
+    fn limits_have_three_digits() {
+        assert_eq!(number(123.456), "123");
+        assert_eq!(number(50.349), "50.3");
+        assert_eq!(number(-1.23456), "-1.23");
         assert_eq!(number(0.1), "0.100");
         assert_eq!(number(0.000_423_49), "0.000423");
         assert_eq!(number(0.0), "0.000");

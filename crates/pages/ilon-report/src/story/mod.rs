@@ -21,8 +21,8 @@ pub(crate) use measured::{Measured, apart};
 
 use crate::accumulate::OfRobot;
 use crate::input::RunInput;
-use crate::page::escape;
-use crate::text::{angle, angle_known, capital, length, length_to, time};
+use crate::page::{escape, with_code};
+use crate::text::{angle, angle_known, by_kind, capital, length, length_to, time};
 pub(crate) use posture::Stance;
 
 /// Number of sentences at which further costs are omitted.
@@ -235,7 +235,9 @@ fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
 fn on_purpose(header: &Header) -> Option<String> {
     let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
     let faults = header.faults.iter().flatten();
-    let words: Vec<String> = faults.map(|fault| escape(&fault.words(name_of))).collect();
+    let words: Vec<String> = faults
+        .map(|fault| with_code(&fault.words(name_of)))
+        .collect();
     let more = words.len().saturating_sub(MOST_OF_A_KIND);
     let mut told = words[..words.len() - more].to_vec();
     if more > 0 {
@@ -246,7 +248,7 @@ fn on_purpose(header: &Header) -> Option<String> {
 
 /// Reports the controller's wrong parameters, if the run was not repeated without them.
 fn believed(header: &Header) -> Option<String> {
-    let belief = escape(header.belief.as_ref()?);
+    let belief = with_code(header.belief.as_ref()?);
     Some(format!(
         "The controller <b>took the robot for another</b>: {belief}."
     ))
@@ -315,7 +317,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
         }
         "correction by guidance" => "the guidance's corrections",
         "slip" => "sliding contacts",
-        "geometry" => "the rollers' geometry",
+        "geometry" => by_kind(header, "the tyres' width", "the rollers' geometry"),
         "lift-off" => "wheels in the air, or with little load,",
         "conflict" => "wheels that contradict each other",
         "servo" if budget.ahead_m > CLEARLY * servo_m.abs() => {

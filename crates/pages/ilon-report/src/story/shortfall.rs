@@ -4,8 +4,7 @@ use ilon_robot::{Pose, Twist};
 use ilon_trace::ledger::Terms;
 use ilon_trace::{Change, FaultKind, Header, Record, Summary, Twin, WheelHeader, WheelSample};
 
-use crate::text::capital;
-use crate::text::{angle, length, percent, time};
+use crate::text::{angle, by_kind, capital, length, percent, time};
 
 /// Wheels whose motion of the robot is below this, in m/s or rad/s, stand still: a robot that moves
 /// anyway was carried.
@@ -513,10 +512,7 @@ fn of_stretch(
 /// Returns the name of what the command adds in advance: of tyres that are steered, how far they
 /// are off the angles of the twist.
 pub(super) fn compensation(header: &Header) -> &'static str {
-    match header.is_on_tyres() {
-        true => "the steering error",
-        false => "the command's compensation",
-    }
+    by_kind(header, "the steering error", "the command's compensation")
 }
 
 /// Returns the loss by each term that is large enough to show, each preceded by a comma.

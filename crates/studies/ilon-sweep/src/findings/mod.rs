@@ -327,37 +327,52 @@ fn failures(rows: &[Row]) -> Vec<Failures> {
     failures
 }
 
+/// Splits a note on a named part, such as "wheel `a`: too short", into the part and the rest. Other
+/// notes have colons too, within their sentences.
+fn of_part(note: &str) -> Option<(&str, &str)> {
+    let (part, said) = note.split_once(": ")?;
+    let kind = part.strip_suffix('`')?.split_once('`')?.0;
+    let is_kind = |c: char| c.is_ascii_lowercase() || c == ' ';
+    kind.chars().all(is_kind).then_some((part, said))
+}
+
 fn notes(rows: &[Row]) -> Vec<Notes> {
+    /// The most parts that are named; chosen.
+    const MOST_PARTS: usize = 4;
     let without_numbers = |note: &str| -> String {
         note.chars()
             .filter(|c| !c.is_ascii_digit() && *c != '.')
             .collect()
     };
-    let mut notes: BTreeMap<String, Notes> = BTreeMap::new();
+    let mut notes: BTreeMap<String, (Notes, BTreeSet<&str>)> = BTreeMap::new();
     for row in rows {
-        // The same of several wheels is one.
-        let said = |note: &str| match note.split_once(": ") {
-            Some((_, said)) => without_numbers(said),
-            None => without_numbers(note),
-        };
-        let kinds = row.notes.iter().map(|note| (said(note), note));
-        for (kind, note) in kinds.collect::<BTreeMap<_, _>>() {
-            let known = notes.entry(kind).or_insert_with(|| Notes {
-                note: note.clone(),
-                count: 0,
-                first_run: row.run,
+        let mut counted = BTreeSet::new();
+        for note in &row.notes {
+            let (part, said) = of_part(note).map_or((None, note.as_str()), |(p, s)| (Some(p), s));
+            let kind = without_numbers(said);
+            let (known, parts) = notes.entry(kind.clone()).or_insert_with(|| {
+                let known = Notes {
+                    note: said.to_owned(),
+                    count: 0,
+                    first_run: row.run,
+                };
+                (known, BTreeSet::new())
             });
-            // Of several wheels it is of none by name.
-            let subject = |note: &str| note.split_once(": ").map(|(subject, _)| subject.to_owned());
-            if subject(&known.note) != subject(note)
-                && let Some((_, said)) = note.split_once(": ")
-            {
-                known.note = said.to_owned();
-            }
-            known.count += 1;
+            parts.extend(part);
+            known.count += u64::from(counted.insert(kind));
         }
     }
-    let mut notes: Vec<Notes> = notes.into_values().collect();
+    let named = |(mut known, parts): (Notes, BTreeSet<&str>)| {
+        let more = parts.len().saturating_sub(MOST_PARTS);
+        let first: Vec<&str> = parts.into_iter().take(MOST_PARTS).collect();
+        let more = (more > 0).then(|| format!(" and {more} more"));
+        if !first.is_empty() {
+            let more = more.unwrap_or_default();
+            known.note = format!("{}{more}: {}", first.join(", "), known.note);
+        }
+        known
+    };
+    let mut notes: Vec<Notes> = notes.into_values().map(named).collect();
     notes.sort_by(|a, b| b.count.cmp(&a.count).then(a.first_run.cmp(&b.first_run)));
     notes
 }
@@ -476,4 +491,62 @@ fn means(study: &Study, rows: &[&Row], quantity: usize) -> Vec<Option<f64>> {
     }
     let mean = |(sum, count): (f64, f64)| (count == repetitions).then(|| sum / count);
     sums.into_iter().map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(run: u64, notes: &[&str]) -> Row {
+        Row {
+            run,
+            key: "k".to_owned(),
+            status: Status::Done,
+            error: None,
+            scenario: "s".to_owned(),
+            point: run,
+            repetition: 0,
+            values: Vec::new(),
+            trace_hash: None,
+            notes: notes.iter().map(|note| (*note).to_owned()).collect(),
+            figures: Vec::new(),
+        }
+    }
+
+    /// Only numbers and the part that a note begins with may differ.
+    #[test]
+    fn a_note_keeps_its_subject_and_names_all_parts_that_have_it() {
+        const FAST: &str = "the motion is too fast for 6.0 % of the run. At 0.50 s wheel `rr` needs 120 % of its grip on the \
+                            floor: all wheels together need 102 % of theirs; drive slower";
+        let faster = FAST.replace("102", "130");
+        let rows = [
+            row(3, &[FAST, "wheel `fl`: 2 gaps", "wheel `rr`: 1 gaps"]),
+            row(4, &[&faster, "wheel `fr`: 7 gaps"]),
+            row(5, &["the rollers of the wheel `fl`: too many"]),
+        ];
+        let found: Vec<(String, u64, u64)> = notes(&rows)
+            .into_iter()
+            .map(|of| (of.note, of.count, of.first_run))
+            .collect();
+        let gaps = "wheel `fl`, wheel `fr`, wheel `rr`: 2 gaps".to_owned();
+        let of_rollers = "the rollers of the wheel `fl`: too many".to_owned();
+        let mut expected = vec![(gaps, 2, 3), (FAST.to_owned(), 2, 3), (of_rollers, 1, 5)];
+        expected.sort();
+        let mut sorted = found.clone();
+        sorted.sort();
+        assert_eq!(sorted, expected);
+        assert_eq!(found[2].1, 1, "the most frequent first");
+        let of_six: Vec<String> = (0..6)
+            .map(|wheel| format!("wheel `w{wheel}`: gaps"))
+            .collect();
+        let of_six: Vec<&str> = of_six.iter().map(String::as_str).collect();
+        let [one] = &notes(&[row(0, &of_six)])[..] else {
+            panic!("one note for all wheels");
+        };
+        assert!(
+            one.note.ends_with("wheel `w3` and 2 more: gaps"),
+            "{}",
+            one.note
+        );
+    }
 }

@@ -288,7 +288,12 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
     };
     let also = checked.iter().filter(rewritten).count();
     if also > 0 {
-        table.row("failed, with bounds updated", Some(also as f64), 0, "");
+        table.row(
+            "of the failed, with bounds updated",
+            Some(also as f64),
+            0,
+            "",
+        );
     }
     table
 }

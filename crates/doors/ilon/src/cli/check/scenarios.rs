@@ -60,11 +60,21 @@ pub(super) fn find(
     let is_named = |one: &CheckedFile| paths.contains(&one.path);
     found.retain(|one| is_named(one) || kind(&one.path, files) != Some(Kind::Robot));
     let meets = |name: &Path| filter.is_none_or(|text| name.to_string_lossy().contains(text));
+    let first = found.first().map(|one| one.name.display().to_string());
     found.retain(|one| one.refused.is_some() || meets(&one.name));
+    if let (true, Some(text), Some(first)) = (found.is_empty(), filter, first) {
+        return Err(Failure::usage(
+            format!("no scenario's name contains `{}`", one_line(text)),
+            format!(
+                "give --filter a part of a name, such as `{}`",
+                one_line(&first)
+            ),
+        ));
+    }
     if found.is_empty() {
         return Err(Failure::usage(
             "there is no scenario to check",
-            "name a scenario file, or a folder with `.toml` files, and a --filter that one of them meets",
+            "name a scenario file, or a folder with `.toml` files, which are no robots",
         ));
     }
     label(&mut found);

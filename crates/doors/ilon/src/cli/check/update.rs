@@ -289,6 +289,7 @@ mod tests {
             at_s: None,
             share_beyond: None,
             is_short: false,
+            is_outside: false,
             held: false,
         }
     }

@@ -71,10 +71,12 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         }
         false => {
             let anyway: String = seen.iter().map(|one| anyway(one, &healthy)).collect();
-            format!(
-                "{anyway}{}",
-                fits(&ranked, seen.iter().all(Seen::is_nothing))
-            )
+            let is_nothing = seen.iter().all(Seen::is_nothing);
+            let unseen = match is_nothing {
+                true => String::new(),
+                false => unseen(&ranked),
+            };
+            format!("{anyway}{}{unseen}", fits(&ranked, is_nothing))
         }
     };
     console::lines(&tables)?;
@@ -257,6 +259,35 @@ fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
         );
     }
     table
+}
+
+/// The suspects that do nothing in the motions with an observation, as these are simulated: a weak
+/// motor shows only where it reaches its limit. Empty if there are none.
+fn unseen(ranked: &[(Suspect, Option<Fit>)]) -> String {
+    let is_small = |drift: &Drift| {
+        let [floor_m, floor_rad] = drift.floor;
+        drift.ahead_m.hypot(drift.left_m) <= floor_m && drift.turned_rad.abs() <= floor_rad
+    };
+    let mut words: Vec<String> = Vec::new();
+    for (suspect, _) in ranked {
+        let mut tried = suspect.drifts.iter().flatten().peekable();
+        let does_nothing = tried.peek().is_some() && tried.all(is_small);
+        // The same of each wheel is one.
+        let general = match &suspect.wheel {
+            Some(wheel) => suspect.words.replace(wheel.as_str(), "a wheel"),
+            None => suspect.words.clone(),
+        };
+        if does_nothing && !words.contains(&general) {
+            words.push(general);
+        }
+    }
+    match words.is_empty() {
+        true => String::new(),
+        false => format!(
+            "\nnot ruled out, as they do nothing at the speed and acceleration of the simulated motion: {}\n",
+            words.join("; ")
+        ),
+    }
 }
 
 fn as_json((suspect, fit): &(Suspect, Option<Fit>)) -> Value {

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use ilon_files::FileAccess;
+use ilon_report::{CAUSES, causes_table};
 use ilon_trace::Rows;
-use ilon_trace::effects::{self, Ablation, FLOORS};
+use ilon_trace::effects::{self, Ablation};
 use serde_json::{Value, json};
 
 use super::arguments::{Arguments, OUT};
@@ -47,7 +48,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         ablations.iter().partition(|one| one.helped());
     let helpers = match helped.is_empty() {
         true => String::new(),
-        false => format!("\n{}", table(HELPERS, helped)),
+        false => format!("\n{}", table(HELPERS, &helped)),
     };
     if arguments.json {
         let causes: Vec<Value> = ablations.iter().map(as_json).collect();
@@ -57,7 +58,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
         console::lines(&format!(
             "{}\n{}{}\nwritten to {}: report.html, summary.json, trace.parquet, scenario.toml\n",
             sentences(&answer),
-            table(CAUSES, culprits),
+            table(CAUSES, &culprits),
             helpers,
             path_in_line(folder.path()),
         ))?;
@@ -68,42 +69,11 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     Ok(Outcome::Done)
 }
 
-const CAUSES: &str = "the run minus the run without the cause: apart by up to, mm; at the end ahead, mm, to the left, mm, turned to the left, deg; sliding, J. \
-     A dash is less than can be told";
 const HELPERS: &str = "what helped: without it the robot would have been further off";
 
-/// One row per cause: how far it moved the robot on the way and at the end.
-fn table(heading: &str, ablations: Vec<&Ablation>) -> Table {
+fn table(heading: &str, ablations: &[&Ablation]) -> Table {
     let mut table = Table::new();
-    table.heading(heading);
-    let told = |x: f64, floor: f64, per_si: f64, decimals: usize| match x.abs() > FLOORS * floor {
-        true => format!("{:.decimals$}", per_si * x),
-        false => "-".to_owned(),
-    };
-    table.columns::<&Ablation>(
-        &[
-            ("apart", &|one| told(one.apart.most_m, one.floor[0], 1e3, 2)),
-            ("ahead", &|one| {
-                told(one.apart.ahead_m, one.end_floor[0], 1e3, 2)
-            }),
-            ("left", &|one| {
-                told(one.apart.left_m, one.end_floor[0], 1e3, 2)
-            }),
-            ("turned", &|one| {
-                told(one.apart.turned_rad, one.end_floor[1], 1f64.to_degrees(), 3)
-            }),
-            ("sliding", &|one| {
-                let slip = one.get("slip_energy_j").filter(|slip| slip.differs);
-                slip.map_or("-".to_owned(), |slip| format!("{:.3}", slip.difference))
-            }),
-        ],
-        ablations.into_iter().map(|one| {
-            let name = one
-                .cause
-                .map_or("all of them", |cause| cause.words.as_str());
-            (name, one)
-        }),
-    );
+    table.of(&causes_table(heading, ablations));
     table
 }
 

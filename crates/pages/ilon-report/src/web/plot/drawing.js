@@ -22,6 +22,9 @@ class Drawing extends Frame {
     const bare = this.spec.bare;
     const top = bare ? 6 : this.spec.y.title ? 22 : 8;
     const bottom = height - (bare ? 6 : 38);
+    // Equal axes show more of y than its data span; the labels take some of the width.
+    const LABELS = 40;
+    if (this.spec.equal && !bare) y = this.equalise(x, y, width - 22 - LABELS, bottom - top)[1];
     const yTicks = rows || bare ? null : this.spec.y.log ? logTicks(...y) : ticks(...y, (bottom - top) / 42);
     const labelWidth = yTicks ? Math.max(...yTicks.values.map((v) => pen.measureText(yTicks.show(v)).width), 12) : 0;
     const [left, right] = [bare || rows ? 8 : labelWidth + 10, width - 12];
@@ -198,7 +201,7 @@ class Drawing extends Frame {
     for (const [edge, sign, at] of [[y[1], 1, top], [y[0], -1, bottom]]) {
       let [where, worst] = [null, edge];
       for (const curve of this.curves) {
-        if (curve.hidden) continue;
+        if (curve.hidden || isLevel(curve)) continue;
         for (let k = 0; k < curve.x.length; k++) {
           if (sign * curve.y[k] > sign * worst) [where, worst] = [curve.x[k], curve.y[k]];
         }

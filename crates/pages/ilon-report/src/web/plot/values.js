@@ -47,6 +47,11 @@ function logTicks(low, high) {
   return { values, show: (value) => String(Number(value.toPrecision(2))) };
 }
 
+// A threshold or a limit: constant over the whole run.
+function isLevel({ x, y }) {
+  return x.length === 2 && y[0] === y[1];
+}
+
 // Where the last value lies that is not later; the columns of curves over time rise.
 function before(x, t) {
   let low = 0;
