@@ -314,6 +314,25 @@ mod tests {
         }
     }
 
+    /// Starts that end further apart than 4e-5 of a wheel's radius, here 2 um, make the run chaotic:
+    /// changes by chance count three times, so that 20 mm are no effect beside one of 4 mm.
+    #[test]
+    fn where_starts_end_apart_the_floor_is_three_times_as_high() {
+        for (beside_m, differs) in [(1e-6, true), (1e-5, false)] {
+            let summary = with_twins(|alone| {
+                vec![
+                    twin(Change::HalfStep, alone, 0.004),
+                    twin(Change::StartBeside(0), alone, beside_m),
+                    twin(without("load"), alone, 0.02),
+                ]
+            });
+            let effect = summary.effects.get("load", "end_x_m").expect("an effect");
+            assert_eq!(effect.differs, differs, "{effect:?}");
+            let floor_m = if differs { 0.004 } else { 0.012 };
+            assert!((effect.floor - floor_m).abs() < 1e-12, "{effect:?}");
+        }
+    }
+
     #[test]
     fn what_causes_do_together_is_what_the_sum_of_each_leaves() {
         let summary = with_twins(|alone| {

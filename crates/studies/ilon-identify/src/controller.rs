@@ -12,7 +12,7 @@ use crate::directions::contact;
 use crate::model::{Parameter, is_held, named_wheels, stands_for_steered};
 use crate::outcome::{Controller, ControllerKind, Gains, Value, WheelSetting};
 use crate::scatter::Interval;
-use crate::steered::ahead;
+use crate::steered::{ahead, is_hold};
 
 /// Rollers within this angle of the controller's assumption agree with it, in radians.
 const WITHIN_RAD: f64 = 0.02;
@@ -63,8 +63,13 @@ pub fn kind(robot: &Robot) -> Option<ControllerKind> {
         let [one, left, right] = [one, left, right].map(|at| &wheels[*at]);
         let across = (left.position_m() - right.position_m()).xy();
         let off = one.position_m() - 0.5 * (left.position_m() + right.position_m());
-        let n = left.axis();
-        let is_parallel = n.perp(&right.axis()).abs() < WITHIN_RAD
+        // A wheel that stands for a tyre's hold alone rolls along its axle.
+        let axle = |wheel: &Wheel| match is_hold(wheel) {
+            true => ahead(wheel),
+            false => wheel.axis(),
+        };
+        let n = axle(left);
+        let is_parallel = n.perp(&axle(right)).abs() < WITHIN_RAD
             && n.dot(&across).abs() > (1.0 - WITHIN) * across.norm();
         // In the direction in which it drives at an angle of 0.
         let is_ahead = off.xy().dot(&ahead(one)) > 0.0;

@@ -192,6 +192,32 @@ fn the_wheelbase_of_a_tricycle_is_found_without_a_column_of_the_wheels_behind() 
     assert_eq!(kind, Some(ilon_identify::outcome::ControllerKind::Tricycle));
 }
 
+/// A wheel that steers behind its axle is no `tricycle_controller`'s: its turns would be the other
+/// way round.
+#[test]
+fn a_wheel_that_steers_behind_its_axle_has_no_such_controller() {
+    let modules = [Module {
+        name: "drive",
+        at_m: [-0.65, 0.0],
+        left_m: 0.0,
+        radius_m: 0.06,
+        zero_deg: 0.0,
+    }];
+    let twist = |t_s: f64| {
+        let omega = 0.5 * libm::sin(0.5 * t_s);
+        [0.3, 0.2 * omega, omega]
+    };
+    let log = table(&modules, twist, 60.0);
+    let behind = "[set.robot.spec]\nwheels = [\n\
+                  { name = \"drive\", position_m = [-0.65, 0], steered = true },\n\
+                  { name = \"left\", position_m = [-0.2, 0.18], driven = false },\n\
+                  { name = \"right\", position_m = [-0.2, -0.18], driven = false },\n]\n";
+    let found = study("tricycle.toml", &modules, &log, behind).unwrap();
+    assert_eq!(found.controller.kind, None);
+    assert!(found.is_held);
+    assert!(found.nominal.position_rms_m < 1e-4, "{:?}", found.nominal);
+}
+
 /// Steering that is logged otherwise than the file counts is refused with what to write.
 #[test]
 fn steering_that_counts_otherwise_is_told() {
