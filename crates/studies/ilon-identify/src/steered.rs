@@ -14,7 +14,7 @@ use ilon_robot::{Robot, Wheel, wrap_angle};
 use ilon_sim::Error;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 
-use crate::log::{Format, Log};
+use crate::log::Log;
 
 /// A wheel of a log, and what stands for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,17 +93,16 @@ pub(crate) fn needs_column(robot: &Robot, wheel: &Wheel) -> bool {
 }
 
 impl Unsteered {
-    /// Returns the wheels that stand for those of a robot in logs of a format.
+    /// Returns the wheels that stand for those of a robot in logs that have columns of some.
     ///
     /// # Errors
     /// A steered wheel on rollers.
-    pub fn new(robot: &Robot, format: &Format) -> Result<Self, Error> {
+    pub fn new(robot: &Robot, is_logged: impl Fn(&str) -> bool) -> Result<Self, Error> {
         if !is_steered(robot) {
             let parts = (0..robot.wheels.len()).map(Part::Plain).collect();
             let robot = robot.clone();
             return Ok(Self { robot, parts });
         }
-        let is_logged = |wheel: &Wheel| format.wheels.contains_key(&wheel.name);
         let mut parts = Vec::new();
         let mut wheels = Vec::new();
         for (index, wheel) in robot.wheels.iter().enumerate() {
@@ -123,7 +122,7 @@ impl Unsteered {
                     parts.push(Part::Steered(module));
                     wheels.extend(pair);
                 }
-                None if !needs_column(robot, wheel) && !is_logged(wheel) => {
+                None if !needs_column(robot, wheel) && !is_logged(&wheel.name) => {
                     parts.push(Part::Hold);
                     wheels.push(Wheel {
                         name: String::new(),
