@@ -364,32 +364,24 @@ fn must_be_lengths(model: &Model, values: &[f64], robot: &Robot) -> Result<(), E
         )
     };
     let fitted = model.parameters.iter().zip(values);
-    for (of, value) in fitted
-        .clone()
-        .filter(|(of, value)| is_length(of) && **value > 0.0)
-    {
-        let nominal = of.nominal(robot);
+    for (of, value) in fitted.filter(|(of, _)| is_length(of)) {
+        let (name, nominal) = (of.name(robot), of.nominal(robot));
+        if value.is_nan() || *value <= 0.0 {
+            return Err(Error::invalid(
+                format!("the runs give `{name}` = {value:.4}, but it must be above 0"),
+                "look for a run whose end has the wrong sign, or axes exchanged: x is ahead, y to the left, headings count to the left",
+            ));
+        }
         if !(0.5 * nominal..=2.0 * nominal).contains(value) {
             return Err(Error::invalid(
                 format!(
-                    "the runs give `{}` = {value:.4}, but the robot's file has {nominal:.4}",
-                    of.name(robot)
+                    "the runs give `{name}` = {value:.4}, but the robot's file has {nominal:.4}"
                 ),
                 "give lengths in metres and angles in degrees, wheels in radians, and the file what the robot was built with",
             ));
         }
     }
-    let mut fitted = fitted;
-    match fitted.find(|(of, value)| is_length(of) && (value.is_nan() || **value <= 0.0)) {
-        None => Ok(()),
-        Some((of, value)) => Err(Error::invalid(
-            format!(
-                "the runs give `{}` = {value:.4}, but it must be above 0",
-                of.name(robot)
-            ),
-            "look for a run whose end has the wrong sign, or axes exchanged: x is ahead, y to the left, headings count to the left",
-        )),
-    }
+    Ok(())
 }
 
 /// Returns half of a 95 % interval from the stated errors, widened if the runs scatter by more.
