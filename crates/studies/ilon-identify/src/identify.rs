@@ -282,7 +282,7 @@ fn apart_deg(a: f64, b: f64) -> f64 {
 
 fn nominal_model() -> ModelFile {
     ModelFile {
-        name: "as it is known".to_owned(),
+        name: "nominal values".to_owned(),
         free: Vec::new(),
     }
 }

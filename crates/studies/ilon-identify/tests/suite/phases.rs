@@ -157,7 +157,7 @@ fn try_found(
     let study = format!(
         "robot = {:?}\nseed = {}\ntracker = []\n[log]\ntime = {{ column = \"t\", unit = \"s\" }}\nx = {{ column = \"x\", unit = \"m\" }}\n\
          y = {{ column = \"y\", unit = \"m\" }}\nheading = {{ column = \"heading\", unit = \"rad\" }}\n[log.wheels]\n{columns}\
-         [set]\n{STEPS}[[models]]\nname = \"as it is known\"\nfree = []\n\
+         [set]\n{STEPS}[[models]]\nname = \"nominal values\"\nfree = []\n\
          [simulate]\nsteps = 3\n{simulate}\n[simulate.free]\n{} = {{ from = {}, to = {} }}\n{runs}",
         robot(case),
         seed - 1,

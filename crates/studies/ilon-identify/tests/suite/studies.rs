@@ -149,7 +149,7 @@ fn the_tricycle_ends_nearer_by_the_zero_of_its_steering() {
         let model = found.models.iter().find(|model| model.name == name);
         model.unwrap().held_out.end_position_rms_m
     };
-    let [known, lengths, all] = ["as it is known", "radius and lever", &found.model].map(of);
+    let [known, lengths, all] = ["nominal values", "radius and lever", &found.model].map(of);
     assert!(known > 0.9 && lengths > 0.8, "{known} {lengths}");
     assert!(all < 0.02 * 5.9, "{all}");
     let zero = &found.parameters["steering_deg.drive"];

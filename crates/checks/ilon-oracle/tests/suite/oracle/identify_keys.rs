@@ -91,7 +91,7 @@ fn found(logs: &[Log], robot: &Robot, seed: u64, folder: &Path) -> Identified {
          y = {{ column = \"y\", unit = \"m\" }}\nheading = {{ column = \"heading\", unit = \"rad\" }}\n[log.wheels]\n{columns}\
          [set]\nrun.physics_dt_s = 2e-3\nrun.control_dt_s = 0.02\nrobot.roller_bodies = \"near\"\nworld.floor.friction = {FRICTION}\n\
          rollers.length_factor = 1.3\nrollers.tread.stiffness_n_m = 1e6\nrollers.tread.damping_n_s_m = {}\nrollers.tread.shear_damping_n_s_m = {}\n\
-         [[models]]\nname = \"as it is known\"\nfree = []\n\
+         [[models]]\nname = \"nominal values\"\nfree = []\n\
          [simulate]\ndrive_s = {LOG_S}\nphases = 4\nleast_error = 3e-4\n[simulate.free]\n{KEY} = {{ from = 4e4, to = 2e6, scale = \"log\" }}\n{runs}",
         robot_file(ROBOT),
         law.normal_damping_n_s_m,
