@@ -3,13 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ilon_control::{Gain, Guidance, GuidanceSettings, Reference, Saturation, Task};
+use ilon_control::Reference;
 use ilon_formats::{Loaded, link_tree};
 use ilon_robot::{Pose, Robot, Twist, VisualMeshes, roll_pitch_yaw};
 use ilon_scene::{Contact, Description, Frame, WheelFrame, shapes_of_bodies};
-use ilon_sim::simulate::{
-    Decided, Driver, Plant, Recorder, WheelCommand, guidance, load, resolve_for,
-};
+use ilon_sim::simulate::{Driver, Followed, Pilot, Plant, Recorder, load, resolve_for};
 use ilon_sim::{Scenario, scenario};
 use ilon_trace::{Header, Record, WheelSample};
 use serde::Serialize;
@@ -25,10 +23,7 @@ pub struct Session {
     looks: VisualMeshes,
     plant: Plant,
     recorder: Recorder,
-    /// Follows the reference, with the scenario's reference point.
-    guidance: Guidance,
-    /// Follows a commanded twist, with the body's origin as the reference point.
-    by_hand: Guidance,
+    pilot: Pilot,
     /// Current settings of the guidance.
     section: scenario::Guidance,
     wheel_rate_limit_rad_s: f64,
@@ -43,10 +38,7 @@ pub struct Session {
     restarts: u64,
     /// Simulated time over all drives, in seconds.
     t_s: f64,
-    rates_rad_s: Vec<f64>,
     asked: Twist,
-    /// Whether a limit on wheel rates took anything of what was asked last.
-    is_limited: bool,
     /// Number of commands, and the simulated time of the last one.
     heard: (u64, f64),
     /// Number of joint commands.
@@ -104,16 +96,7 @@ impl Session {
         let Loaded { robot, urdf, .. } = loaded;
         let resolved = resolve_for(scenario, &robot, Driver::Own)?;
         let scenario = resolved.scenario();
-        let section = &scenario.guidance;
-        let wheel_rate_limit_rad_s = resolved.wheel_rate_limit_rad_s();
-        let by_hand = GuidanceSettings {
-            position_gain: Gain::Scalar(section.position_gain_per_s),
-            heading_gain: section.heading_gain_per_s,
-            wheel_rate_limit_rad_s,
-            saturation: Saturation::Prioritised(section.priority.unwrap_or_default().into()),
-        };
         let plant = Plant::new(&resolved, &robot)?;
-        let kinematics = plant.kinematics().clone();
         let friction = plant.floor_friction();
         Ok(Self {
             scenario: scenario.clone(),
@@ -121,11 +104,10 @@ impl Session {
             urdf,
             looks,
             plant,
-            guidance: guidance(section, kinematics.about(resolved.reference_point_m())?)?,
-            by_hand: Guidance::new(kinematics, &by_hand)?,
+            pilot: Pilot::of(&resolved, &robot, None)?,
             reference: resolved.reference().cloned(),
-            section: section.clone(),
-            wheel_rate_limit_rad_s,
+            section: scenario.guidance.clone(),
+            wheel_rate_limit_rad_s: resolved.wheel_rate_limit_rad_s(),
             friction,
             payload_kg: 0.0,
             control_dt_s: resolved.control_dt_s(),
@@ -135,9 +117,7 @@ impl Session {
             resets: 0,
             restarts: 0,
             t_s: 0.0,
-            rates_rad_s: vec![0.0; robot.wheels.len()],
             asked: Twist::default(),
-            is_limited: false,
             heard: (0, 0.0),
             joints_heard: 0,
             watchdog_acts: false,
@@ -267,44 +247,24 @@ impl Session {
             self.plant.push([x_n, y_n, 0.0], None, self.control_dt_s)?;
         }
         self.recorder.trace_mut().clear();
+        self.follow(controls)?;
+        let t_s = self.plant.time_s();
         let seen = self.plant.observe();
         self.recorder.reckon(&seen.wheel_angles_rad);
-        let pose = seen.pose;
-        let desired = self
-            .reference
-            .as_ref()
-            .filter(|_| controls.mode == Mode::Reference)
-            .map(|reference| reference.at(self.plant.time_s()));
-        let granted = match &desired {
-            Some(desired) => {
-                let command = self.guidance.update(&pose, desired);
-                self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
-                self.is_limited = command.is_limited;
-                let [asked, granted] = [command.twist_in_body, command.saturated_twist_in_body];
-                let point_m = self.guidance.kinematics().reference_point_m();
-                self.asked = of_origin(asked, point_m.into());
-                of_origin(granted, point_m.into())
-            }
-            None => self.follow_hand(controls),
-        };
+        self.pilot.decide(t_s, seen);
+        self.plant.steer(self.pilot.steering());
+        let decided = self.pilot.decided(t_s, self.plant.truth().pose);
+        self.asked = decided.command_twist_in_body;
         if let Some(drive) = &mut self.drive {
-            drive.push((self.plant.time_s(), self.asked));
+            drive.push((t_s, self.asked));
         }
-        let decided = Decided {
-            desired,
-            command_twist_in_body: self.asked,
-            granted_twist_in_body: granted,
-            is_limited: self.is_limited,
-            wheel_rates_rad_s: &self.rates_rad_s,
-            ..Decided::default()
-        };
         self.recorder.record(self.t_s, &self.plant, &decided);
         let recorder = &mut self.recorder;
-        let advanced = self.plant.advance_watched(
-            WheelCommand::Rates(&self.rates_rad_s),
-            self.control_dt_s,
-            |world, dt_s| recorder.count(world, dt_s),
-        );
+        let advanced =
+            self.plant
+                .advance_watched(self.pilot.command(), self.control_dt_s, |world, dt_s| {
+                    recorder.count(world, dt_s)
+                });
         if let Err(error) = advanced.map(|_| ()) {
             self.reset()?;
             return Err(error.into());
@@ -361,10 +321,15 @@ impl Session {
         });
     }
 
-    /// Sets wheel rates from the last command; returns the limited twist. A command expires when it
-    /// is older than [`WATCHDOG`] both in real and in simulated time, so it holds in slow, fast and
-    /// stepped time.
-    fn follow_hand(&mut self, controls: &Controls) -> Twist {
+    /// Has the pilot follow what is asked now: the reference, or the last command. A command expires
+    /// when it is older than [`WATCHDOG`] both in real and in simulated time, so it holds in slow,
+    /// fast and stepped time.
+    fn follow(&mut self, controls: &Controls) -> Result<(), LiveError> {
+        if controls.mode == Mode::Reference
+            && let Some(reference) = &self.reference
+        {
+            return Ok(self.pilot.follow(Followed::Reference(reference))?);
+        }
         if controls.commands != self.heard.0 {
             self.heard = (controls.commands, self.t_s);
         }
@@ -381,48 +346,43 @@ impl Session {
                 .push(format!("no command for {limit_s} s: the robot stops"));
         }
         self.watchdog_acts = is_old;
-        match command {
-            Command::Wheels(rates) if !is_old => self.follow_wheels(rates),
-            Command::Twist(twist) if !is_old => self.follow_twist(*twist),
-            _ => self.follow_twist(Twist::default()),
-        }
+        let rates_rad_s;
+        let followed = match command {
+            Command::Twist(twist) if !is_old => Followed::Twist(*twist),
+            Command::Wheels(asked) if !is_old => {
+                rates_rad_s = self.within_limit(asked);
+                let rates = rates_rad_s.as_deref();
+                rates.map_or(Followed::Twist(Twist::default()), Followed::Rates)
+            }
+            _ => Followed::Twist(Twist::default()),
+        };
+        Ok(self.pilot.follow(followed)?)
     }
 
-    fn follow_twist(&mut self, twist_in_body: Twist) -> Twist {
-        let priority = self.section.priority.map(Into::into);
-        let command = self
-            .by_hand
-            .command(&Task::of_twist(twist_in_body, priority));
-        self.rates_rad_s.copy_from_slice(&command.wheel_rates_rad_s);
-        self.asked = command.twist_in_body;
-        self.is_limited = command.is_limited;
-        command.saturated_twist_in_body
-    }
-
-    fn follow_wheels(&mut self, rates_rad_s: &[f64]) -> Twist {
-        let wheels = self.rates_rad_s.len();
-        if rates_rad_s.len() != wheels {
-            let found = rates_rad_s.len();
-            let name = &self.plant.robot().name;
+    /// Wheel rates within their limit, in rad/s, with a note of each that was not; `None` if their
+    /// number is not that of the wheels.
+    fn within_limit(&mut self, rates_rad_s: &[f64]) -> Option<Vec<f64>> {
+        let robot = self.plant.robot();
+        let (found, wheels) = (rates_rad_s.len(), robot.wheels.len());
+        if found != wheels {
+            let name = &robot.name;
             self.notes.push(format!(
                 "{found} wheel rates came for {name}, which has {wheels} wheels: it stops"
             ));
-            return self.follow_twist(Twist::default());
+            return None;
         }
         let most_rad_s = self.wheel_rate_limit_rad_s;
-        for (wheel, asked) in rates_rad_s.iter().enumerate() {
-            let taken = asked.clamp(-most_rad_s, most_rad_s);
+        let taken = |asked: &f64| asked.clamp(-most_rad_s, most_rad_s);
+        for (wheel, asked) in robot.wheels.iter().zip(rates_rad_s) {
+            let taken = taken(asked);
             if taken != *asked {
-                let name = &self.plant.robot().wheels[wheel].name;
+                let name = &wheel.name;
                 self.notes.push(format!(
                     "{name} is commanded {asked:.3} rad/s, which is out of range: {taken:.3} rad/s is taken"
                 ));
             }
-            self.rates_rad_s[wheel] = taken;
         }
-        self.is_limited = self.rates_rad_s != rates_rad_s;
-        self.asked = self.plant.kinematics().twist(rates_rad_s);
-        self.plant.kinematics().twist(&self.rates_rad_s)
+        Some(rates_rad_s.iter().map(taken).collect())
     }
 
     /// Applies changed settings.
@@ -446,8 +406,7 @@ impl Session {
                 section.position_gain_matrix_per_s = None;
             }
             (section.position_gain_per_s, section.heading_gain_per_s) = (position, heading);
-            let kinematics = self.guidance.kinematics().clone();
-            self.guidance = guidance(&self.section, kinematics)?;
+            self.pilot.tune(&self.section)?;
         }
         if controls.payload_kg != self.payload_kg {
             self.payload_kg = controls.payload_kg;
@@ -482,6 +441,8 @@ impl Session {
         }
         self.plant.carry(self.payload_kg)?;
         self.recorder = Recorder::of_plant(&self.plant, &self.urdf)?;
+        self.pilot = Pilot::of(self.plant.resolved(), self.plant.robot(), None)?;
+        self.pilot.tune(&self.section)?;
         self.restarts += 1;
         // A recorded drive begins at the start.
         self.drive.iter_mut().for_each(Vec::clear);
@@ -564,14 +525,5 @@ impl Session {
                 (desired.position_m() - truth.pose.position_m()).norm()
             }),
         }
-    }
-}
-
-/// Returns the twist of the body frame's origin from that of one of its points, in metres.
-fn of_origin(twist: Twist, [x_m, y_m]: [f64; 2]) -> Twist {
-    Twist {
-        vx_m_s: twist.vx_m_s + twist.omega_rad_s * y_m,
-        vy_m_s: twist.vy_m_s - twist.omega_rad_s * x_m,
-        ..twist
     }
 }

@@ -308,7 +308,14 @@ impl Limiter {
                     "limits of acceleration are where wheels begin to slide, and `{}` rolls on a tyre, which slides in every turn",
                     wheel.name
                 ),
-                "sweep `twist.ramp_s` (`ilon sweep`), and look at `friction_used_max` and the way's error",
+                match scenario.reference {
+                    Some(_) => {
+                        "leave out `reference.timing`, sweep the reference's speed (`ilon sweep`), and look at `friction_used_max` and the way's error"
+                    }
+                    None => {
+                        "sweep `twist.ramp_s` (`ilon sweep`), and look at `friction_used_max` and the way's error"
+                    }
+                },
             ));
         }
         // The limits are those on its plane.

@@ -44,7 +44,7 @@ impl Pilot {
                 let rates = |twist, out: &mut [f64]| kinematics.wheel_rates(twist, out);
                 log.fastest_rate_rad_s(rates, kinematics.wheel_count())
             }
-            Planned::Own(..) => None,
+            Planned::Rates(_) | Planned::Own(..) => None,
         }
     }
 
@@ -115,7 +115,7 @@ impl Pilot {
                 let [now, then] = [t_s, t_s + OVER_S].map(|t_s| profile.at(t_s));
                 Some((now, (then + now.scaled(-1.0)).scaled(1.0 / OVER_S)))
             }
-            Planned::Log(_) | Planned::Own(..) => None,
+            Planned::Rates(_) | Planned::Log(_) | Planned::Own(..) => None,
         }
     }
 

@@ -23,7 +23,7 @@ use crate::pilot::modules::Modules;
 use crate::sensing::hubs::Hubs;
 use crate::sensing::sensors::Measurements;
 use ilon_scenario::course::command::{Commanded, Decided, JointCommand, WheelCommand};
-use ilon_scenario::course::playback::{Asked, Log, Placing};
+use ilon_scenario::course::playback::{Asked, Log, Placing, Played};
 use ilon_scenario::scenario::{self, ReferencePoint, Scenario};
 use ilon_scenario::{Error, Resolved};
 
@@ -48,8 +48,12 @@ pub struct Pilot {
     hubs: Option<Hubs>,
     /// Of a robot with steered wheels.
     modules: Option<Modules>,
+    /// Whether the last decision sent them anywhere.
+    aims: bool,
     /// Of a robot that follows a reference and cannot move sideways.
     tracking: Option<PathTracking>,
+    /// Gains, limits and tasks of the guidance.
+    section: scenario::Guidance,
     /// Control period, in seconds.
     period_s: f64,
     decision: Decision,
@@ -63,10 +67,23 @@ pub struct Pilot {
 enum Planned {
     Reference(Box<Reference>),
     Twist(TwistProfile),
+    /// Constant wheel rates, in rad/s.
+    Rates(Vec<f64>),
     /// The commands of a log to the wheels or the body.
     Log(Arc<Log>),
     /// A caller's controller, and the scenario's reference, if it has one.
     Own(Box<dyn Controller>, Option<Box<Reference>>),
+}
+
+/// What a person has the robot follow, in place of what the scenario asks.
+#[derive(Clone, Copy, Debug)]
+pub enum Followed<'a> {
+    /// A reference, under the guidance.
+    Reference(&'a Reference),
+    /// A twist of the body's origin, in the body frame.
+    Twist(Twist),
+    /// Wheel rates, in rad/s; steered wheels stay where they are sent.
+    Rates(&'a [f64]),
 }
 
 /// A controller written by the caller, in place of the guidance. It receives the measurements of
@@ -128,48 +145,34 @@ impl Pilot {
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
         let known = resolved.believed(robot);
-        let tracked = (
-            resolved.reference().cloned(),
-            resolved.choices().played.log.clone(),
-        );
+        let tracked = (resolved.reference().cloned(), &resolved.choices().played);
         let kinematics = resolved.kinematics(known)?;
         Self::new(resolved.scenario(), tracked, kinematics, known, controller)
     }
 
     /// The pilot of a resolved scenario, for the believed robot and its kinematics; `tracked` is
-    /// the reference, and `log` the log.
+    /// the reference, and `played` the log.
     pub fn new(
         scenario: &Scenario,
-        (tracked, log): (Option<Reference>, Option<Arc<Log>>),
+        (tracked, played): (Option<Reference>, &Played),
         (kinematics, contact_kinematics): (Kinematics, ContactKinematics),
         robot: &Robot,
         controller: Option<Box<dyn Controller>>,
     ) -> Result<Self, Error> {
-        let section = &scenario.guidance;
         let wheel_count = kinematics.wheel_count();
         let tracked = tracked.map(Box::new);
         let twist = scenario.twist.clone().unwrap_or_default();
-        let motion = match (controller, tracked, &log) {
+        let motion = match (controller, tracked, &played.log) {
             (Some(controller), tracked, _) => Planned::Own(controller, tracked),
             (None, Some(reference), _) => Planned::Reference(reference),
             (None, None, Some(log)) => Planned::Log(Arc::clone(log)),
             (None, None, None) => Planned::Twist(TwistProfile::new(&twist)),
         };
-        let about_origin = kinematics.clone();
-        let tracking = match motion {
-            Planned::Reference(_) => PathTracking::new(&kinematics, section.position_gain_per_s)?,
-            _ => None,
-        };
-        // An open-loop twist, like any twist of a scenario, is that of the origin.
-        let kinematics = match (&motion, &tracking, section.reference_point) {
-            (Planned::Twist(_) | Planned::Log(_), ..) => kinematics,
-            (_, Some(tracking), _) => kinematics.about(tracking.point_m())?,
-            (_, None, ReferencePoint::Origin) => kinematics,
-            (_, None, point) => kinematics.about(point_m(point, &kinematics))?,
-        };
+        let section = &scenario.guidance;
+        let (guidance, tracking) = law(&motion, section, &kinematics)?;
         Ok(Self {
             motion,
-            guidance: guidance(section, kinematics)?,
+            guidance,
             priority: section.priority.map(Into::into),
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
@@ -179,13 +182,15 @@ impl Pilot {
             torques_n_m: vec![0.0; wheel_count],
             commanded: Commanded::Rates,
             robot: robot.clone(),
-            kinematics: about_origin,
+            kinematics,
             hubs: Hubs::that_move(robot),
-            modules: Modules::of(robot, scenario),
+            modules: Modules::of(robot, scenario, played),
+            aims: false,
             tracking,
+            section: section.clone(),
             period_s: scenario.run.control_dt_s,
             decision: Decision::default(),
-            log,
+            log: played.log.clone(),
             placing: None,
         })
     }
@@ -193,6 +198,7 @@ impl Pilot {
     /// Makes a new decision from the time and the measurements.
     pub fn decide(&mut self, t_s: f64, seen: &Measurements) {
         self.stand(&seen.joint_positions);
+        self.aims = false;
         if let Some(contact) = &mut self.contact {
             contact.update(&seen.wheel_angles_rad);
         }
@@ -219,13 +225,16 @@ impl Pilot {
             }
             Planned::Twist(profile) => {
                 let twist = profile.at(t_s);
-                self.command_twist(twist);
-                self.aim_modules(&seen.joint_positions);
+                self.command_twist(twist, &seen.joint_positions);
+            }
+            Planned::Rates(rates) => {
+                self.torques_n_m.copy_from_slice(rates);
+                self.command_wheels(Commanded::Rates);
             }
             Planned::Log(log) => {
                 let asked = log.ask(t_s, &seen.wheel_angles_rad, &mut self.torques_n_m);
                 match asked {
-                    Asked::Twist(twist) => self.command_twist(twist),
+                    Asked::Twist(twist) => self.command_twist(twist, &seen.joint_positions),
                     Asked::Rates => self.command_wheels(Commanded::Rates),
                     Asked::Torques => self.command_wheels(Commanded::Torques),
                 }
@@ -262,8 +271,41 @@ impl Pilot {
         self.motion = Planned::Twist(TwistProfile::of(twist_in_body));
     }
 
-    /// Commands the rates of a twist of the body's origin.
-    fn command_twist(&mut self, twist_in_body: Twist) {
+    /// Follows something else from the next decision on.
+    ///
+    /// # Errors
+    /// If the robot cannot be guided like this.
+    pub fn follow(&mut self, followed: Followed<'_>) -> Result<(), Error> {
+        match (&mut self.motion, followed) {
+            (Planned::Reference(_), Followed::Reference(_)) => return Ok(()),
+            (Planned::Twist(_), Followed::Twist(twist)) => {
+                self.steer(twist);
+                return Ok(());
+            }
+            (_, Followed::Reference(reference)) => {
+                self.motion = Planned::Reference(Box::new(reference.clone()));
+            }
+            (_, Followed::Twist(twist)) => self.steer(twist),
+            (_, Followed::Rates(rates)) => self.motion = Planned::Rates(rates.to_vec()),
+        }
+        (self.log, self.decision) = (None, Decision::default());
+        self.commanded = Commanded::Rates;
+        self.tune(&self.section.clone())
+    }
+
+    /// Guides by other gains, limits and tasks from the next decision on.
+    ///
+    /// # Errors
+    /// If the robot cannot be guided like this.
+    pub fn tune(&mut self, section: &scenario::Guidance) -> Result<(), Error> {
+        (self.guidance, self.tracking) = law(&self.motion, section, &self.kinematics)?;
+        self.priority = section.priority.map(Into::into);
+        self.section = section.clone();
+        Ok(())
+    }
+
+    /// Commands the rates of a twist of the body's origin, and the angles of steered wheels.
+    fn command_twist(&mut self, twist_in_body: Twist, joint_positions: &[f64]) {
         let twist_in_body = self.kinematics.reachable(twist_in_body);
         let tasks = Task::of_twist(twist_in_body, self.priority);
         let command = match &self.contact {
@@ -274,6 +316,7 @@ impl Pilot {
             .copy_from_slice(&command.wheel_rates_rad_s);
         self.decision.take(command, None);
         self.roll_along();
+        self.aim_modules(joint_positions);
     }
 
     /// Updates the wheels' places from the positions of joints between bodies, in rad or m. If no
@@ -311,6 +354,7 @@ impl Pilot {
             let twist = self.decision.granted_twist_in_body;
             let known = (&self.kinematics, hubs.body_from_hubs());
             modules.aim(twist, known, (joint_positions, self.period_s));
+            self.aims = true;
             for (wheel, rate_rad_s) in modules.turning_along(&self.kinematics) {
                 // In place of what was measured of it, which is late.
                 let measured_rad_s = -hubs.carried_rad()[wheel] / self.period_s;
@@ -320,10 +364,9 @@ impl Pilot {
     }
 
     /// Where the pilot sends the joints that steer wheels, by their indices among the robot's
-    /// joints; nowhere if a log or a user's controller drives.
+    /// joints; nowhere if wheel rates, a log of wheels or a user's controller drives.
     pub fn steering(&self) -> impl Iterator<Item = (usize, JointCommand)> {
-        let steers = matches!(self.motion, Planned::Reference(_) | Planned::Twist(_));
-        let modules = self.modules.iter().filter(move |_| steers);
+        let modules = self.modules.iter().filter(|_| self.aims);
         modules.flat_map(Modules::commands)
     }
 
@@ -354,7 +397,7 @@ impl Pilot {
 
     /// A remark on the first twist of a schedule to which a module cannot turn from where it
     /// starts; `None` if all can, and without a schedule.
-    pub fn beyond_steering(&self, scenario: &Scenario) -> Option<String> {
+    pub fn beyond_steering(&self) -> Option<String> {
         let Planned::Twist(profile) = &self.motion else {
             return None;
         };
@@ -363,7 +406,7 @@ impl Pilot {
         let beyond = |twist: Twist| {
             let twist = self.kinematics.reachable(twist);
             let known = (&self.kinematics, &hubs[..]);
-            let joint = Modules::of(&self.robot, scenario)?.aim(twist, known, (&positions, 0.0))?;
+            let joint = self.modules.clone()?.aim(twist, known, (&positions, 0.0))?;
             Some((twist, joint))
         };
         let (twist, joint) = profile.held().find_map(beyond)?;
@@ -455,17 +498,39 @@ impl Pilot {
     pub fn task_names(&self) -> Vec<&'static str> {
         match &self.motion {
             Planned::Reference(_) => self.guidance.task_names().collect(),
-            Planned::Twist(_) | Planned::Log(_) | Planned::Own(..) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
     /// Start of the window of the means, in seconds.
     pub fn measure_from_s(&self) -> f64 {
         match &self.motion {
-            Planned::Reference(_) | Planned::Log(_) | Planned::Own(..) => 0.0,
             Planned::Twist(profile) => profile.settled_s(),
+            _ => 0.0,
         }
     }
+}
+
+/// The guidance of a motion, about the point that it moves, for kinematics about the origin.
+fn law(
+    motion: &Planned,
+    section: &scenario::Guidance,
+    kinematics: &Kinematics,
+) -> Result<(Guidance, Option<PathTracking>), Error> {
+    let tracking = match motion {
+        Planned::Reference(_) => PathTracking::new(kinematics, section.position_gain_per_s)?,
+        _ => None,
+    };
+    // Any other motion than a reference is that of the origin.
+    let point_m = match (motion, &tracking) {
+        (Planned::Reference(_), Some(tracking)) => tracking.point_m(),
+        (Planned::Reference(_) | Planned::Own(..), None) => {
+            point_m(section.reference_point, kinematics)
+        }
+        _ => Vector2::zeros(),
+    };
+    let guidance = guidance(section, kinematics.about(point_m)?)?;
+    Ok((guidance, tracking))
 }
 
 /// A point of the body frame, in metres.
@@ -525,7 +590,7 @@ mod tests {
         let contact = ContactKinematics::new(&robot).expect("it drives");
         Pilot::new(
             resolved.scenario(),
-            (resolved.reference().cloned(), None),
+            (resolved.reference().cloned(), &Played::default()),
             (kinematics, contact),
             &robot,
             None,

@@ -16,6 +16,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use ilon_control::Kinematics;
 use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
 use ilon_scenario::course::command::JointCommand;
+use ilon_scenario::course::playback::Played;
 use ilon_scenario::scenario::{Joint, Scenario};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
@@ -28,9 +29,11 @@ const STILL_M_S: f64 = 1e-3;
 const PAIR_TURNS_S: f64 = 0.1;
 
 /// The modules of a robot that the pilot steers.
+#[derive(Clone, Debug)]
 pub(super) struct Modules(Vec<Module>);
 
 /// Driven wheels side by side on a steering joint.
+#[derive(Clone, Debug)]
 struct Pair {
     /// n . (k x r), in metres; 0 without a lever.
     lever_m: f64,
@@ -42,6 +45,7 @@ struct Pair {
 }
 
 /// What a joint steers.
+#[derive(Clone, Debug)]
 struct Module {
     /// Its steering joint, among the robot's.
     joint: usize,
@@ -55,10 +59,10 @@ struct Module {
 }
 
 impl Modules {
-    /// The tyres of a robot that are steered, but for joints with a target or setpoints; `None`
-    /// without any. A wheel on rollers moves in every direction at every angle: its joint stays
+    /// The tyres of a robot that are steered, but for joints with a target, setpoints or data of a
+    /// log; `None` without any. A wheel on rollers moves in every direction at every angle: its joint stays
     /// where it is sent.
-    pub fn of(robot: &Robot, scenario: &Scenario) -> Option<Self> {
+    pub fn of(robot: &Robot, scenario: &Scenario, played: &Played) -> Option<Self> {
         let module = |joint: usize| {
             let pair_lever_m = robot.pair_lever_m(joint);
             let is_its = |of: &Wheel| {
@@ -71,7 +75,8 @@ impl Modules {
             let asked = scenario.robot.joints.get(&of.name);
             let holds =
                 |asked: &Joint| asked.options.target_rad.is_some() || !asked.setpoints.is_empty();
-            if wheels.is_empty() || asked.is_some_and(holds) {
+            let is_played = played.joints.iter().any(|(of, _)| *of == joint);
+            if wheels.is_empty() || is_played || asked.is_some_and(holds) {
                 return None;
             }
             let servo = of.servo()?;
@@ -210,7 +215,8 @@ mod tests {
         let text = "robot.file = \"swerve4.urdf\"\ntwist = {}\nrun.duration_s = 1\n";
         let scenario = Scenario::from_toml(text, "aimed", ROBOTS).expect("a scenario");
         let robot = load_robot(&scenario).expect("a shipped robot");
-        let mut modules = Modules::of(&robot, &scenario).expect("it is steered");
+        let mut modules =
+            Modules::of(&robot, &scenario, &Played::default()).expect("it is steered");
         for (module, begun_rad) in modules.0.iter_mut().zip(begun) {
             module.target_rad = begun_rad;
         }
@@ -230,7 +236,7 @@ mod tests {
         let over =
             nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         robot.joints[joint].body_from_joint.rotation *= over;
-        let modules = Modules::of(&robot, &scenario).expect("it is steered");
+        let modules = Modules::of(&robot, &scenario, &Played::default()).expect("it is steered");
         let senses: Vec<f64> = modules.0.iter().map(|module| module.sense).collect();
         assert_eq!(senses, [1.0, -1.0, 1.0, 1.0]);
     }
@@ -280,7 +286,7 @@ mod tests {
                 format!("robot.file = \"swerve4.urdf\"\ntwist = {{}}\nrun.duration_s = 1\n{keys}");
             let scenario = Scenario::from_toml(&text, "sent", ROBOTS).expect("a scenario");
             let robot = load_robot(&scenario).expect("a shipped robot");
-            Modules::of(&robot, &scenario).map_or(0, |modules| modules.0.len())
+            Modules::of(&robot, &scenario, &Played::default()).map_or(0, |modules| modules.0.len())
         };
         let sent = "[robot.joints]\nfront_left_steer = { role = \"driven\", target_rad = 0.5 }\n\
              rear_left_steer = { role = \"driven\", setpoints = [{ t_s = 0, position_rad = 1 }] }\n";

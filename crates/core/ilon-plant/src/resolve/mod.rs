@@ -82,7 +82,7 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_contacts);
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
-    warnings.extend(pilot.beyond_steering(&scenario));
+    warnings.extend(pilot.beyond_steering());
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &inputs.joint_targets), &pilot),
@@ -224,7 +224,7 @@ impl Inputs {
             Driver::Own => Some(Box::new(Idle)),
         };
         let kinematics = kinematics_of(&self.joint_targets.standing(known))?;
-        let tracked = (reference, self.played.log.clone());
+        let tracked = (reference, &self.played);
         Pilot::new(scenario, tracked, kinematics, known, controller)
     }
 }

@@ -10,7 +10,7 @@ pub use crate::design::design;
 pub use ilon_plant::clock::CpuTime;
 pub use ilon_plant::ground::floor::relief_heights_m;
 pub use ilon_plant::limits::{Limit, LimitOutline, LimitRow, Limits, OutlinePoint};
-pub use ilon_plant::pilot::{Controller, Moment, TwistProfile, guidance};
+pub use ilon_plant::pilot::{Controller, Followed, Moment, Pilot, TwistProfile, guidance};
 pub use ilon_plant::record::recorder::Recorder;
 pub(crate) use ilon_plant::record::run_loop::RunLoop;
 pub use ilon_plant::resolve::{Driver, resolve, resolve_for};

@@ -66,6 +66,47 @@ fn apart_m(one: &Trace, other: &Trace) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// A log of twists steers the modules of a swerve robot as `[twist]` does, so both go the same way; a
+/// module whose joint has a column in the log goes where that sends it.
+#[test]
+fn a_log_of_twists_steers_what_it_does_not_move_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../assets/robots");
+    let go = |motion: &str| {
+        let text = format!(
+            "[robot]\nfile = \"{robots}/swerve4.urdf\"\n{motion}\n[run]\nduration_s = 1.5\n"
+        );
+        let mut scenario = Scenario::from_toml(&text, "test", folder.path()).expect("a scenario");
+        scenario.folder = folder.path().to_owned();
+        run(&scenario).expect("a run").trace
+    };
+    let log = |name: &str, columns: &str, numbers: &str| {
+        let text = format!(
+            "t_s,vx_m_s,vy_m_s,omega_rad_s{columns}\n0,0,0.3,0.2{numbers}\n2,0,0.3,0.2{numbers}\n"
+        );
+        std::fs::write(folder.path().join(name), text).expect("a log");
+        format!("[playback]\nfile = \"{name}\"\ndrives = \"twist\"\n")
+    };
+    let twist = go("[twist]\nvy_m_s = 0.3\nomega_rad_s = 0.2\nrest_s = 0\nramp_s = 0\n");
+    let played = go(&log("log.csv", "", ""));
+    assert!(apart_m(&twist, &played) < 1e-9);
+    assert!(twist.records().last().expect("rows").truth.pose.y_m > 0.2);
+    // At 30 degrees, although the twist wants some 90.
+    let held = go(&log("held.csv", ",front_left_steer_position_deg", ",30"));
+    let place = |name: &str| {
+        held.header
+            .joints
+            .iter()
+            .position(|joint| joint.name == name)
+    };
+    let at = place("front_left_steer").expect("the joint");
+    let last = &held.records().last().expect("rows").joints[at];
+    assert!(
+        (last.position - 30_f64.to_radians()).abs() < 0.02,
+        "{last:?}"
+    );
+}
+
 /// A tricycle's log has its driven wheel and its steering: the wheels behind roll along, and neither
 /// contradict it nor count as commanded to stand. Their names in other logs are no mistake.
 #[test]
