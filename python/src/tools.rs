@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use ilon::compare::{CompareError, ComparedRun, Comparison};
 use ilon::control::Kinematics;
 use ilon::files::FileAccess;
-use ilon::formats::{LoadRobot, Loaded, Spec};
+use ilon::formats::{LoadRobot, Loaded};
 use ilon::inspect::Inspection;
 use ilon::robot::Robot;
 use ilon::sim::remedy::{self, Keys};
-use ilon::simulate::Simulation;
 use ilon::{Error, Scenario, drawing, judge};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -123,16 +122,7 @@ fn inspected(
 #[pyfunction]
 #[pyo3(signature = (spec: "_Path"))]
 pub fn generate(py: Python<'_>, spec: PathBuf) -> PyResult<String> {
-    let generated = py.detach(|| -> Result<String, Error> {
-        let urdf = ilon::formats::generate(&Spec::load(&spec)?)?;
-        // Only a robot that can be simulated is returned.
-        let name = format!("{} (generated)", spec.display());
-        let robot = Robot::from_urdf_str(&urdf, &name)?;
-        let standing = Scenario::from_toml(STANDING, "standing", "")?;
-        Simulation::with_robot(&standing, &robot)?;
-        Ok(urdf)
-    });
-    generated.or_raise(py)
+    py.detach(|| ilon::cli::generated(&spec)).or_raise(py)
 }
 
 /// Compares runs: names and summaries, the keys that differ, and the page.

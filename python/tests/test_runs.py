@@ -231,9 +231,10 @@ def test_a_robot_is_inspected(assets):
     assert again == robot and again.svg == robot.svg
 
 
-def test_a_urdf_is_generated_that_the_repository_holds(assets, tmp_path):
-    urdf = ilon.generate(assets / "robots" / "mecanum4.toml", tmp_path / "robot.urdf")
-    assert urdf == (assets / "robots" / "mecanum4.urdf").read_text()
+@pytest.mark.parametrize("robot", ["mecanum4", "tricycle"])
+def test_a_urdf_is_generated_that_the_repository_holds(assets, tmp_path, robot):
+    urdf = ilon.generate(assets / "robots" / f"{robot}.toml", tmp_path / "robot.urdf")
+    assert urdf == (assets / "robots" / f"{robot}.urdf").read_text()
     assert (tmp_path / "robot.urdf").read_text() == urdf
 
 

@@ -83,4 +83,5 @@ pub use embed::{
     study_page, study_words, write_identified, write_results, write_study,
 };
 #[cfg(feature = "command")]
+pub use generate::generated;
 pub use interrupt::end_on_signals;
