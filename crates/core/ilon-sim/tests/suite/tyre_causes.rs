@@ -105,6 +105,21 @@ fn casters_and_modules_are_not_held(robot: &str, motion: &str, cause: &str) {
     assert!(!keys.contains(&"geometry"), "{keys:?}");
 }
 
+/// A tricycle on a slope whose motor never gives all it could: without its limits the run is bit by
+/// bit the same, for the wheels behind have no motor then either.
+#[test]
+fn wheels_that_no_motor_drives_get_none_with_its_limits_removed() {
+    let motion = "twist = { vx_m_s = 0.3, omega_rad_s = 0.4 }\n\
+                  world.floor = { slope_deg = -4, friction = 0.4 }";
+    let found = explained(&scenario("tricycle", motion));
+    let causes = effects::of_causes(&found.summary, &found.trace.header);
+    let motors = causes
+        .iter()
+        .find(|one| one.cause.is_some_and(|of| of.key == "motors"))
+        .expect("it has limits");
+    assert_eq!((motors.apart.most_m, motors.apart.most_rad), (0.0, 0.0));
+}
+
 const ARC: &str = "twist = { vx_m_s = 0.3, omega_rad_s = 0.6, rest_s = 0, ramp_s = 0.2 }";
 
 /// A robot that hardly slides goes where it goes without sliding, within the millimetres of a

@@ -2,7 +2,7 @@
 
 use ilon_trace::effects::floor;
 use ilon_trace::slip::WheelSlip;
-use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary};
+use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary, WheelHeader};
 
 use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE, Slipped};
 use super::phrases::list;
@@ -133,9 +133,14 @@ fn without_slides(
     let far = format!("{} mm", 1e3 * LEAST_SLIDE_M);
     let under_wheels = match (reached, costs) {
         (false, false) => "No wheel lost grip".to_owned(),
-        (false, true) if header.is_on_tyres() => {
+        (false, true) if header.wheels.iter().any(WheelHeader::has_tyre) => {
+            let kind = if header.is_on_tyres() {
+                "creep"
+            } else {
+                "micro-slip"
+            };
             format!(
-                "No wheel lost grip; creep, and scrub across the tyres' width, cost <b>{cost}</b>{of_work}"
+                "No wheel lost grip; {kind}, and scrub across the tyres' width, cost <b>{cost}</b>{of_work}"
             )
         }
         (false, true) => format!("No wheel lost grip; micro-slip cost <b>{cost}</b>{of_work}"),

@@ -237,10 +237,26 @@ fn together(ablations: &[Ablation]) -> Option<String> {
     })
 }
 
-/// Reports the causes without effect in one sentence.
-fn no_difference(idle: &[&Ablation]) -> Option<String> {
+/// Reports the causes without effect, in a sentence each for those that certainly did nothing and
+/// for those of which that is unknown, because the way is too uncertain.
+fn no_difference(idle: &[&Ablation]) -> Vec<String> {
+    let is_open = |one: &&Ablation| known_to_m(one) > ROUGHLY_KNOWN_M;
+    let (open, none): (Vec<_>, Vec<_>) = idle.iter().copied().partition(is_open);
+    let sentences = [none, open].into_iter().filter_map(|of| of_idle(&of));
+    sentences.collect()
+}
+
+/// How far the effect of a cause on the way is known, in metres: exactly, if without it the run is
+/// bit by bit the same.
+fn known_to_m(one: &Ablation) -> f64 {
+    let is_same = one.apart.most_m == 0.0 && one.apart.most_rad == 0.0;
+    if is_same { 0.0 } else { one.floor[0] }
+}
+
+/// Reports causes that made no difference, or whose effect is unknown.
+fn of_idle(idle: &[&Ablation]) -> Option<String> {
     let names: Vec<String> = idle.iter().map(|one| words(one)).collect();
-    let floor_m = idle.iter().map(|one| one.floor[0]).fold(0.0, f64::max);
+    let floor_m = idle.iter().map(|one| known_to_m(one)).fold(0.0, f64::max);
     (!names.is_empty()).then(|| {
         let names = list(&names);
         match floor_m > ROUGHLY_KNOWN_M {

@@ -86,7 +86,10 @@ impl Story {
                 .map(|b| excursion(b, &start, header, known("position_error_max_m"))),
         );
         match header.twins.is_empty() {
-            true => lines.extend(on_purpose(header).into_iter().chain(believed(header))),
+            true => {
+                let purpose = on_purpose(header, summary.duration_s);
+                lines.extend(purpose.into_iter().chain(believed(header)));
+            }
             false => lines.extend(effects::sentences(header, summary, posture)),
         }
         if header.open_loop {
@@ -231,10 +234,12 @@ fn unstable(guidance: &Guidance, period_s: f64) -> Option<String> {
     (!words.is_empty()).then(|| format!("<b>The guidance is unstable</b>: {}.", words.join("; ")))
 }
 
-/// Reports the faults set by the scenario, if the run was not repeated without them.
-fn on_purpose(header: &Header) -> Option<String> {
+/// Reports the faults set by the scenario that began before the end, if the run was not repeated
+/// without them.
+fn on_purpose(header: &Header, end_s: f64) -> Option<String> {
     let name_of = |wheel: usize| header.wheels.get(wheel).map(|wheel| wheel.name.as_str());
     let faults = header.faults.iter().flatten();
+    let faults = faults.filter(|fault| fault.from_s < end_s);
     let words: Vec<String> = faults
         .map(|fault| with_code(&fault.words(name_of)))
         .collect();
@@ -414,7 +419,7 @@ mod tests {
 
     #[test]
     fn what_is_not_told_of_what_went_wrong_is_counted() {
-        let said = |count: u32| {
+        let said = |count: u32, end_s: f64| {
             let fault = |index: u32| ilon_trace::Fault {
                 from_s: f64::from(index),
                 until_s: None,
@@ -424,11 +429,13 @@ mod tests {
                 faults: Some((0..count).map(fault).collect()),
                 ..ilon_trace::Header::default()
             };
-            on_purpose(&header)
+            on_purpose(&header, end_s)
         };
-        assert_eq!(said(0), None);
+        assert_eq!(said(0, 9.0), None);
+        // A fault that would begin when the run is over.
+        assert_eq!(said(1, 0.0), None);
         for (count, sensors, end) in [(1, 1, "sensor."), (4, 4, "on."), (7, 4, "and 3 more.")] {
-            let said = said(count).unwrap_or_default();
+            let said = said(count, 9.0).unwrap_or_default();
             assert_eq!(said.matches("lost pose sensor").count(), sensors, "{said}");
             assert!(said.ends_with(end), "{said}");
         }

@@ -135,15 +135,19 @@ impl Stretch {
         self.mean(self.moved + slip + conflict + lift_off + geometry)
     }
 
-    /// Returns what kept the wheels from their targets: that no motor drives them, the motors'
-    /// limits, if they account for most of the deviation, dry friction, or the wheel loops.
+    /// Returns what kept the wheels from their targets: the motors' limits, if they account for
+    /// most of the deviation, dry friction, or the wheel loops; that no motor drives them, if the
+    /// driven ones follow theirs, for wheels without a motor roll along with the driven ones.
     ///
     /// Friction slows wheels, and so is not what `adds` to a motion.
     fn behind_targets(&self, adds: bool) -> &'static str {
-        let is_most = |rad: f64| 2.0 * rad > self.off_rad;
+        /// The share of the driven wheels in the deviation below which they follow. Chosen.
+        const FOLLOW: f64 = 0.1;
+        let driven_rad = self.off_rad - self.undriven_rad;
+        let is_most = |rad: f64| 2.0 * rad > driven_rad;
         let by_rate = 2.0 * self.at_rate_limit_rad > self.at_limit_rad;
         match (is_most(self.at_limit_rad), is_most(self.held_rad)) {
-            _ if is_most(self.undriven_rad) => "the rolling of wheels without a motor",
+            _ if driven_rad < FOLLOW * self.off_rad => "the rolling of wheels without a motor",
             (true, _) if by_rate => "the motors' rate limit",
             // Also where friction takes most of it: a stronger motor would overcome that.
             (true, _) => "the motors' limit",
@@ -253,7 +257,8 @@ pub(super) fn veered(header: &Header, means: &Means) -> Option<String> {
     /// A smaller turn, and a smaller distance, are not worth a sentence. Chosen.
     const LEAST_RAD: f64 = 0.5 / 180.0 * std::f64::consts::PI;
     const LEAST_M: f64 = 5e-3;
-    let (end, led_to) = (means.before.as_ref()?.truth.pose, means.led_to?);
+    let (last, led_to) = (means.before.as_ref()?, means.led_to?);
+    let end = last.truth.pose;
     let off_m = end.position_m() - led_to.position_m();
     let (sin, cos) = led_to.heading_rad.sin_cos();
     let left_m = cos * off_m.y - sin * off_m.x;
@@ -275,7 +280,7 @@ pub(super) fn veered(header: &Header, means: &Means) -> Option<String> {
     };
     Some(format!(
         "By {} it had turned off its command, by <b>{}</b> to the {}, and it ended <b>{}</b> {where_to} where the command leads.",
-        time(header.measure_from_s),
+        time(header.measure_from_s.min(last.t_s)),
         angle(means.veered_rad.abs()),
         side(means.veered_rad, "left", "right"),
         length(far_m)
@@ -732,6 +737,18 @@ mod tests {
         let weak_and_held = vec![wheel(0.5, 0.8)];
         let seen = [[6.0, 3.0, 1.0]];
         assert_eq!(said(weak_and_held, &seen), ["the motors' limit"; 2]);
+        // Free wheels miss their targets too: with a driven one at its limit, and alone.
+        let free = || WheelHeader {
+            torque_limit_n_m: Some(0.0),
+            ..wheel(1.0, 0.0)
+        };
+        let behind = [[6.0, 5.5, 1.0], [6.0, 5.4, 0.0], [6.0, 5.4, 0.0]];
+        let weak = vec![wheel(0.5, 0.0), free(), free()];
+        assert_eq!(said(weak, &behind), ["the motors' limit"; 2]);
+        let alone = [[6.0, 5.99, 0.5], [6.0, 5.4, 0.0], [6.0, 5.4, 0.0]];
+        let follows = vec![wheel(1.0, 0.0), free(), free()];
+        let by_free = "the rolling of wheels without a motor";
+        assert_eq!(said(follows, &alone), [by_free; 2]);
     }
 
     /// From 1 to 3 s 2 m/s are commanded, of which motors limited to 1 m/s give half; then 0.

@@ -173,6 +173,11 @@ fn rolls_freely(scenario: &mut Scenario) {
     }
 }
 
+/// Whether a wheel has a motor, and that has limits: a free wheel without its limits would be driven.
+fn has_bounded_motor(wheel: &ilon_robot::Wheel) -> bool {
+    wheel.motor.effort_n_m != 0.0 && wheel.motor != MotorLimits::default()
+}
+
 /// What keeps the wheels from following their targets.
 pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
     let guidance = &scenario.guidance;
@@ -187,14 +192,15 @@ pub(super) fn of_drive(scenario: &Scenario, robot: &Robot, list: &mut List) {
             },
         );
     }
-    let is_bounded = |wheel: &ilon_robot::Wheel| wheel.motor != MotorLimits::default();
-    if scenario.motors.dc.is_some() || robot.wheels.iter().any(is_bounded) {
+    if scenario.motors.dc.is_some() || robot.wheels.iter().any(has_bounded_motor) {
         list.add("motors", "the limits of its motors", |scenario, robot| {
             scenario.motors.dc = None;
             scenario.motors.wheels.clear();
-            for wheel in &mut robot.wheels {
-                wheel.motor = MotorLimits::default();
-            }
+            let bounded = robot
+                .wheels
+                .iter_mut()
+                .filter(|wheel| has_bounded_motor(wheel));
+            bounded.for_each(|wheel| wheel.motor = MotorLimits::default());
         });
     }
     let loses = |wheel: &ilon_robot::Wheel| {
