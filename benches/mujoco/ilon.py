@@ -27,7 +27,7 @@ def bench_rows(path: str, robots: list[Robot], rounds: int) -> dict[str, list[di
     rows = {robot.name: [] for robot in robots}
     for rollers, rates_hz in (("all", ALL_RATES_HZ), ("near", NEAR_RATES_HZ)):
         for loop_rad_s in LOOPS_RAD_S if rollers == "near" else LOOPS_RAD_S[:1]:
-            command = [path, "bench", "--json", "--fleets", "0", "--rollers", rollers, "--rounds", str(rounds)]
+            command = [path, "bench", "--json", "--rollers", rollers, "--rounds", str(rounds)]
             command += ["--rates", ",".join(map(str, rates_hz))]
             command += [part for robot in robots for part in ("--robot", robot.name)]
             command += ["--bandwidth", str(loop_rad_s)] if loop_rad_s else []

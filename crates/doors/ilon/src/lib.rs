@@ -154,6 +154,7 @@
 // panic on them.
 #![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
 
+#[cfg(feature = "command")]
 pub mod bench;
 #[cfg_attr(
     not(feature = "command"),

@@ -7,7 +7,6 @@
 mod accumulate;
 #[cfg(feature = "studies")]
 pub mod answers;
-pub mod bench;
 pub mod compare;
 mod conditions;
 mod decimate;
@@ -18,6 +17,7 @@ mod figures;
 mod html_table;
 mod input;
 pub mod page;
+#[cfg(feature = "studies")]
 pub mod pages;
 mod pen;
 mod plot;

@@ -40,8 +40,6 @@ enum CurveKind {
     Line,
     /// Constant from each point to the next.
     Steps,
-    /// A line with a dot at each point.
-    Dotted,
     /// Only dots.
     Dots,
     /// The area stacked on the areas before it.
@@ -117,13 +115,6 @@ impl Curve {
         self
     }
 
-    /// Adds a dot at each point.
-    pub fn with_dots(mut self, size_px: usize) -> Self {
-        self.kind = CurveKind::Dotted;
-        self.size_px = size_px;
-        self
-    }
-
     /// Makes it an area stacked on the areas before it. All areas of a plot need the same x.
     pub fn stacked(mut self) -> Self {
         self.kind = CurveKind::Area;
@@ -152,12 +143,11 @@ impl Curve {
         let kind = match self.kind {
             CurveKind::Line => "line",
             CurveKind::Steps => "steps",
-            CurveKind::Dotted => "dotted",
             CurveKind::Dots => "dots",
             CurveKind::Area => "area",
             CurveKind::Bars => "bars",
         };
-        let has_dots = matches!(self.kind, CurveKind::Dots | CurveKind::Dotted);
+        let has_dots = self.kind == CurveKind::Dots;
         let has_labels = !self.labels.is_empty();
         let (x, y): (Vec<f64>, Vec<f64>) = self.points.iter().copied().unzip();
         without_nulls(json!({
@@ -213,7 +203,6 @@ fn column(values: &[f64], coarse: bool) -> Value {
 #[derive(Clone, Debug, Default)]
 pub struct Axis {
     title: String,
-    log: bool,
     from_zero: bool,
     range: Option<[f64; 2]>,
     least_span: f64,
@@ -229,11 +218,6 @@ pub fn axis(title: &str) -> Axis {
 }
 
 impl Axis {
-    /// Makes it logarithmic.
-    pub fn log(self) -> Self {
-        Self { log: true, ..self }
-    }
-
     /// Always includes zero.
     pub fn from_zero(mut self) -> Self {
         self.from_zero = true;
@@ -259,7 +243,6 @@ impl Axis {
     fn to_json(&self) -> Value {
         without_nulls(json!({
             "title": self.title,
-            "log": self.log.then_some(true),
             "zero": self.from_zero.then_some(true),
             "range": self.range,
             "least": (self.least_span > 0.0).then_some(self.least_span),

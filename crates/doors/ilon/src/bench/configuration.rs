@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ilon_report::bench::{BenchDrive, Configuration, DRIVES, Heading};
+use super::figures::{BenchDrive, Configuration, DRIVES, Heading};
 use ilon_robot::{Robot, Twist};
 use ilon_trace::Summary;
 use rayon::prelude::*;
@@ -191,15 +191,6 @@ impl Timing {
                 return;
             }
         }
-    }
-
-    /// CPU seconds per simulated second of each drive in its best stretch; `None` without a CPU
-    /// clock.
-    pub fn cpu_s_per_sim_s(self) -> Option<Vec<f64>> {
-        let speeds = self.drives.into_iter().map(HeldRun::speed);
-        speeds
-            .map(|speed| speed.map(|speed| speed.cpu_s_per_sim_s))
-            .collect()
     }
 }
 

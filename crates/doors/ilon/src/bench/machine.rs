@@ -2,8 +2,8 @@
 
 use std::time::SystemTime;
 
+use super::figures::Machine;
 use chrono::{DateTime, SecondsFormat, Utc};
-use ilon_report::bench::Machine;
 
 /// This machine, at this moment.
 pub(super) fn this_machine() -> Machine {

@@ -2,13 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ilon_report::bench::{Bench, Configuration, RobotBench, Transient, describe};
-
 use super::configuration::{Accuracy, Timing, configuration};
+use super::figures::{Bench, Configuration, RobotBench, describe};
 use super::machine::this_machine;
 use super::options::{ContactMode, Options};
-use super::tread::TreadTiming;
-use super::{fleet, transients};
 use crate::Error;
 use crate::world::WorldError;
 
@@ -51,26 +48,6 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
             measured.push((name, accuracy, timing));
         }
     }
-    let mut transients: BTreeMap<String, Vec<Transient>> = BTreeMap::new();
-    if kinds().any(|kind| kind == ContactMode::Rapier) {
-        for (name, robot) in &options.robots {
-            if left_out.contains_key(name.as_str()) {
-                continue;
-            }
-            tell(&format!("{name}: sliding"));
-            transients.insert(name.clone(), transients::transients(robot)?);
-        }
-    }
-    let mut treads: BTreeMap<String, TreadTiming> = BTreeMap::new();
-    // Contacts solved by rapier have no treads.
-    if !by_rapier_alone {
-        for (name, robot) in &options.robots {
-            // Rollers with the shapes of their file have no treads either.
-            if let Ok(timing) = TreadTiming::warmed_up(robot, bandwidth_rad_s, heading_deg) {
-                treads.insert(name.clone(), timing);
-            }
-        }
-    }
     // All configurations in turn, so that a temporary load on the machine does not affect every
     // stretch of one.
     for round in 1..=options.rounds {
@@ -78,7 +55,6 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
         for (_, _, timing) in &mut measured {
             timing.round();
         }
-        treads.values_mut().for_each(TreadTiming::round);
     }
     let mut configurations: BTreeMap<String, Vec<Configuration>> = BTreeMap::new();
     for (name, accuracy, timing) in measured {
@@ -87,29 +63,19 @@ pub fn measure(options: &Options, mut tell: impl FnMut(&str)) -> Result<Bench, E
     }
     let robots = configurations.into_iter();
     let robots = robots.map(|(name, all)| {
-        let tread = treads.remove(&name).and_then(TreadTiming::cost);
-        let transients = transients.remove(&name).unwrap_or_default();
         let remarks = left_out.remove(name.as_str()).into_iter().collect();
         (
             name,
             RobotBench {
                 remarks,
-                tread,
-                transients,
                 ..of_robot(all)
             },
         )
     });
-    let robots = robots.collect();
-    let throughput = match options.robots.first() {
-        Some((name, robot)) => fleet::measure(name, robot, options, &mut tell)?,
-        None => Vec::new(),
-    };
     Ok(Bench {
         machine: this_machine(),
         headings_deg: options.headings_deg.clone(),
-        robots,
-        throughput,
+        robots: robots.collect(),
     })
 }
 
@@ -141,8 +107,6 @@ fn of_robot(configurations: Vec<Configuration>) -> RobotBench {
         drives: headline.map(|c| c.drives.clone()).unwrap_or_default(),
         configurations,
         remarks: Vec::new(),
-        tread: None,
-        transients: Vec::new(),
     }
 }
 

@@ -45,10 +45,6 @@ pub struct Options {
     /// Number of timing rounds, at least 1. Each round times at least one stretch of each drive;
     /// the best stretch counts.
     pub rounds: usize,
-    /// Numbers of robots that one process simulates at once; empty to leave this part out.
-    pub fleets: Vec<usize>,
-    /// Numbers of threads for these robots.
-    pub threads: Vec<usize>,
 }
 
 impl Options {
@@ -67,8 +63,6 @@ impl Options {
             bandwidth_rad_s: None,
             headings_deg: vec![0.0, 20.0],
             rounds: 5,
-            fleets: vec![1, 10, 100],
-            threads: vec![1, 2],
         })
     }
 
@@ -85,7 +79,6 @@ impl Options {
                 .collect(),
             headings_deg: vec![20.0],
             rounds: 3,
-            fleets: vec![1, 10],
             ..Self::full()?
         })
     }

@@ -1,28 +1,20 @@
 //! `ilon bench`: accuracy and speed of the simulation on this machine.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ilon_formats::LoadRobot;
 use ilon_robot::Robot;
-use ilon_trace::file::write_text;
 
+use super::console;
 use super::escape::one_line;
 use super::json::pretty;
 use super::outcome::Outcome;
-use super::output::remove;
 use super::robot::Sources;
 use super::table::Table;
-use super::{console, open, reserve};
-use crate::bench::{Bench, ContactMode, DRIVES, Options, ROBOTS, RobotBench};
+use crate::bench::{
+    Bench, CONFIGURATION_COLUMNS, ContactMode, DRIVES, Options, ROBOTS, RobotBench,
+};
 use crate::cli::failure::Failure;
-use crate::pages;
-use ilon_report::bench::{CONFIGURATION_COLUMNS, SLIDE_COLUMNS};
-
-/// The files that `--out` writes; the JSON, which marks the set as complete, is written last.
-const RESULTS: [&str; 2] = ["bench.json", "bench.html"];
-
-/// Largest number of robots at once, and of threads; chosen.
-const MOST: usize = 10_000;
 
 const WHAT_IS_MEASURED: &str = "\
 Five open-loop drives on a level floor of friction 0.6: D1 forward 0.3 m/s, D2 lateral 0.3 m/s, D3 yaw 1 rad/s,
@@ -36,17 +28,7 @@ Speed: the whole loop (sensors, wheel loops, motors, world, recording with a row
 over the CPU time of its one thread, while the twist is held, after 1 s of warm-up. A stretch is a second of simulated time
 or more, 20 ms of CPU time at least; of each drive the best counts. All configurations are timed in turn, round after round,
 each for 0.3 s of CPU time a round or a stretch of each drive. \"spread\" is how much longer the middle one of the stretches
-took, in the worst drive. Set-up and writing files are not timed.
-
-Treads: the time of a step on soft rollers (those of the robot, or treads of 1e5 N/m where it has none) over that on rigid
-ones, in the contact window at 1000 steps a second; both timed in turn, as speed is.
-
-Sliding: where rapier's contacts are measured, a start ahead and one sideways to 0.5 m/s in 0.05 s, and a push of 1.5 times what friction
-holds for 0.4 s, on friction 0.3, 1.2 s each; under contacts that ilon solves, and that rapier solves. \"apart\" is the largest
-distance at the same time from ilon's path at steps of 0.25 ms; heat is that of sliding and of spinning rollers up.
-
-Many robots: all alive in one process, each advanced by 50 ms at a time and not recorded, in the contact window at 240 steps a
-second; simulated time of all together over wall clock, the best stretch. Here other work on the machine counts: \"cores\" is how many the threads had.";
+took, in the worst drive. Set-up and writing files are not timed.";
 
 /// Arguments of `ilon bench`.
 #[derive(Debug, clap::Args)]
@@ -78,24 +60,12 @@ pub(super) struct Arguments {
     )]
     headings: Vec<f64>,
     /// Rounds of timing; the best stretch counts [default: 5].
-    #[arg(long, value_name = "N", value_parser = at_least_one)]
-    rounds: Option<usize>,
-    /// Robots at once in one process; 0 skips that [default: 1,10,100].
-    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = count)]
-    fleets: Vec<usize>,
-    /// Threads for them [default: 1,2].
-    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = at_least_one)]
-    threads: Vec<usize>,
-    /// A first look in a tenth of the time: fewer rates, headings, rounds and robots, unless other
-    /// options are given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    rounds: Option<u16>,
+    /// A first look in a tenth of the time: fewer rates, headings and rounds, unless other options
+    /// are given.
     #[arg(long)]
     quick: bool,
-    /// Write `bench.json` and `bench.html` into this folder.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Open the page in the browser.
-    #[arg(long, requires = "out")]
-    open: bool,
     /// Print as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -103,28 +73,14 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = options(arguments)?;
-    let claim_out = |folder: &PathBuf| reserve::folder(folder, "--out");
-    let _claim = arguments.out.as_ref().map(claim_out).transpose()?;
     if cfg!(debug_assertions) {
         console::note("note: this is a build for debugging; its speeds tell nothing");
     }
     let bench = crate::bench::measure(&options, |what| console::note(&one_line(what)))?;
-    let json = pretty("the measurements", &bench)?;
-    if let Some(folder) = &arguments.out {
-        write(folder, &bench, &json)?;
-    }
     if arguments.json {
-        console::data(&json)?;
+        console::data(&pretty("the measurements", &bench)?)?;
     } else {
         console::lines(&text(&bench))?;
-        if let Some(folder) = &arguments.out {
-            let place = folder.display().to_string();
-            let place = one_line(&place);
-            console::lines(&format!("\nwritten to {place}: bench.html, bench.json\n"))?;
-        }
-    }
-    if let Some(folder) = arguments.out.as_ref().filter(|_| arguments.open) {
-        open::page(&folder.join(RESULTS[1]));
     }
     Ok(Outcome::Done)
 }
@@ -174,18 +130,7 @@ fn options(arguments: &Arguments) -> Result<Options, Failure> {
         options.headings_deg.clone_from(&arguments.headings);
     }
     if let Some(rounds) = arguments.rounds {
-        options.rounds = rounds;
-    }
-    if !arguments.fleets.is_empty() {
-        options.fleets = arguments
-            .fleets
-            .iter()
-            .copied()
-            .filter(|n| *n > 0)
-            .collect();
-    }
-    if !arguments.threads.is_empty() {
-        options.threads.clone_from(&arguments.threads);
+        options.rounds = rounds.into();
     }
     Ok(options)
 }
@@ -225,29 +170,6 @@ fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         .ok_or_else(|| format!("give a number of {unit} from {least} to {most}"))
 }
 
-fn count(text: &str) -> Result<usize, String> {
-    let number: Option<usize> = text.trim().parse().ok();
-    number
-        .filter(|number| *number <= MOST)
-        .ok_or_else(|| format!("give a whole number, {MOST} at most"))
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    count(text)
-        .ok()
-        .filter(|number| *number > 0)
-        .ok_or_else(|| format!("give a whole number from 1 to {MOST}"))
-}
-
-/// Writes both files, each whole or not at all. An older JSON is removed first, so that an existing
-/// JSON always belongs to the page beside it.
-fn write(folder: &Path, bench: &Bench, json: &str) -> Result<(), Failure> {
-    let [json_path, page_path] = RESULTS.map(|name| folder.join(name));
-    remove(&json_path)?;
-    write_text(&page_path, &pages::bench::html(bench))?;
-    Ok(write_text(&json_path, json)?)
-}
-
 /// The tables as text for a terminal.
 fn text(bench: &Bench) -> String {
     let headings: Vec<String> = bench.headings_deg.iter().map(f64::to_string).collect();
@@ -258,17 +180,7 @@ fn text(bench: &Bench) -> String {
         for remark in &robot.remarks {
             text.push_str(&format!("  {}\n", one_line(remark)));
         }
-        if let Some(tread) = &robot.tread {
-            text.push_str(&format!("  {}\n", tread.said()));
-        }
-        if !robot.transients.is_empty() {
-            text.push('\n');
-            text.push_str(&transients_table(name, robot).to_string());
-        }
         text.push('\n');
-    }
-    if !bench.throughput.is_empty() {
-        text.push_str(&fleet_table(bench).to_string());
     }
     text
 }
@@ -288,44 +200,6 @@ fn robot_table(name: &str, robot: &RobotBench, headings: &str) -> Table {
         let mut cells = vec![c.rate_hz().to_string()];
         cells.extend(dashes(&c.figures()));
         table.words(&c.roller_bodies, &cells);
-    }
-    table
-}
-
-fn transients_table(name: &str, robot: &RobotBench) -> Table {
-    let mut table = Table::new();
-    table.heading(&format!(
-        "{name}: sliding on friction 0.3, ways in mm, heat in J, slip in mm/s, unexplained energy in %"
-    ));
-    table.words("", &SLIDE_COLUMNS.map(str::to_owned));
-    for transient in &robot.transients {
-        for (solver, slide) in transient.rows() {
-            let drive = format!("{}: {solver}", transient.name);
-            table.words(&drive, &dashes(&slide.figures()));
-        }
-    }
-    table
-}
-
-fn fleet_table(bench: &Bench) -> Table {
-    let mut table = Table::new();
-    let robot = bench.throughput.first().map_or("", |t| t.robot.as_str());
-    table.heading(&format!(
-        "robots in one process: {robot}, near rollers, {} steps a second",
-        crate::bench::FLEET_RATE_HZ
-    ));
-    let columns = [
-        "threads",
-        "sim s/wall s",
-        "sim s/CPU s",
-        "cores",
-        "efficiency",
-    ];
-    table.words("robots", &columns.map(str::to_owned));
-    for t in &bench.throughput {
-        let mut cells = vec![t.threads.to_string()];
-        cells.extend(dashes(&t.figures()));
-        table.words(&t.robots.to_string(), &cells);
     }
     table
 }

@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
+use ilon_formats::{LoadRobot, Spec, SpecOnTyres};
 use ilon_identify::tape::{Tape, TapeFit};
 use ilon_report as report;
+use ilon_robot::Robot;
 use ilon_sweep::{Findings, Row, Store, Study};
 use ilon_trace::Recorded;
 use miette::Diagnostic;
@@ -12,9 +14,9 @@ use miette::Diagnostic;
 use super::failure::Failure;
 use super::output::OutputFolder;
 use super::{again, answer, context, fault, results};
-use crate::Run;
 use crate::judge::judge;
-use crate::simulate::load_robot;
+use crate::simulate::{Simulation, load_robot};
+use crate::{Error, Run, Scenario};
 
 /// An error with its explanation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,6 +37,22 @@ pub fn explain(error: &dyn Diagnostic) -> Explained {
         help: error.help().map(|help| help.to_string()),
         shown: fault::plain(error, "settings"),
     }
+}
+
+/// The URDF of a robot description, if it can be read and simulated.
+///
+/// # Errors
+/// [`Error`] if the description is impossible, or its robot cannot be simulated.
+pub fn generated(spec: &Path) -> Result<String, Error> {
+    /// The smallest scenario of a robot.
+    const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
+    let urdf = match SpecOnTyres::load(spec)? {
+        Some(spec) => ilon_formats::generate_on_tyres(&spec),
+        None => ilon_formats::generate(&Spec::load(spec)?)?,
+    };
+    let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", spec.display()))?;
+    Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
+    Ok(urdf)
 }
 
 /// Writes the results of a run into a folder as `ilon run --out` does: each file whole, the summary
@@ -100,7 +118,7 @@ pub fn write_identified(
 /// # Errors
 /// Those of the fit; if the folder is in use or cannot be written to.
 pub fn fit_tape_into(folder: &Path, tape: &Tape) -> Result<TapeFit, Explained> {
-    let written = super::identify::fit_into(tape, folder, "another path");
+    let written = results::fit_tape(tape, folder, "another path");
     let written = written.map(|(found, _)| found);
     written.map_err(|failure| explain(&failure))
 }

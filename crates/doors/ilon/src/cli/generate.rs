@@ -1,18 +1,10 @@
 //! `ilon generate`: a URDF with explicit rollers, or on tyres, from a short description.
 
-use std::path::{Path, PathBuf};
-
-use ilon_formats::{LoadRobot, Spec, SpecOnTyres};
-use ilon_robot::Robot;
+use std::path::PathBuf;
 
 use super::outcome::Outcome;
-use super::{console, reserve};
+use super::{console, embed, reserve};
 use crate::cli::failure::Failure;
-use crate::simulate::Simulation;
-use crate::{Error, Scenario};
-
-/// The smallest scenario of a robot.
-const STANDING: &str = "robot.file = \"\"\ntwist = {}\nrun.duration_s = 0.1\n";
 
 /// Arguments of `ilon generate`.
 #[derive(Debug, clap::Args)]
@@ -33,7 +25,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "docs/format-robot.md and docs/format-robot-on-tyres.md have its keys, assets/robots examples",
         ));
     }
-    let urdf = generated(&arguments.spec)?;
+    let urdf = embed::generated(&arguments.spec)?;
     match &arguments.out {
         Some(path) => {
             let _claim = reserve::file(path, "--out", std::slice::from_ref(&arguments.spec))?;
@@ -42,18 +34,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => console::data(&urdf)?,
     }
     Ok(Outcome::Done)
-}
-
-/// The URDF of a robot description, if it can be read and simulated.
-///
-/// # Errors
-/// [`Error`] if the description is impossible, or its robot cannot be simulated.
-pub fn generated(spec: &Path) -> Result<String, Error> {
-    let urdf = match SpecOnTyres::load(spec)? {
-        Some(spec) => ilon_formats::generate_on_tyres(&spec),
-        None => ilon_formats::generate(&Spec::load(spec)?)?,
-    };
-    let robot = Robot::from_urdf_str(&urdf, &format!("{} (generated)", spec.display()))?;
-    Simulation::with_robot(&Scenario::from_toml(STANDING, "standing", "")?, &robot)?;
-    Ok(urdf)
 }

@@ -1,9 +1,9 @@
 //! `ilon identify`: fits a robot's parameters to logs of its drives.
 
 use ilon_formats::LoadRobot;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use ilon_identify::tape::{Tape, TapeFit};
+use ilon_identify::tape::Tape;
 use ilon_identify::{Progress, Study, identify};
 use ilon_trace::file::write_text;
 
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// Fits parameters to runs measured by tape.
 fn by_tape(arguments: &Arguments, tape: &Tape) -> Result<Outcome, Failure> {
     let out = arguments.out.or_of(&tape.name());
-    let (found, json) = fit_into(tape, &out, "--out")?;
+    let (found, json) = results::fit_tape(tape, &out, "--out")?;
     arguments.printing.answer(&json, || {
         let written = path_in_line(&out);
         format!(
@@ -111,18 +111,6 @@ fn by_tape(arguments: &Arguments, tape: &Tape) -> Result<Outcome, Failure> {
         )
     })?;
     Ok(Outcome::Done)
-}
-
-/// Fits runs measured by tape, and writes what was found into a folder that `named` gave; returns it
-/// with its JSON.
-pub(super) fn fit_into(tape: &Tape, out: &Path, named: &str) -> Result<(TapeFit, String), Failure> {
-    let file = out.join("identified.json");
-    reserve::not_an_input(&file, named, &tape.inputs())?;
-    let _claim = reserve::folder(out, named)?;
-    let found = tape.fit()?;
-    let json = pretty("what was found", &found)?;
-    write_text(&file, &json)?;
-    Ok((found, json))
 }
 
 /// Writes a course and prints what it determines.

@@ -79,9 +79,8 @@ mod table;
 #[cfg(feature = "command")]
 pub use commands::{main, run_arguments};
 pub use embed::{
-    Explained, explain, fit_tape_into, may_hold_identified, may_hold_study, report_html,
+    Explained, explain, fit_tape_into, generated, may_hold_identified, may_hold_study, report_html,
     study_page, study_words, write_identified, write_results, write_study,
 };
 #[cfg(feature = "command")]
-pub use generate::generated;
 pub use interrupt::end_on_signals;

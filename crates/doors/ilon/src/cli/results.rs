@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_identify::Identified;
+use ilon_identify::tape::{Tape, TapeFit};
 use ilon_report::pages;
 use ilon_sweep::{Findings, Store, Study};
 use ilon_trace::file::write_text;
@@ -62,6 +63,18 @@ pub(super) fn claim_and_write_identified(
 ) -> Result<(), Failure> {
     let _claim = reserve::folder(out, "another path")?;
     write_identified(study, found, out).map(drop)
+}
+
+/// Fits runs measured by tape, and writes what was found into a folder that `named` gave; returns it
+/// with its JSON.
+pub(super) fn fit_tape(tape: &Tape, out: &Path, named: &str) -> Result<(TapeFit, String), Failure> {
+    let file = out.join("identified.json");
+    reserve::not_an_input(&file, named, &tape.inputs())?;
+    let _claim = reserve::folder(out, named)?;
+    let found = tape.fit()?;
+    let json = pretty("what was found", &found)?;
+    write_text(&file, &json)?;
+    Ok((found, json))
 }
 
 /// Writes all result files, `identified.json` last; returns its text.

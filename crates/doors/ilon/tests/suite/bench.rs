@@ -1,4 +1,4 @@
-//! `ilon bench`: the table, the JSON and the page agree, and no file is left half written.
+//! `ilon bench`: the table and the JSON agree, and nothing is written.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -49,33 +49,13 @@ const LITTLE: [&str; 11] = [
 ];
 
 #[test]
-fn table_json_and_page_say_the_same() {
+fn table_and_json_say_the_same() {
     let folder = tempfile::tempdir().expect("a folder to work in");
-    let mut arguments = LITTLE.to_vec();
-    arguments.extend(["--fleets", "1,2", "--threads", "1,2", "--out", "a/b"]);
-    let output = ilon(folder.path(), &arguments);
-    let table = printed(&output.stdout);
-    assert!(
-        output.status.success(),
-        "{table}{}",
-        printed(&output.stderr)
-    );
-    let out = folder.path().join("a/b");
-    assert_eq!(names_in(&out), ["bench.html", "bench.json"]);
-    assert_eq!(names_in(folder.path()), ["a"]);
-
-    let read = |name: &str| std::fs::read_to_string(out.join(name)).expect("it was written");
-    let json: Value = serde_json::from_str(&read("bench.json")).expect("it is JSON");
-    let page = read("bench.html");
-    let carried = page
-        .split("id=\"bench\">")
-        .nth(1)
-        .expect("the page carries its numbers");
-    let carried = carried.split("</script>").next().expect("a closed element");
-    let carried: Value =
-        serde_json::from_str(&carried.replace("\\u003c", "<")).expect("numbers as JSON");
-    assert_eq!(carried, json);
-
+    let table = ilon(folder.path(), &LITTLE);
+    let json = ilon(folder.path(), &[&LITTLE[..], &["--json"]].concat());
+    let [table, json] = [table, json].map(|output| printed(&output.stdout));
+    let json: Value = serde_json::from_str(&json).expect("JSON and nothing else");
+    assert!(names_in(folder.path()).is_empty());
     let configurations = json["robots"]["volksbot"]["configurations"]
         .as_array()
         .expect("a list");
@@ -98,9 +78,9 @@ fn table_json_and_page_say_the_same() {
         expected.extend(errors.clone().map(|pct| format!("{pct:.4}")));
         expected.push(format!("{:.4}", 1e3 * number("hub_ripple_m")));
         expected.push(format!("{:.2}", 1e3 * number("slip_speed_rms_m_s")));
-        expected.push(format!("{:.1}", number("sim_s_per_cpu_s")));
-        expected.push(format!("{:.0}", number("steps_per_cpu_s")));
-        assert_eq!(row[1..row.len() - 1], expected, "{table}");
+        // Speeds differ from one measurement to the next.
+        assert_eq!(row[1..=expected.len()], expected, "{table}");
+        assert!(number("sim_s_per_cpu_s") > 1.0 && number("steps_per_cpu_s") > 20.0);
         // The worst error is that of the drives, and a drive's that of its headings.
         assert_eq!(errors.reduce(f64::max), Some(number("worst_error_pct")));
         for drive in drives {
@@ -116,29 +96,6 @@ fn table_json_and_page_say_the_same() {
         // The robot did drive: at 20 steps per second the error is 0.08 %, and it slips.
         assert!(number("worst_error_pct") < 0.5 && number("slip_speed_rms_m_s") > 0.0);
     }
-    let throughput = json["throughput"].as_array().expect("a list");
-    let of = |t: &Value| {
-        (
-            t["robots"].as_u64(),
-            t["threads"].as_u64(),
-            t["efficiency"].is_null(),
-        )
-    };
-    let expected = [(1, 1, false), (2, 1, false), (1, 2, true), (2, 2, false)];
-    let expected = expected.map(|(robots, threads, none)| (Some(robots), Some(threads), none));
-    assert_eq!(throughput.iter().map(of).collect::<Vec<_>>(), expected);
-}
-
-#[test]
-fn json_stands_alone_on_standard_output_and_nothing_is_written_unasked() {
-    let folder = tempfile::tempdir().expect("a folder to work in");
-    let mut arguments = LITTLE.to_vec();
-    arguments.extend(["--fleets", "0", "--json"]);
-    let output = ilon(folder.path(), &arguments);
-    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
-    assert!(json["robots"]["volksbot"]["sim_s_per_cpu_s"].as_f64() > Some(1.0));
-    assert_eq!(json["throughput"], Value::Array(Vec::new()));
-    assert!(names_in(folder.path()).is_empty());
 }
 
 /// Contacts solved by rapier support neither treads nor rollers that slide along their axles.
@@ -162,8 +119,6 @@ fn of_a_robot_that_rapier_does_not_know_all_of_the_rest_is_measured(key: &str, n
         "0",
         "--rounds",
         "1",
-        "--fleets",
-        "0",
     ];
     let output = ilon(folder.path(), &[&little[..], &["--json"]].concat());
     let said = printed(&output.stderr);
@@ -195,10 +150,7 @@ fn of_a_robot_that_rapier_does_not_know_all_of_the_rest_is_measured(key: &str, n
 #[test_case::test_case(&["--rates", "240,0"], "give a number of steps a second from 1 to 100000"; "no rate")]
 #[test_case::test_case(&["--headings", "nan"], "give a number of degrees from -360 to 360"; "not a number")]
 #[test_case::test_case(&["--rollers", "some"], "name `all` rollers, those `near` the ground, or `rapier`"; "no kind")]
-#[test_case::test_case(&["--rounds", "0"], "give a whole number from 1 to 10000"; "no round")]
-#[test_case::test_case(&["--threads", "0"], "give a whole number from 1 to 10000"; "no thread")]
-#[test_case::test_case(&["--fleets", "1.5"], "give a whole number, 10000 at most"; "half a robot")]
-#[test_case::test_case(&["--out", "taken"], "cannot write `taken`"; "no folder")]
+#[test_case::test_case(&["--rounds", "0"], "1..=65535"; "no round")]
 fn what_cannot_be_measured_is_refused_in_words_before_anything_is(arguments: &[&str], words: &str) {
     let folder = tempfile::tempdir().expect("a folder to work in");
     std::fs::write(folder.path().join("taken"), "").expect("a file in the way");
@@ -208,18 +160,4 @@ fn what_cannot_be_measured_is_refused_in_words_before_anything_is(arguments: &[&
     assert!(said.contains(words), "{said}");
     assert!(!said.contains("panicked") && output.stdout.is_empty());
     assert_eq!(names_in(folder.path()), ["taken"]);
-}
-
-#[test]
-fn a_page_that_cannot_be_written_leaves_nothing_that_looks_whole() {
-    let folder = tempfile::tempdir().expect("a folder to work in");
-    // A folder in place of the page, and older figures in place of the new ones.
-    std::fs::create_dir(folder.path().join("bench.html")).expect("a folder in the way");
-    std::fs::write(folder.path().join("bench.json"), "{}").expect("an older file");
-    let mut arguments = LITTLE.to_vec();
-    arguments.extend(["--fleets", "0", "--out", "."]);
-    let output = ilon(folder.path(), &arguments);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(printed(&output.stderr).contains("bench.html"));
-    assert_eq!(names_in(folder.path()), ["bench.html"]);
 }

@@ -348,7 +348,7 @@ fn a_bench_drives_its_wheels_with_the_bandwidth_that_is_asked_for() {
             "--rounds",
             "1",
         ];
-        let rest = ["--fleets", "0", "--headings", "0", "--json"];
+        let rest = ["--headings", "0", "--json"];
         let output = folder.ilon(&[&quick[..], &rest[..], more].concat());
         ended_with(0, &output);
         let bench: Value = serde_json::from_str(&stdout(&output)).expect("JSON");

@@ -348,10 +348,9 @@ fn every_output_of_every_command_is_locked() {
     let folder = Folder::new();
     folder.scenario("fails.toml", FAILS);
     let mut first = begun(&folder, "taken");
-    let taken: [&[&str]; 4] = [
+    let taken: [&[&str]; 3] = [
         &["check", "good.toml", "--save", "taken"],
         &["check", "good.toml", "--keep", "taken"],
-        &["bench", "--quick", "--out", "taken"],
         &["check", "good.toml", "--against", "x", "--save", "taken"],
     ];
     for arguments in taken {

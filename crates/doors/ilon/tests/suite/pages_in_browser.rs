@@ -284,25 +284,6 @@ fn a_robot_alone() {
 }
 
 #[test]
-fn a_bench() {
-    let folder = Folder::new();
-    let quick = [
-        "bench",
-        "--robot",
-        "robot.urdf",
-        "--rates",
-        "60,30",
-        "--rollers",
-        "near",
-        "--rounds",
-        "1",
-    ];
-    let rest = ["--fleets", "1", "--headings", "0,20", "--out", "bench"];
-    support::ended_with(0, &folder.ilon(&[&quick[..], &rest[..]].concat()));
-    assert_good(&folder.path("bench/bench.html"), 2, false);
-}
-
-#[test]
 fn a_study() {
     let folder = Folder::new();
     let scenario = shipped("scenarios/mecanum4_lateral.toml");

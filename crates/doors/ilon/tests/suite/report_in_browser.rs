@@ -6,7 +6,6 @@
 use std::path::Path;
 use std::process::Command;
 
-use ilon::bench::{ContactMode, Options};
 use ilon::compare::{ComparedRun, Comparison};
 use ilon::{Run, Scenario};
 
@@ -272,24 +271,4 @@ fn every_figure_of_a_comparison_is_drawn_and_the_console_shows_no_fault() {
     let page = folder.path().join("compare.html");
     std::fs::write(&page, ilon::report::compare::html(&comparison)).expect("the page is written");
     assert_all_is_drawn(&browser, &page, folder.path(), 14);
-}
-
-#[test]
-fn every_figure_of_a_bench_is_drawn_and_the_console_shows_no_fault() {
-    let Some(browser) = browser() else {
-        eprintln!("skipped: no Chromium; install it or name it in ILON_CHROMIUM");
-        return;
-    };
-    let options = Options {
-        configurations: vec![(ContactMode::Near, 40.0), (ContactMode::Near, 20.0)],
-        headings_deg: vec![0.0],
-        rounds: 1,
-        fleets: vec![1],
-        ..Options::quick().expect("the built-in robots")
-    };
-    let bench = ilon::bench::measure(&options, |_| ()).expect("they drive");
-    let folder = tempfile::tempdir().expect("a folder to write to");
-    let page = folder.path().join("bench.html");
-    std::fs::write(&page, ilon::pages::bench::html(&bench)).expect("the page is written");
-    assert_all_is_drawn(&browser, &page, folder.path(), 2);
 }

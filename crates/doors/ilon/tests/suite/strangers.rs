@@ -252,8 +252,6 @@ fn names_from_files_do_nothing_to_a_terminal_and_forge_no_line_of_a_log() {
             "20",
             "--rounds",
             "1",
-            "--fleets",
-            "0",
             "--headings",
             "0",
         ],

@@ -58,8 +58,6 @@ fn what_is_wrong_ends_with_its_code_though_nobody_reads_what_it_is() {
         "20",
         "--rounds",
         "1",
-        "--fleets",
-        "0",
         "--headings",
         "0",
     ];

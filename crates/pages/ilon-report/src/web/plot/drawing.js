@@ -25,15 +25,13 @@ class Drawing extends Frame {
     // Equal axes show more of y than its data span; the labels take some of the width.
     const LABELS = 40;
     if (this.spec.equal && !bare) y = this.equalise(x, y, width - 22 - LABELS, bottom - top)[1];
-    const yTicks = rows || bare ? null : this.spec.y.log ? logTicks(...y) : ticks(...y, (bottom - top) / 42);
+    const yTicks = rows || bare ? null : ticks(...y, (bottom - top) / 42);
     const labelWidth = yTicks ? Math.max(...yTicks.values.map((v) => pen.measureText(yTicks.show(v)).width), 12) : 0;
     const [left, right] = [bare || rows ? 8 : labelWidth + 10, width - 12];
     if (this.spec.equal) [x, y] = this.equalise(x, y, right - left, bottom - top);
     if (rows) y = [rows.length - 0.5, -0.5];
-    const scale = (axis, [from, to], a, b) => (axis.log
-      ? (value) => a + (b - a) * Math.log(value / from) / Math.log(to / from)
-      : (value) => a + (b - a) * (value - from) / (to - from));
-    const [toX, toY] = [scale(this.spec.x, x, left, right), scale(this.spec.y, y, bottom, top)];
+    const scale = ([from, to], a, b) => (value) => a + (b - a) * (value - from) / (to - from);
+    const [toX, toY] = [scale(x, left, right), scale(y, bottom, top)];
     this.view = { left, right, top, bottom, x, y, toX, toY };
 
     if (!bare) this.drawAxes(yTicks);
@@ -82,7 +80,7 @@ class Drawing extends Frame {
 
   drawAxes(yTicks) {
     const { pen, view: { left, right, top, bottom, x, y, toX, toY }, spec } = this;
-    const xTicks = spec.x.log ? logTicks(...x) : ticks(...x, (right - left) / 74);
+    const xTicks = ticks(...x, (right - left) / 74);
     pen.lineWidth = 1;
     pen.strokeStyle = color('grid');
     pen.fillStyle = color('muted');
@@ -92,7 +90,7 @@ class Drawing extends Frame {
     pen.stroke();
     pen.strokeStyle = color('rule');
     pen.beginPath();
-    if (!spec.y.log && y[0] < 0 && y[1] > 0) { const at = Math.round(toY(0)) + 0.5; pen.moveTo(left, at); pen.lineTo(right, at); }
+    if (y[0] < 0 && y[1] > 0) { const at = Math.round(toY(0)) + 0.5; pen.moveTo(left, at); pen.lineTo(right, at); }
     if (spec.y.names && x[0] <= 0 && x[1] >= 0) { const at = Math.round(toX(0)) + 0.5; pen.moveTo(at, top); pen.lineTo(at, bottom); }
     pen.moveTo(left, bottom + 0.5);
     pen.lineTo(right, bottom + 0.5);

@@ -69,7 +69,7 @@ class Figure extends Drawing {
 
   zoomTo(from, px, py) {
     const { left, right, top, bottom, x, y } = this.view;
-    if (this.spec.y.names || this.spec.bare || this.spec.x.log || this.spec.y.log) return;
+    if (this.spec.y.names || this.spec.bare) return;
     const part = (a, b, low, high) => [low + (high - low) * a, low + (high - low) * b];
     const share = (value, low, high) => Math.min(Math.max((value - low) / (high - low), 0), 1);
     const along = [share(from.px, left, right), share(px, left, right)].sort((a, b) => a - b);

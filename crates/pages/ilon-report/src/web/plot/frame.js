@@ -150,11 +150,7 @@ class Frame {
 
   widen([low, high], axis, tight) {
     if (axis.range) return axis.range;
-    if (!Number.isFinite(low)) return axis.log ? [1, 10] : [0, 1];
-    if (axis.log) {
-      const room = Math.pow(high / low, 0.08) * 1.05;
-      return [low / room, high * room];
-    }
+    if (!Number.isFinite(low)) return [0, 1];
     if (axis.zero) [low, high] = [Math.min(low, 0), Math.max(high, 0)];
     const least = axis.least || Math.max(Math.abs(high), Math.abs(low)) * 1e-6 || 1e-9;
     if (high - low < least) {

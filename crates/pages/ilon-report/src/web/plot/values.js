@@ -34,19 +34,6 @@ function ticks(low, high, most) {
   return { values, show: (value) => (plain ? value.toFixed(decimals) : value.toExponential(1)).replace('-', '−') };
 }
 
-function logTicks(low, high) {
-  const decades = Math.log10(high / low);
-  const steps = decades > 2.5 ? [1] : decades > 1.2 ? [1, 3] : [1, 2, 3, 5, 7];
-  const values = [];
-  for (let p = Math.floor(Math.log10(low)); p <= Math.log10(high); p++) {
-    for (const step of steps) {
-      const value = step * Math.pow(10, p);
-      if (value >= low * 0.999 && value <= high * 1.001) values.push(value);
-    }
-  }
-  return { values, show: (value) => String(Number(value.toPrecision(2))) };
-}
-
 // A threshold or a limit: constant over the whole run.
 function isLevel({ x, y }) {
   return x.length === 2 && y[0] === y[1];

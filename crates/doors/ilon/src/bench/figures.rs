@@ -13,9 +13,6 @@ pub const DRIVES: [(&str, [f64; 3]); 5] = [
     ("D5", [0.3, 0.0, 0.5]),
 ];
 
-/// Physics steps per second for each robot of a fleet, in the contact window.
-pub const FLEET_RATE_HZ: f64 = 240.0;
-
 /// All measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bench {
@@ -25,8 +22,6 @@ pub struct Bench {
     pub headings_deg: Vec<f64>,
     /// Measurements by robot.
     pub robots: BTreeMap<String, RobotBench>,
-    /// Measurements of many robots in one process.
-    pub throughput: Vec<Throughput>,
 }
 
 /// Measurements of one robot.
@@ -47,11 +42,6 @@ pub struct RobotBench {
     pub configurations: Vec<Configuration>,
     /// What was left out, and the reason.
     pub remarks: Vec<String>,
-    /// Cost of treads; `None` if not timed.
-    pub tread: Option<TreadCost>,
-    /// Drives with sliding wheels; empty if rapier's contacts are not measured, or do not support
-    /// the robot.
-    pub transients: Vec<Transient>,
 }
 
 /// One way to simulate a robot.
@@ -115,27 +105,6 @@ pub struct Heading {
     pub rate_shortfall_pct: f64,
 }
 
-/// Many independent robots in one process.
-#[derive(Clone, Debug, Serialize)]
-pub struct Throughput {
-    /// Name of the robot.
-    pub robot: String,
-    /// Number of robots.
-    pub robots: usize,
-    /// Number of threads.
-    pub threads: usize,
-    /// Simulated seconds of all robots per second of wall clock, the best of the stretches.
-    pub sim_s_per_wall_s: f64,
-    /// Simulated seconds per CPU second of all threads.
-    pub sim_s_per_cpu_s: Option<f64>,
-    /// CPU time over wall clock: the number of cores that the threads really had. If it is below
-    /// the number of threads, other processes used the rest, and the efficiency is not reliable.
-    pub cores: Option<f64>,
-    /// Speed over that of the same robots on one thread, over the number of threads: 1 is ideal.
-    /// `None` if one thread was not measured, or there are more threads than robots.
-    pub efficiency: Option<f64>,
-}
-
 /// Machine, date and versions of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
@@ -153,59 +122,11 @@ pub struct Machine {
     pub date: String,
 }
 
-/// A drive with sliding wheels.
-#[derive(Clone, Debug, Serialize)]
-pub struct Transient {
-    /// Its description.
-    pub name: String,
-    /// With ilon's contact solver, at steps of 1 ms.
-    pub ilon: Slide,
-    /// With rapier's contact solver, at steps of 1 ms.
-    pub rapier: Slide,
-    /// With ilon's contact solver, at steps of 0.25 ms: the reference of both.
-    pub fine: Slide,
-}
-
-/// Result of one such drive.
-#[derive(Clone, Debug, Serialize)]
-pub struct Slide {
-    /// Final position relative to the start, in metres: ahead and to the left.
-    pub end_m: [f64; 2],
-    /// The largest distance from the path of the fine steps, at the same time, in metres.
-    pub apart_m: f64,
-    /// Heat from sliding, and from spinning up rollers, in J.
-    pub heat_j: f64,
-    /// The largest sliding speed of a contact, in m/s.
-    pub slip_speed_max_m_s: f64,
-    /// Error of the energy balance, over all converted energy.
-    pub unexplained_share: f64,
-}
-
-/// Cost of treads for a robot.
-#[derive(Clone, Debug, Serialize)]
-pub struct TreadCost {
-    /// Physics steps per second.
-    pub rate_hz: f64,
-    /// The simulated rollers.
-    pub roller_bodies: String,
-    /// Stiffness of the treads of the first wheel, in N/m.
-    pub stiffness_n_m: f64,
-    /// CPU time of a step with treads over that without, for all drives together.
-    pub ratio: f64,
-    /// The same for each drive, by name.
-    pub drives: BTreeMap<String, f64>,
-}
-
 impl Configuration {
     /// Returns the physics steps per second.
     pub fn rate_hz(&self) -> f64 {
         // A rate of 60 comes back as 60.
         (1e6 / self.physics_dt_s).round() / 1e6
-    }
-
-    /// Returns the CPU seconds per simulated second.
-    pub fn cpu_s_per_sim_s(&self) -> Option<f64> {
-        self.sim_s_per_cpu_s.map(|speed| 1.0 / speed)
     }
 
     /// The configuration in a few words.
@@ -227,9 +148,6 @@ pub fn describe(kind: &str, rate_hz: f64) -> String {
 pub const CONFIGURATION_COLUMNS: [&str; 5] =
     ["ripple", "slip", "sim s/CPU s", "steps/CPU s", "spread"];
 
-/// Columns of a slide's table.
-pub const SLIDE_COLUMNS: [&str; 6] = ["x", "y", "apart", "heat", "slip", "unexplained"];
-
 impl Configuration {
     /// Returns the figures of its table row, each with its decimals: the worst error and that of
     /// each drive in %, then [`CONFIGURATION_COLUMNS`] in mm, mm/s and %.
@@ -244,64 +162,5 @@ impl Configuration {
         ];
         let worst = std::iter::once((Some(self.worst_error_pct), 4));
         worst.chain(drives).chain(others).collect()
-    }
-}
-
-impl Slide {
-    /// The figures of [`SLIDE_COLUMNS`] in mm, J, mm/s and %, each with its decimals.
-    pub fn figures(&self) -> [(Option<f64>, usize); 6] {
-        [
-            (Some(1e3 * self.end_m[0]), 2),
-            (Some(1e3 * self.end_m[1]), 2),
-            (Some(1e3 * self.apart_m), 2),
-            (Some(self.heat_j), 4),
-            (Some(1e3 * self.slip_speed_max_m_s), 1),
-            (Some(100.0 * self.unexplained_share), 3),
-        ]
-    }
-}
-
-impl Throughput {
-    /// Returns the figures of its table row, each with its decimals: simulated seconds per second
-    /// of wall clock and of the CPU, cores, efficiency.
-    pub fn figures(&self) -> [(Option<f64>, usize); 4] {
-        [
-            (Some(self.sim_s_per_wall_s), 1),
-            (self.sim_s_per_cpu_s, 1),
-            (self.cores, 2),
-            (self.efficiency, 2),
-        ]
-    }
-}
-
-impl TreadCost {
-    /// Returns the drive for which treads cost most.
-    pub fn worst(&self) -> Option<(&str, f64)> {
-        let drives = self.drives.iter();
-        let worst = drives.max_by(|a, b| a.1.total_cmp(b.1));
-        worst.map(|(name, ratio)| (name.as_str(), *ratio))
-    }
-
-    /// Returns the cost of treads in a sentence.
-    pub fn said(&self) -> String {
-        let worst = self.worst();
-        let worst = worst.map_or_else(String::new, |(name, ratio)| {
-            format!("; {ratio:.2} times in {name}, the most")
-        });
-        format!(
-            "treads of {:.0e} N/m: {:.2} times the time of a step on rigid rollers, {} rollers, {} steps a second{worst}",
-            self.stiffness_n_m, self.ratio, self.roller_bodies, self.rate_hz
-        )
-    }
-}
-
-impl Transient {
-    /// Returns the solvers in display order, with their results.
-    pub fn rows(&self) -> [(&'static str, &Slide); 3] {
-        [
-            ("ilon, 1 ms", &self.ilon),
-            ("rapier, 1 ms", &self.rapier),
-            ("ilon, 0.25 ms", &self.fine),
-        ]
     }
 }
