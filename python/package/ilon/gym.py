@@ -121,7 +121,7 @@ class TrackEnv(gymnasium.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]], 
     | `"wheel_torques"` | one a wheel | the motor's torque limit in N m |
 
     What lies outside of [-1, 1] is cut off; NaN and other shapes raise. A twist at which a wheel would turn faster than it can is lowered
-    by one factor for all three numbers.
+    by one factor for all three numbers. Where tyres exclude a motion, 1 is 0; steered wheels turn to the twist.
 
     **Observations** are what the robot's sensors say (`[sensors]` of the scenario), in the body's frame; `observation_names` names
     them with their units: the error to the desired pose (m, m, rad), the desired velocity (m/s, m/s, rad/s), the path `preview_s`

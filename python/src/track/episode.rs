@@ -1,9 +1,11 @@
 //! An episode of one robot on a path, from a start until it fails or time is up.
 
+use std::sync::{Mutex, PoisonError};
+
 use ilon::Error;
 use ilon::control::{Kinematics, Reference};
 use ilon::robot::{Pose, Roller, Wheel};
-use ilon::simulate::{Plant, WheelCommand};
+use ilon::simulate::{Followed, Pilot, Plant, WheelCommand};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use toml::Value;
@@ -16,6 +18,9 @@ pub struct Episode {
     plant: Plant,
     reference: Reference,
     kinematics: Kinematics,
+    /// Turns steered wheels to a twist. In a lock, which is never waited for, because Python may
+    /// pass an episode between threads.
+    pilot: Option<Mutex<Pilot>>,
     /// Draws the random differences between episodes.
     rng: ChaCha8Rng,
     /// The time on the path at which the episode began, in seconds.
@@ -70,6 +75,7 @@ impl Episode {
         };
         Ok(Self {
             kinematics: plant.kinematics().clone(),
+            pilot: steering(task, plant)?,
             wheels: vec![0.0; plant.robot().wheels.len()],
             plant: plant.clone(),
             reference,
@@ -130,6 +136,7 @@ impl Episode {
             heading_rad: start.heading_rad + off_rad * off[2],
         };
         self.plant.reset(sensors, start)?;
+        self.pilot = steering(task, &self.plant)?;
         self.step = 0;
         self.action.fill(0.0);
         self.energies_j = (0.0, 0.0);
@@ -155,10 +162,21 @@ impl Episode {
         action: &[f32],
         observation: &mut [f32],
     ) -> Result<Stepped, Error> {
-        task.act(&self.kinematics, action, &mut self.wheels);
-        let command = match task.action {
-            Action::WheelTorques => WheelCommand::Torques(&self.wheels),
-            _ => WheelCommand::Rates(&self.wheels),
+        let command = match (&mut self.pilot, task.action) {
+            (Some(pilot), _) => {
+                let pilot = pilot.get_mut().unwrap_or_else(PoisonError::into_inner);
+                pilot.follow(Followed::Twist(task.twist(action)))?;
+                pilot.decide(self.plant.time_s(), self.plant.observe());
+                self.plant.steer(pilot.steering());
+                pilot.command()
+            }
+            (None, kind) => {
+                task.act(&self.kinematics, action, &mut self.wheels);
+                match kind {
+                    Action::WheelTorques => WheelCommand::Torques(&self.wheels),
+                    _ => WheelCommand::Rates(&self.wheels),
+                }
+            }
         };
         let period_s = self.plant.resolved().control_dt_s();
         let diverged = match self.plant.advance(command, period_s) {
@@ -257,4 +275,13 @@ impl Episode {
         let unit = (self.rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         low + unit * (high - low)
     }
+}
+
+/// The pilot of a robot with steered wheels under twists; `None` of any other, which needs none.
+fn steering(task: &Task, plant: &Plant) -> Result<Option<Mutex<Pilot>>, Error> {
+    if task.action != Action::Twist {
+        return Ok(None);
+    }
+    let pilot = Pilot::of(plant.resolved(), plant.robot(), None)?;
+    Ok(Some(pilot).filter(Pilot::steers).map(Mutex::new))
 }

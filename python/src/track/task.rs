@@ -156,7 +156,8 @@ impl Task {
             .clone()
             .map(|motor| motor.velocity_rad_s.min(limit_rad_s))
             .collect();
-        if self.action_scale.is_empty() {
+        let is_chosen = self.action_scale.is_empty();
+        if is_chosen {
             self.action_scale = match self.action {
                 Action::Twist => {
                     let limits = SpeedLimits::new(&kinematics, &self.rate_limits_rad_s);
@@ -181,7 +182,9 @@ impl Task {
                 "give one for each number of an action",
             ));
         }
-        let is_scale = |scale: &f64| scale.is_finite() && *scale > 0.0;
+        // 0 where tyres exclude a motion.
+        let is_scale =
+            |scale: &f64| scale.is_finite() && (*scale > 0.0 || is_chosen && *scale == 0.0);
         if !self.action_scale.iter().all(is_scale) {
             return Err(Error::invalid(
                 "nothing says what an action of 1 is: the motors have no limits",
@@ -301,25 +304,31 @@ impl Task {
 
     /// Converts an action, each number in [-1, 1], to wheel commands.
     pub fn act(&self, kinematics: &Kinematics, action: &[f32], wheels: &mut [f64]) {
-        let mut scaled = action
-            .iter()
-            .zip(&self.action_scale)
-            .map(|(share, scale)| f64::from(*share) * scale);
         if self.action != Action::Twist {
-            for (wheel, number) in wheels.iter_mut().zip(scaled) {
+            for (wheel, number) in wheels.iter_mut().zip(self.scaled(action)) {
                 *wheel = number;
             }
             return;
         }
-        let mut next = || scaled.next().unwrap_or_default();
-        let twist = Twist::new(next(), next(), next());
-        kinematics.wheel_rates(twist, wheels);
+        kinematics.wheel_rates(self.twist(action), wheels);
         // All by one factor, so that the direction is kept.
         let limits = wheels.iter().zip(&self.rate_limits_rad_s);
         let over = limits.fold(1.0, |over: f64, (rate, limit)| over.max(rate.abs() / limit));
         for rate in wheels {
             *rate /= over;
         }
+    }
+
+    /// The twist of an action, in m/s and rad/s.
+    pub fn twist(&self, action: &[f32]) -> Twist {
+        let mut scaled = self.scaled(action);
+        let mut next = || scaled.next().unwrap_or_default();
+        Twist::new(next(), next(), next())
+    }
+
+    fn scaled(&self, action: &[f32]) -> impl Iterator<Item = f64> {
+        let shares = action.iter().zip(&self.action_scale);
+        shares.map(|(share, scale)| f64::from(*share) * scale)
     }
 
     /// Writes the observation of the robot and its path.

@@ -18,6 +18,8 @@ macro_rules! messages {
         $(
             $(#[$attribute])*
             #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+            // Of JSON, in which viewers leave zeros out.
+            #[serde(default)]
             pub struct $name {
                 $( $(#[$field_attribute])* pub $field: $field_type, )*
             }

@@ -363,6 +363,11 @@ impl Pilot {
         }
     }
 
+    /// Whether it steers wheels at all.
+    pub fn steers(&self) -> bool {
+        self.modules.is_some()
+    }
+
     /// Where the pilot sends the joints that steer wheels, by their indices among the robot's
     /// joints; nowhere if wheel rates, a log of wheels or a user's controller drives.
     pub fn steering(&self) -> impl Iterator<Item = (usize, JointCommand)> {

@@ -28,7 +28,6 @@ use foxglove::{
 };
 use ilon_messages::bag::{Durability, Qos};
 use ilon_messages::geometry_msgs::{Twist, TwistStamped};
-use ilon_messages::std_msgs::Float64MultiArray;
 use ilon_messages::topics::Outlet;
 use ilon_messages::{CdrError, Message};
 use serde::Deserialize;
@@ -353,31 +352,17 @@ fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Received
     let kind = channel.schema_name.replace("/msg/", "/");
     let topic = channel.topic.as_str();
     let topic = topic.strip_prefix('/').unwrap_or(topic);
-    let taken = match (topic, kind.as_str(), channel.encoding.as_str()) {
-        ("cmd_vel", "geometry_msgs/Twist", "cdr") => {
-            cdr::<Twist>(payload).map(|message| commands::twist(&message))
+    let encoding = channel.encoding.as_str();
+    let taken = match (topic, kind.as_str(), encoding) {
+        ("cmd_vel", "geometry_msgs/Twist", "cdr" | "json") => {
+            read::<Twist>(payload, encoding).map(|message| commands::twist(&message))
         }
         // Its stamp is from the viewer's clock.
-        ("cmd_vel", "geometry_msgs/TwistStamped", "cdr") => {
-            cdr::<TwistStamped>(payload).map(|message| commands::twist(&message.twist))
+        ("cmd_vel", "geometry_msgs/TwistStamped", "cdr" | "json") => {
+            read::<TwistStamped>(payload, encoding).map(|message| commands::twist(&message.twist))
         }
-        ("wheel_commands", "std_msgs/Float64MultiArray", "cdr") => {
-            cdr(payload).map(|message| commands::rates(&message, robot))
-        }
-        ("cmd_vel", "geometry_msgs/Twist", "json") => {
-            json::<JsonTwist>(payload).map(|message| commands::twist(&message.into()))
-        }
-        ("cmd_vel", "geometry_msgs/TwistStamped", "json") => {
-            json::<JsonTwistStamped>(payload).map(|message| commands::twist(&message.twist.into()))
-        }
-        ("wheel_commands", "std_msgs/Float64MultiArray", "json") => {
-            json::<JsonArray>(payload).map(|JsonArray { data }| {
-                let message = Float64MultiArray {
-                    data,
-                    ..Float64MultiArray::default()
-                };
-                commands::rates(&message, robot)
-            })
+        ("wheel_commands", "std_msgs/Float64MultiArray", "cdr" | "json") => {
+            read(payload, encoding).map(|message| commands::rates(&message, robot))
         }
         (_, kind, encoding) => Err(format!(
             "{kind} as {encoding} drives nothing: publish geometry_msgs/Twist or TwistStamped on /cmd_vel, as json or cdr"
@@ -386,47 +371,12 @@ fn heard(channel: &ClientChannel, payload: &[u8], robot: &Commanded) -> Received
     taken.unwrap_or_else(refused)
 }
 
-fn cdr<M: Message>(payload: &[u8]) -> Result<M, String> {
-    M::decode(payload).map_err(|fault| fault.to_string())
-}
-
-fn json<M: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<M, String> {
-    serde_json::from_slice(payload).map_err(|fault| fault.to_string())
-}
-
-/// A vector as JSON, in which viewers omit zeros.
-#[derive(Deserialize, Default)]
-#[serde(default)]
-struct JsonVector {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default)]
-struct JsonTwist {
-    linear: JsonVector,
-    angular: JsonVector,
-}
-
-#[derive(Deserialize)]
-struct JsonTwistStamped {
-    twist: JsonTwist,
-}
-
-#[derive(Deserialize)]
-struct JsonArray {
-    data: Vec<f64>,
-}
-
-impl From<JsonTwist> for Twist {
-    fn from(JsonTwist { linear, angular }: JsonTwist) -> Self {
-        let vector =
-            |JsonVector { x, y, z }: JsonVector| ilon_messages::geometry_msgs::Vector3 { x, y, z };
-        Self {
-            linear: vector(linear),
-            angular: vector(angular),
-        }
+fn read<M: Message + for<'de> Deserialize<'de>>(
+    payload: &[u8],
+    encoding: &str,
+) -> Result<M, String> {
+    match encoding {
+        "json" => serde_json::from_slice(payload).map_err(|fault| fault.to_string()),
+        _ => M::decode(payload).map_err(|fault| fault.to_string()),
     }
 }

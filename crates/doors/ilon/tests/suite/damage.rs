@@ -2,8 +2,6 @@
 //! limit, and nothing panics. The damage is the same in every run; `ILON_DAMAGE_ROUNDS=100000` runs
 //! more of it.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -12,8 +10,6 @@ use ilon::robot::Robot;
 use ilon::simulate::Simulation;
 use ilon::{Error, Scenario};
 use ilon_formats::{LoadOptions, LoadRobot};
-use ilon_live::ardupilot::Packet;
-use ilon_live::{Mailbox, Server, Session};
 
 use crate::support::{Folder, ended_with};
 
@@ -279,8 +275,15 @@ fn bags() {
 }
 
 /// Requests, frames and packets; the server answers other clients meanwhile.
+#[cfg(feature = "live")]
 #[test]
 fn sockets() {
+    use std::io::{Read, Write};
+    use std::net::TcpStream;
+
+    use ilon_live::ardupilot::Packet;
+    use ilon_live::{Controls, Mailbox, Server, Session};
+
     let folder = Folder::new();
     let scenario = Scenario::load(folder.path("good.toml")).expect("a scenario");
     let mut session = Session::new(&scenario).expect("a session");
@@ -311,7 +314,7 @@ fn sockets() {
          Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n\x01\x05hello{{\"twist\": [0.1, 0, 0]}}"
     );
     let mut dice = Dice(1973);
-    let mut controls = ilon_live::Controls::default();
+    let mut controls = Controls::default();
     let packet: Vec<u8> = [
         &[0x1a, 0x48, 0x90, 0x01, 4, 3, 2, 1][..],
         &[0xdc, 0x05].repeat(16),
