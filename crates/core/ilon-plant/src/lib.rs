@@ -31,6 +31,7 @@ pub mod record;
 pub mod resolve;
 pub mod sensing;
 mod storage;
+mod timed;
 pub mod wheels;
 
 pub use ilon_scenario::course::command::{Commanded, Decided, JointCommand, WheelCommand};

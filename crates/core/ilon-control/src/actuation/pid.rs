@@ -32,6 +32,8 @@
 //! integral is corrected by it.
 
 use ilon_robot::{mean_of_gain, time_and_gain_until};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::derivative::{FilteredDerivative, weight};
 use super::motor::TorqueRange;
@@ -126,13 +128,15 @@ impl WheelGains {
     }
 }
 
-/// When a wheel loop computes its torque, relative to the simulation's steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How a wheel loop's torque goes with the physics steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LoopTiming {
-    /// Once per step, held over it: a digital loop whose period is the step.
+    /// Computed once a physics step and held over it: a digital loop whose period is the step, with
+    /// its limits of stability.
     Sampled,
-    /// Continuously: the torque falls within the step as the wheel gains rate. A loop much faster
-    /// than the step.
+    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at
+    /// any.
     #[default]
     Continuous,
 }

@@ -8,6 +8,8 @@
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{finite, positive};
 use crate::guidance::priority::{Priority, Task, TaskShare, share_capacity, sigma};
@@ -28,30 +30,49 @@ pub enum Saturation {
     None,
 }
 
-/// A task of the guidance, for [`Guidance::with_tasks`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
+/// A task of the guidance.
+// For `Guidance::with_tasks`; the comments of the variants are those of the scenario's schema.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GuidanceTask {
-    /// M_l r_d', eq. (38): the desired velocity.
+    /// The desired velocity, equation (38).
     PositionFeedforward,
-    /// M_l K_r e_r, eq. (39): correction of the position error.
+    /// Back to the desired position, equation (39).
     PositionFeedback,
-    /// M_a phi_d', eq. (40): the desired heading rate.
+    /// The desired heading rate, equation (40).
     HeadingFeedforward,
-    /// M_a K_phi e_phi, eq. (41): correction of the heading error.
+    /// Back to the desired heading, equation (41).
     HeadingFeedback,
-    /// A third reference: face a point of the world, with M_a times a gain times the angle to it.
+    /// To look at a point of the world.
     Face {
-        /// The point in the world frame, in metres.
-        point_m: Vector2<f64>,
-        /// The gain on the angle, in 1/s.
+        /// x of the point, in metres.
+        x_m: f64,
+        /// y of the point, in metres.
+        y_m: f64,
+        /// Gain on the angle to it, in 1/s.
+        #[serde(default = "GuidanceTask::usual_gain_per_s")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
         gain_per_s: f64,
     },
-    /// A constant motion of the reference point, in the body frame.
-    Twist(Twist),
+    /// A constant motion of the reference point in the body frame.
+    Twist {
+        /// Ahead, in m/s.
+        #[serde(default)]
+        vx_m_s: f64,
+        /// To the left, in m/s.
+        #[serde(default)]
+        vy_m_s: f64,
+        /// Counter-clockwise, in rad/s.
+        #[serde(default)]
+        omega_rad_s: f64,
+    },
 }
 
 impl GuidanceTask {
+    fn usual_gain_per_s() -> f64 {
+        1.0
+    }
+
     /// The task's name in commands and traces.
     pub fn name(&self) -> &'static str {
         match self {
@@ -60,7 +81,7 @@ impl GuidanceTask {
             Self::HeadingFeedforward => "heading feedforward",
             Self::HeadingFeedback => "heading feedback",
             Self::Face { .. } => "face",
-            Self::Twist(_) => "twist",
+            Self::Twist { .. } => "twist",
         }
     }
 
@@ -280,17 +301,22 @@ impl Guidance {
             }
             match task {
                 GuidanceTask::Face {
-                    point_m,
+                    x_m,
+                    y_m,
                     gain_per_s,
                 } => {
-                    finite("x of the point to face, in m", point_m.x)?;
-                    finite("y of the point to face, in m", point_m.y)?;
+                    finite("x of the point to face, in m", *x_m)?;
+                    finite("y of the point to face, in m", *y_m)?;
                     positive("the gain on the angle to a point, in 1/s", *gain_per_s)?;
                 }
-                GuidanceTask::Twist(twist) => {
-                    finite("vx of a task, in m/s", twist.vx_m_s)?;
-                    finite("vy of a task, in m/s", twist.vy_m_s)?;
-                    finite("the yaw rate of a task, in rad/s", twist.omega_rad_s)?;
+                GuidanceTask::Twist {
+                    vx_m_s,
+                    vy_m_s,
+                    omega_rad_s,
+                } => {
+                    finite("vx of a task, in m/s", *vx_m_s)?;
+                    finite("vy of a task, in m/s", *vy_m_s)?;
+                    finite("the yaw rate of a task, in rad/s", *omega_rad_s)?;
                 }
                 _ => {}
             }
@@ -456,10 +482,11 @@ impl Guidance {
                 Twist::new(0.0, 0.0, self.k_phi * e_phi)
             }
             GuidanceTask::Face {
-                point_m,
+                x_m,
+                y_m,
                 gain_per_s,
             } => {
-                let to = point_m - r_c();
+                let to = Vector2::new(*x_m, *y_m) - r_c();
                 // At the point itself there is no direction to face.
                 let angle = match to.norm() > 0.0 {
                     true => wrap_angle(libm::atan2(to.y, to.x) - phi),
@@ -467,7 +494,11 @@ impl Guidance {
                 };
                 Twist::new(0.0, 0.0, gain_per_s * angle)
             }
-            GuidanceTask::Twist(twist) => *twist,
+            GuidanceTask::Twist {
+                vx_m_s,
+                vy_m_s,
+                omega_rad_s,
+            } => Twist::new(*vx_m_s, *vy_m_s, *omega_rad_s),
         }
     }
 

@@ -74,13 +74,9 @@ impl Pace {
     }
 }
 
-/// Returns the distance moved between two times at a given flow, in metres.
+/// Returns the distance moved between two times at a given flow, in metres, by five-point Gauss
+/// quadrature.
 pub(super) fn length_m(from_s: f64, to_s: f64, flow: &impl Fn(f64) -> f64) -> f64 {
-    length_over_m(from_s, to_s - from_s, flow)
-}
-
-/// Like `length_m`, from a time on over some seconds, by five-point Gauss quadrature.
-pub(super) fn length_over_m(from_s: f64, over_s: f64, flow: &impl Fn(f64) -> f64) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
         (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
@@ -88,7 +84,7 @@ pub(super) fn length_over_m(from_s: f64, over_s: f64, flow: &impl Fn(f64) -> f64
         (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
-    let half_s = 0.5 * over_s;
+    let half_s = 0.5 * (to_s - from_s);
     let at = |(x, weight): &(f64, f64)| weight * flow(from_s + half_s * (1.0 + x));
     half_s * NODES.iter().map(at).sum::<f64>()
 }

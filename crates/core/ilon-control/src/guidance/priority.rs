@@ -2,13 +2,17 @@
 //! priority, eqs. (29)-(35).
 
 use ilon_robot::Twist;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// The order of the tasks if the wheels cannot serve both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which task is served first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Priority {
-    /// Position before heading: the tasks (38)-(41).
+    /// Position before heading, equations (38)-(41).
+    #[default]
     Position,
-    /// Heading before position: the tasks (47)-(50).
+    /// Heading before position, equations (47)-(50).
     Heading,
 }
 

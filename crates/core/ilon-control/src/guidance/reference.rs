@@ -9,8 +9,8 @@ use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::{Vector1, Vector2};
 
 use crate::ControlError;
-use crate::error::{finite, not_negative, positive};
-use crate::guidance::pace::{Pace, length_over_m};
+use crate::error::{finite, positive};
+use crate::guidance::pace::Pace;
 use crate::guidance::spline::{Motion, Spline};
 use crate::guidance::tracking::PathPoint;
 
@@ -374,56 +374,6 @@ impl Reference {
         }
     }
 
-    /// Returns the curvilinear abscissa s(t) of eq. (14) from time zero, in metres.
-    ///
-    /// # Errors
-    /// [`ControlError::Negative`] for a time below zero.
-    pub fn arc_length_m(&self, t_s: f64) -> Result<f64, ControlError> {
-        let t_s = self.own_time_s(not_negative("the time in s", t_s)?);
-        Ok(match &self.path {
-            Path::Hold { .. } => 0.0,
-            Path::Line {
-                length_m,
-                speed_m_s,
-                ..
-            } => length_m.min(speed_m_s * t_s),
-            Path::Circle {
-                radius_m,
-                rate_rad_s,
-                ..
-            } => radius_m * rate_rad_s.abs() * t_s,
-            Path::FigureEight { rate_rad_s, .. } => {
-                // Sixteen pieces per turn: the integrand is smooth, and five-point Gauss quadrature
-                // is then exact to 1e-9.
-                let pieces = (t_s * rate_rad_s / TAU * 16.0).ceil().max(1.0);
-                let step_s = t_s / pieces;
-                let piece = |k: usize| self.path.distance_m(k as f64 * step_s, step_s);
-                (0..pieces as usize).map(piece).sum()
-            }
-            Path::Waypoints { positions, .. } => {
-                let times_s = positions.times_s();
-                let pieces = times_s.windows(2).take_while(|w| w[0] < t_s);
-                pieces
-                    .map(|w| self.path.distance_finely_m(w[0], w[1].min(t_s)))
-                    .sum()
-            }
-        })
-    }
-
-    /// Returns the unit tangent t_d of eq. (15), in the world frame; `None` if the path never
-    /// moves.
-    pub fn tangent(&self, t_s: f64) -> Option<Vector2<f64>> {
-        let own_s = self.own_time_s(t_s.max(0.0));
-        self.path.direction(own_s).try_normalize(0.0)
-    }
-
-    fn own_time_s(&self, t_s: f64) -> f64 {
-        match &self.pace {
-            Some(pace) => pace.at(t_s, |own_s| self.flow(own_s)).0,
-            None => t_s,
-        }
-    }
-
     /// Returns how its path goes at a time in seconds, for a robot that cannot move sideways. While
     /// it stands, its direction is the reference heading.
     pub fn path_at(&self, t_s: f64) -> PathPoint {
@@ -576,19 +526,6 @@ impl Path {
             }
             _ => (0.0, 0.0),
         }
-    }
-
-    /// Returns the length of the path from `from_s` over `step_s`, in metres.
-    fn distance_m(&self, from_s: f64, step_s: f64) -> f64 {
-        length_over_m(from_s, step_s, &|t_s| self.at(t_s).velocity.norm())
-    }
-
-    /// Returns the length of a piece between waypoints in metres, from sixteen steps.
-    fn distance_finely_m(&self, from_s: f64, to_s: f64) -> f64 {
-        let step_s = (to_s - from_s) / 16.0;
-        (0..16)
-            .map(|k| self.distance_m(from_s + f64::from(k) * step_s, step_s))
-            .sum()
     }
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 use crate::faults::recorded;
 use crate::faults::tilt::Tilts;
 use crate::ground::floor::patches;
-use crate::ground::timed_patch::TimedPatch;
+use crate::timed::Timed;
 use ilon_scenario::Error;
 use ilon_scenario::scenario::{Fault, Scenario};
 
@@ -16,14 +16,14 @@ use ilon_scenario::scenario::{Fault, Scenario};
 #[derive(Clone)]
 pub(crate) struct Disturbances {
     pushes: Vec<TimedPush>,
-    payloads: Vec<(Payload, Fault)>,
+    payloads: Vec<Timed<Payload>>,
     /// The payload added by the program.
     put_on: Option<Payload>,
     /// The wrench added by the program, which acts until it is changed.
     wrench: Option<Wrench>,
     seizures: Vec<Seizure>,
-    patches: Vec<TimedPatch>,
-    frictions: Vec<Fault>,
+    patches: Vec<Timed<Patch>>,
+    frictions: Vec<Timed<f64>>,
     tilts: Tilts,
     /// Gravity without tilts, once it is known.
     gravity_m_s2: Option<Vector3<f64>>,
@@ -57,9 +57,8 @@ struct TimedPush {
 /// A roller that seizes, and whether it has seized.
 #[derive(Clone)]
 struct Seizure {
-    wheel: usize,
-    roller: usize,
-    fault: Fault,
+    /// The wheel, and the roller on it.
+    roller: Timed<(usize, usize)>,
     seized: bool,
 }
 
@@ -70,7 +69,7 @@ impl Disturbances {
     pub fn new(scenario: &Scenario, robot: &Robot) -> Result<Self, Error> {
         let patches = patches(scenario, robot)?;
         let windows = scenario.faults.iter().map(Fault::window_s);
-        let windows = windows.chain(patches.iter().map(TimedPatch::window_s));
+        let windows = windows.chain(patches.iter().map(|patch| (patch.from_s, patch.until_s)));
         let mut changes_s: Vec<f64> = windows
             .flat_map(|(from_s, until_s)| std::iter::once(from_s).chain(until_s))
             .collect();
@@ -87,7 +86,7 @@ impl Disturbances {
             gravity_m_s2: None,
             new_down: None,
             carried: Vec::new(),
-            slippery: (None, TimedPatch::those_at(&patches, 0.0)),
+            slippery: (None, Timed::those_at(&patches, 0.0)),
             patches,
         };
         let recorded = recorded(&scenario.faults, robot)?;
@@ -111,15 +110,18 @@ impl Disturbances {
                 }),
                 (_, FaultKind::Payload { mass_kg, place_m }) if *mass_kg > 0.0 => {
                     let payload = Payload::new(*mass_kg, Vector3::from(*place_m))?;
-                    this.payloads.push((payload, fault.clone()));
+                    this.payloads.push(during(of, payload));
                 }
-                (_, FaultKind::RollerStuck { wheel, roller }) => this.seizures.push(Seizure {
-                    wheel: *wheel,
-                    roller: roller_index(&robot.wheels[*wheel], *roller)?,
-                    fault: fault.clone(),
-                    seized: false,
-                }),
-                (_, FaultKind::FrictionChanged { .. }) => this.frictions.push(fault.clone()),
+                (_, FaultKind::RollerStuck { wheel, roller }) => {
+                    let roller = roller_index(&robot.wheels[*wheel], *roller)?;
+                    this.seizures.push(Seizure {
+                        roller: during(of, (*wheel, roller)),
+                        seized: false,
+                    });
+                }
+                (_, FaultKind::FrictionChanged { friction }) => {
+                    this.frictions.push(during(of, *friction));
+                }
                 _ => {}
             }
         }
@@ -203,8 +205,8 @@ impl Disturbances {
     }
 
     fn load(&mut self, t_s: f64, world: &mut World) {
-        let on = self.payloads.iter().filter(|(_, fault)| fault.is_on(t_s));
-        let carried: Vec<Payload> = on.map(|(payload, _)| *payload).chain(self.put_on).collect();
+        let mut carried = Timed::those_at(&self.payloads, t_s);
+        carried.extend(self.put_on);
         if carried != self.carried {
             world.robot_mut().carry(&carried);
             self.carried = carried;
@@ -213,23 +215,20 @@ impl Disturbances {
 
     fn seize(&mut self, t_s: f64, world: &mut World) {
         for seizure in &mut self.seizures {
-            let seized = seizure.fault.is_on(t_s);
+            let seized = seizure.roller.is_on(t_s);
             if seized != seizure.seized {
-                world
-                    .robot_mut()
-                    .seize_roller(seizure.wheel, seizure.roller, seized);
+                let (wheel, roller) = seizure.roller.of;
+                world.robot_mut().seize_roller(wheel, roller, seized);
                 seizure.seized = seized;
             }
         }
     }
 
     fn wet(&mut self, t_s: f64, world: &mut World) {
-        let mut changes = self.frictions.iter().rev();
-        let friction = changes.find_map(|fault| match fault {
-            Fault::FrictionChanged { friction, .. } if fault.is_on(t_s) => Some(*friction),
-            _ => None,
-        });
-        let slippery = (friction, TimedPatch::those_at(&self.patches, t_s));
+        // The last that is on holds.
+        let mut on = self.frictions.iter().rev().filter(|it| it.is_on(t_s));
+        let friction = on.next().map(|it| it.of);
+        let slippery = (friction, Timed::those_at(&self.patches, t_s));
         if slippery != self.slippery {
             world.set_friction(slippery.0, &slippery.1);
             self.slippery = slippery;
@@ -256,6 +255,15 @@ impl TimedPush {
             force_in_world_n,
             place_in_body_m: self.place_in_body_m,
         })
+    }
+}
+
+/// What a fault does, during the time of the fault.
+fn during<T>(fault: &ilon_trace::Fault, of: T) -> Timed<T> {
+    Timed {
+        of,
+        from_s: fault.from_s,
+        until_s: fault.until_s,
     }
 }
 

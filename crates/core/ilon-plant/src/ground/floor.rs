@@ -2,14 +2,14 @@
 
 use ilon_robot::Robot;
 use ilon_trace::{Ground, GroundPatch, GroundRamp, GroundRelief};
-use ilon_world::{ContactSurface, Floor, GroundBox, Relief};
+use ilon_world::{ContactSurface, Floor, GroundBox, Patch, Relief};
 use nalgebra::{Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::ground::roughness;
 use crate::ground::surface::ContactSurfaces;
-use crate::ground::timed_patch::TimedPatch;
+use crate::timed::Timed;
 use ilon_scenario::Error;
 use ilon_scenario::height_map;
 use ilon_scenario::scenario::{
@@ -58,7 +58,7 @@ pub(crate) fn floor(
     Ok(Floor {
         friction,
         slope_rad,
-        patches: TimedPatch::those_at(&footings.patches()?, 0.0),
+        patches: Timed::those_at(&footings.patches()?, 0.0),
         boxes: boxes.chain(ramps).collect(),
         relief: uneven.map(relief),
         surface,
@@ -71,7 +71,7 @@ pub(crate) fn floor(
 ///
 /// # Errors
 /// If a pair of materials is undefined.
-pub(crate) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<TimedPatch>, Error> {
+pub(crate) fn patches(scenario: &Scenario, robot: &Robot) -> Result<Vec<Timed<Patch>>, Error> {
     ContactSurfaces::new(scenario, robot)?.patches()
 }
 
@@ -114,9 +114,9 @@ pub(crate) fn ground(
             .iter()
             .zip(&section.patches)
             .map(|(timed, patch)| GroundPatch {
-                center_m: timed.patch.center_m.into(),
-                sides_m: (2.0 * timed.patch.half_sides_m).into(),
-                friction: timed.patch.friction,
+                center_m: timed.of.center_m.into(),
+                sides_m: (2.0 * timed.of.half_sides_m).into(),
+                friction: timed.of.friction,
                 changes: changes(patch),
                 from_s: timed.from_s,
                 until_s: timed.until_s,

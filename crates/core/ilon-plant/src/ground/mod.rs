@@ -4,4 +4,3 @@
 pub mod floor;
 pub(crate) mod roughness;
 pub(crate) mod surface;
-pub(crate) mod timed_patch;

@@ -5,7 +5,7 @@ use ilon_robot::Robot;
 use ilon_world::{ContactSurface, FloorSurface, Nap, Patch, Stribeck};
 use nalgebra::Vector2;
 
-use crate::ground::timed_patch::TimedPatch;
+use crate::timed::Timed;
 use ilon_scenario::Error;
 use ilon_scenario::scenario::{self, FloorPatch, MaterialPair, Scenario, Sliding};
 
@@ -78,14 +78,14 @@ impl<'s> ContactSurfaces<'s> {
     ///
     /// # Errors
     /// [`Error::Invalid`] if a pair is undefined.
-    pub fn patches(&self) -> Result<Vec<TimedPatch>, Error> {
+    pub fn patches(&self) -> Result<Vec<Timed<Patch>>, Error> {
         let patches = self.scenario.world.floor.patches.iter().enumerate();
         patches
             .map(|(index, patch)| self.patch(index, patch))
             .collect()
     }
 
-    fn patch(&self, index: usize, patch: &FloorPatch) -> Result<TimedPatch, Error> {
+    fn patch(&self, index: usize, patch: &FloorPatch) -> Result<Timed<Patch>, Error> {
         let section = &self.scenario.world.floor;
         let nap_deg = patch.nap_deg.or(section.nap_deg).unwrap_or(0.0);
         let footings = self
@@ -104,8 +104,8 @@ impl<'s> ContactSurfaces<'s> {
             });
         let footings = footings.collect::<Result<Vec<_>, Error>>()?;
         let ContactSurface { friction, surface } = footings[0];
-        Ok(TimedPatch {
-            patch: Patch {
+        Ok(Timed {
+            of: Patch {
                 center_m: Vector2::new(patch.x_m, patch.y_m),
                 half_sides_m: 0.5 * Vector2::new(patch.length_x_m, patch.length_y_m),
                 friction,

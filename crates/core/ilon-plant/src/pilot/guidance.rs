@@ -1,8 +1,7 @@
 //! Builds the guidance law of a scenario.
 
-use ilon_control::{Gain, Guidance, GuidanceSettings, GuidanceTask, Kinematics, Saturation};
-use ilon_robot::Twist;
-use nalgebra::{Matrix2, Vector2};
+use ilon_control::{Gain, Guidance, GuidanceSettings, Kinematics, Saturation};
+use nalgebra::Matrix2;
 
 use ilon_scenario::{Error, scenario};
 
@@ -21,7 +20,7 @@ pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<
         wheel_rate_limit_rad_s: section.wheel_rate_limit_rad_s.unwrap_or(f64::INFINITY),
         saturation: match section.saturation {
             scenario::Saturation::Prioritised => {
-                Saturation::Prioritised(section.priority.unwrap_or_default().into())
+                Saturation::Prioritised(section.priority.unwrap_or_default())
             }
             scenario::Saturation::Clip => Saturation::Clip,
             scenario::Saturation::Scale => Saturation::Scale,
@@ -33,34 +32,10 @@ pub fn guidance(section: &scenario::Guidance, kinematics: Kinematics) -> Result<
         guidance = guidance.with_wheel_limits(&section.wheel_rate_limits_rad_s)?;
     }
     if !section.tasks.is_empty() {
-        let tasks: Vec<_> = section.tasks.iter().map(task).collect();
-        guidance = guidance.with_tasks(&tasks)?;
+        guidance = guidance.with_tasks(&section.tasks)?;
     }
     Ok(match section.capacity_rad_s {
         Some(capacity_rad_s) => guidance.with_capacity(capacity_rad_s)?,
         None => guidance,
     })
-}
-
-/// Converts a task of a scenario.
-fn task(task: &scenario::Task) -> GuidanceTask {
-    match *task {
-        scenario::Task::PositionFeedforward => GuidanceTask::PositionFeedforward,
-        scenario::Task::PositionFeedback => GuidanceTask::PositionFeedback,
-        scenario::Task::HeadingFeedforward => GuidanceTask::HeadingFeedforward,
-        scenario::Task::HeadingFeedback => GuidanceTask::HeadingFeedback,
-        scenario::Task::Face {
-            x_m,
-            y_m,
-            gain_per_s,
-        } => GuidanceTask::Face {
-            point_m: Vector2::new(x_m, y_m),
-            gain_per_s,
-        },
-        scenario::Task::Twist {
-            vx_m_s,
-            vy_m_s,
-            omega_rad_s,
-        } => GuidanceTask::Twist(Twist::new(vx_m_s, vy_m_s, omega_rad_s)),
-    }
 }

@@ -43,13 +43,13 @@
 //! on, 1 for poses that are seen at once and T / (e l) for old ones. With loops it is found by
 //! following an error.
 
-use ilon_control::DynamicModel;
+use ilon_control::{DynamicModel, GuidanceTask};
 use ilon_robot::bisected;
 use ilon_trace::Guidance;
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 use crate::Error;
-use crate::scenario::{Scenario, Task, WheelLaw};
+use crate::scenario::{Scenario, WheelLaw};
 
 /// The response of the wheels to a command along one direction of motion.
 #[derive(Clone, Copy, Debug)]
@@ -365,14 +365,16 @@ fn gains(scenario: &Scenario) -> Vec<UsedGain> {
     if section.tasks.is_empty() {
         return vec![position(), on_heading()];
     }
-    let of_task = |(index, task): (usize, &Task)| match *task {
-        Task::PositionFeedback => Some(position()),
-        Task::HeadingFeedback => Some(on_heading()),
-        Task::Face { gain_per_s, .. } => Some(heading(
+    let of_task = |(index, task): (usize, &GuidanceTask)| match *task {
+        GuidanceTask::PositionFeedback => Some(position()),
+        GuidanceTask::HeadingFeedback => Some(on_heading()),
+        GuidanceTask::Face { gain_per_s, .. } => Some(heading(
             &format!("tasks.{index}.face.gain_per_s"),
             gain_per_s,
         )),
-        Task::PositionFeedforward | Task::HeadingFeedforward | Task::Twist { .. } => None,
+        GuidanceTask::PositionFeedforward
+        | GuidanceTask::HeadingFeedforward
+        | GuidanceTask::Twist { .. } => None,
     };
     section
         .tasks

@@ -22,7 +22,7 @@ pub fn choose_timing(scenario: &mut Scenario) {
     let is_counted = scenario.sensors.encoders.counts_per_turn.is_some();
     let is_pid = section.law == WheelLaw::Pid;
     if (is_pid && is_counted) || (section.is_late() && section.period_s.is_some()) {
-        section.timing = scenario::LoopTiming::Sampled;
+        section.timing = LoopTiming::Sampled;
     }
     if is_counted {
         section.period_s.get_or_insert(run.control_dt_s);
@@ -116,7 +116,7 @@ fn gains(
         true => (as_sampled_s(section.latency_s()), LoopTiming::Sampled),
         false => {
             let lag_s = section.latency_s() + counted_s;
-            ((period_s, lag_s), timing(section))
+            ((period_s, lag_s), section.timing)
         }
     };
     let proposed = WheelGains::for_robot(model, timing, held, bandwidth_rad_s)?;
@@ -129,13 +129,6 @@ fn gains(
     })
 }
 
-fn timing(section: &scenario::WheelLoop) -> LoopTiming {
-    match section.timing {
-        scenario::LoopTiming::Sampled => LoopTiming::Sampled,
-        scenario::LoopTiming::Continuous => LoopTiming::Continuous,
-    }
-}
-
 /// The wheel loops of a `[wheel_loop]` section.
 pub fn pid(
     section: &scenario::WheelLoop,
@@ -144,7 +137,7 @@ pub fn pid(
 ) -> Result<WheelLoop, Error> {
     let gains = gains(section, model, (period_s, 0.0))?;
     let settings = WheelLoopSettings {
-        timing: timing(section),
+        timing: section.timing,
         // The torque of a late loop does not act in the step in which it is decided: there the rate
         // changes as evenly as if the wheel were heavy.
         inertia_kg_m2: match section.is_late() {
@@ -250,22 +243,13 @@ pub fn passive_settings(
         said.wheel_damping_n_m_s_rad,
     );
     set(&mut own.wheel_limit_n_m, said.wheel_limit_n_m);
-    own.priority = scenario.guidance.priority.unwrap_or_default().into();
+    own.priority = scenario.guidance.priority.unwrap_or_default();
     own.friction = scenario.wheel_loop.friction.unwrap_or(f64::INFINITY);
     own.tilt = scenario.sensors.imu.as_ref().map(|imu| TiltLoop {
         time_constant_s: imu.filter_s,
         delay_s: imu.latency_s + period(imu.rate_hz),
     });
     Ok(own)
-}
-
-impl From<scenario::Priority> for ilon_control::Priority {
-    fn from(priority: scenario::Priority) -> Self {
-        match priority {
-            scenario::Priority::Position => Self::Position,
-            scenario::Priority::Heading => Self::Heading,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! `[guidance]`: how the robot tracks its reference.
 
-use ilon_files::defaults::number;
+use ilon_control::{GuidanceTask, Priority};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use smart_default::SmartDefault;
@@ -40,7 +40,7 @@ pub struct Guidance {
     /// Tasks in the order of priority, equations (32) to (34), instead of `priority`. Tasks that
     /// are not listed are not done.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub tasks: Vec<Task>,
+    pub tasks: Vec<GuidanceTask>,
     /// Kinematics from twist to wheel rates: ideal, or of the rollers that touch.
     pub kinematics: Kinematics,
     /// Point of the body that follows the reference.
@@ -56,44 +56,6 @@ impl Guidance {
             None => self.position_gain_per_s,
         }
     }
-}
-
-/// A task of the guidance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "GuidanceTask")]
-pub enum Task {
-    /// The desired velocity, equation (38).
-    PositionFeedforward,
-    /// Back to the desired position, equation (39).
-    PositionFeedback,
-    /// The desired heading rate, equation (40).
-    HeadingFeedforward,
-    /// Back to the desired heading, equation (41).
-    HeadingFeedback,
-    /// To look at a point of the world.
-    Face {
-        /// x of the point, in metres.
-        x_m: f64,
-        /// y of the point, in metres.
-        y_m: f64,
-        /// Gain on the angle to it, in 1/s.
-        #[serde(default = "number::<1, f64>")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        gain_per_s: f64,
-    },
-    /// A constant motion of the reference point in the body frame.
-    Twist {
-        /// Ahead, in m/s.
-        #[serde(default)]
-        vx_m_s: f64,
-        /// To the left, in m/s.
-        #[serde(default)]
-        vy_m_s: f64,
-        /// Counter-clockwise, in rad/s.
-        #[serde(default)]
-        omega_rad_s: f64,
-    },
 }
 
 /// A point of the body.
@@ -113,17 +75,6 @@ pub enum ReferencePoint {
         /// y in the body frame, in metres.
         y_m: f64,
     },
-}
-
-/// Which task is served first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Priority {
-    /// Position before heading, equations (38)-(41).
-    #[default]
-    Position,
-    /// Heading before position, equations (47)-(50).
-    Heading,
 }
 
 /// What is done with wheel rates above the limit.

@@ -28,7 +28,8 @@ pub use bodies::{Body, BoxShape, CylinderShape, SphereShape};
 pub use controller::{Believed, BelievedWheel, Controller};
 pub use expect::{Bound, Expect, Must, SignalBound};
 pub use faults::{Fault, Frame, within};
-pub use guidance::{Guidance, Kinematics, Priority, ReferencePoint, Saturation, Task};
+pub use guidance::{Guidance, Kinematics, ReferencePoint, Saturation};
+pub use ilon_control::{LoopTiming, Priority};
 pub use ilon_formats::{
     Handedness as Gamma, RoleOption as JointRole, RollerForms as Rollers, WheelOptions as Wheels,
 };
@@ -42,9 +43,7 @@ pub use robot::{Robot, RollerBodies};
 pub use rollers::{RollerSurface, Tread};
 pub use run::{Auto, Run, Step, TIME_SLACK_S};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
-pub use wheels::{
-    AntiWindup, DcMotor, LoopTiming, MotorStrength, Motors, Passive, WheelLaw, WheelLoop,
-};
+pub use wheels::{AntiWindup, DcMotor, MotorStrength, Motors, Passive, WheelLaw, WheelLoop};
 pub use world::{
     Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough,
     RoughnessClass, Solver, World,

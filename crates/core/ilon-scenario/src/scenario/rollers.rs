@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::scenario::checks::objection::given;
 
 /// Shape, bearings and tread of the rollers. Defaults: the robot's file, else rigid and without
 /// loss.
@@ -136,18 +137,19 @@ impl RollerSurface {
         let Some(wheel) = robot.wheels.iter().find(|wheel| wheel.has_tyre()) else {
             return Ok(());
         };
-        let keys = [
-            ("length_factor", self.length_factor.is_some()),
-            ("crown", self.crown.is_some()),
-            ("profile_m", self.profile_m.is_some()),
-            ("edge_radius_m", self.edge_radius_m.is_some()),
-            ("radius_spread_m", self.radius_spread_m.is_some()),
-            ("radius_offsets_m", self.radius_offsets_m.is_some()),
-            ("axial_play_m", self.axial_play_m.is_some()),
-            ("bearings", self.bearings.is_some()),
-            ("axle_friction", self.axle_friction.is_some()),
-            ("axle_radius_m", self.axle_radius_m.is_some()),
-        ];
+        let keys = given!(
+            self,
+            length_factor,
+            crown,
+            profile_m,
+            edge_radius_m,
+            radius_spread_m,
+            radius_offsets_m,
+            axial_play_m,
+            bearings,
+            axle_friction,
+            axle_radius_m,
+        );
         match keys.into_iter().find(|(_, is_given)| *is_given) {
             Some((key, _)) => Err(Error::invalid(
                 format!(

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ilon_control::LoopTiming;
 use ilon_files::defaults::yes;
 use ilon_robot::Robot;
 use schemars::JsonSchema;
@@ -96,19 +97,6 @@ pub struct Passive {
     /// Limit of the springs between wheels, in N m [default: that of a friction of 1].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub wheel_limit_n_m: Option<f64>,
-}
-
-/// How a wheel loop's torque goes with the physics steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LoopTiming {
-    /// Computed once a physics step and held over it: a digital loop whose period is the step, with
-    /// its limits of stability.
-    Sampled,
-    /// Falling within the step as the wheel gains rate: a loop much faster than the step, stable at
-    /// any.
-    #[default]
-    Continuous,
 }
 
 /// What the integral of a PID does while its torque is at the motor's limit.

@@ -1,5 +1,7 @@
 //! The properties of a quantity.
 
+use super::accuracy::Accuracy;
+use super::limits::Limits;
 use crate::metrics::Summary;
 
 /// The unit for display.
@@ -26,10 +28,34 @@ pub struct Quantity {
     pub decimals: usize,
     /// Whether it belongs in a table of the main figures only.
     pub is_main: bool,
+    /// The stated accuracy, if there is one.
+    pub(super) accuracy: Option<Accuracy>,
+    /// Whether it is compared between a run and its twins.
+    pub(super) is_compared: bool,
+    /// The possible range; `None` if it can have either sign.
+    pub(super) limits: Option<Limits>,
     pub(super) get: fn(&Summary) -> Option<f64>,
 }
 
 impl Quantity {
+    /// The same with a stated accuracy; it is then compared too.
+    pub(super) const fn known_to(mut self, accuracy: Accuracy) -> Self {
+        self.accuracy = Some(accuracy);
+        self.compared()
+    }
+
+    /// The same, compared between a run and its twins.
+    pub(super) const fn compared(mut self) -> Self {
+        self.is_compared = true;
+        self
+    }
+
+    /// The same within limits.
+    pub(super) const fn within(mut self, limits: Limits) -> Self {
+        self.limits = Some(limits);
+        self
+    }
+
     /// Its value in SI units, as in `summary.json`; `None` if it does not apply to the run.
     pub fn value(&self, summary: &Summary) -> Option<f64> {
         (self.get)(summary)

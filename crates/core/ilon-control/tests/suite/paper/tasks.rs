@@ -107,7 +107,8 @@ fn a_robot_that_faces_a_point_turns_to_it() {
     let tasks = [
         GuidanceTask::PositionFeedback,
         GuidanceTask::Face {
-            point_m,
+            x_m: point_m.x,
+            y_m: point_m.y,
             gain_per_s: 3.0,
         },
     ];
@@ -144,14 +145,21 @@ fn tasks_that_make_no_sense_are_refused() {
     let fault = with(&twice).expect("refused").to_string();
     assert!(fault.contains("`heading feedback` twice"), "{fault}");
     let nowhere = GuidanceTask::Face {
-        point_m: Vector2::new(f64::NAN, 0.0),
+        x_m: f64::NAN,
+        y_m: 0.0,
         gain_per_s: 1.0,
     };
     assert!(with(&[nowhere]).is_some());
     let away = GuidanceTask::Face {
-        point_m: Vector2::zeros(),
+        x_m: 0.0,
+        y_m: 0.0,
         gain_per_s: -1.0,
     };
     assert!(with(&[away]).is_some());
-    assert!(with(&[GuidanceTask::Twist(Twist::new(f64::INFINITY, 0.0, 0.0))]).is_some());
+    let endless = GuidanceTask::Twist {
+        vx_m_s: f64::INFINITY,
+        vy_m_s: 0.0,
+        omega_rad_s: 0.0,
+    };
+    assert!(with(&[endless]).is_some());
 }

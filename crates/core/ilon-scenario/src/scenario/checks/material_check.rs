@@ -1,41 +1,39 @@
 //! Contradictions between materials and keys of floor and patches.
 
-use super::objection::{Objection, object_if, objection};
+use super::objection::{Objection, given, object_if, objection};
 use crate::scenario::Scenario;
 use crate::scenario::materials::Across;
 
 /// A key beside `material`, and whether it is present.
 type Beside = (&'static str, bool);
 
+/// The keys beside `material`, of the floor or a patch.
+macro_rules! beside {
+    ($of:expr) => {
+        given!(
+            $of,
+            friction,
+            rolling_resistance,
+            radius_exponent,
+            creep,
+            sliding,
+            across,
+            against
+        )
+    };
+}
+
 impl Scenario {
     /// Refuses floors on which a material and a key specify the same thing, patches without
     /// material and friction, and directional values of a frictionless ground.
     pub(super) fn object_to_materials(&self) -> Result<(), Objection> {
         let floor = &self.world.floor;
-        let keys = [
-            ("friction", floor.friction.is_some()),
-            ("rolling_resistance", floor.rolling_resistance.is_some()),
-            ("radius_exponent", floor.radius_exponent.is_some()),
-            ("creep", floor.creep.is_some()),
-            ("sliding", floor.sliding.is_some()),
-            ("across", floor.across.is_some()),
-            ("against", floor.against.is_some()),
-        ];
-        object_to_both("world.floor", floor.material.as_deref(), &keys)?;
+        object_to_both("world.floor", floor.material.as_deref(), &beside!(floor))?;
         let own = floor.friction();
         object_to_no_grip("world.floor", own, floor.across)?;
         for (index, patch) in floor.patches.iter().enumerate() {
             let key = format!("world.floor.patches.{index}");
-            let keys = [
-                ("friction", patch.friction.is_some()),
-                ("rolling_resistance", patch.rolling_resistance.is_some()),
-                ("radius_exponent", patch.radius_exponent.is_some()),
-                ("creep", patch.creep.is_some()),
-                ("sliding", patch.sliding.is_some()),
-                ("across", patch.across.is_some()),
-                ("against", patch.against.is_some()),
-            ];
-            object_to_both(&key, patch.material.as_deref(), &keys)?;
+            object_to_both(&key, patch.material.as_deref(), &beside!(patch))?;
             match (patch.friction, &patch.material) {
                 (None, None) => {
                     return Err(objection!(

@@ -27,7 +27,14 @@ macro_rules! object_if {
     };
 }
 
-pub(in crate::scenario) use {object_if, objection};
+/// The names of keys of a section, each with whether it is given.
+macro_rules! given {
+    ($of:expr, $($key:ident),+ $(,)?) => {
+        [$((stringify!($key), $of.$key.is_some())),+]
+    };
+}
+
+pub(in crate::scenario) use {given, object_if, objection};
 
 /// An impossible demand of a scenario.
 #[derive(Debug)]

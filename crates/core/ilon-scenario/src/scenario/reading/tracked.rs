@@ -3,10 +3,9 @@
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::{
-    DeserializeSeed, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
-};
-use serde::{Deserialize, Deserializer, forward_to_deserialize_any};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use crate::scenario::motion::{Reference, Timing, Tracked};
 
@@ -39,7 +38,8 @@ impl<'de> Visitor<'de> for Keys {
                     )));
                 }
                 _ => {
-                    let entry = Entry { key, map: &mut map };
+                    let (key, map) = (Some(key), &mut map);
+                    let entry = MapAccessDeserializer::new(Entry { key, map });
                     path = Some(Reference::deserialize(entry)?);
                 }
             }
@@ -54,67 +54,25 @@ impl<'de> Visitor<'de> for Keys {
     }
 }
 
-/// An entry of a table as an enum: its key is the variant.
+/// A table of one entry, of which the key has been read.
 struct Entry<'m, A> {
-    key: String,
+    key: Option<String>,
     map: &'m mut A,
 }
 
-impl<'de, A: MapAccess<'de>> Deserializer<'de> for Entry<'_, A> {
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Entry<'_, A> {
     type Error = A::Error;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, A::Error> {
-        visitor.visit_enum(self)
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, A::Error> {
+        let key = self.key.take().map(String::into_deserializer);
+        key.map(|key| seed.deserialize(key)).transpose()
     }
 
-    forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq tuple
-        tuple_struct map struct enum identifier ignored_any
-    }
-}
-
-impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Entry<'_, A> {
-    type Error = A::Error;
-    type Variant = Self;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self), A::Error> {
-        let variant = seed.deserialize(self.key.as_str().into_deserializer())?;
-        Ok((variant, self))
-    }
-}
-
-impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Entry<'_, A> {
-    type Error = A::Error;
-
-    fn unit_variant(self) -> Result<(), A::Error> {
-        self.map.next_value()
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, A::Error> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
         self.map.next_value_seed(seed)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, len: usize, visitor: V) -> Result<V::Value, A::Error> {
-        let _ = len;
-        self.map.next_value_seed(Fields(&[], visitor))
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, A::Error> {
-        self.map.next_value_seed(Fields(fields, visitor))
-    }
-}
-
-struct Fields<V>(&'static [&'static str], V);
-
-impl<'de, V: Visitor<'de>> DeserializeSeed<'de> for Fields<V> {
-    type Value = V::Value;
-
-    fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<V::Value, D::Error> {
-        from.deserialize_struct("", self.0, self.1)
     }
 }
 

@@ -381,6 +381,31 @@ fn exactly_one_motion_is_asked_for() {
     );
 }
 
+/// Keys beside the path define its timing; they are no path.
+#[test]
+fn a_reference_has_exactly_one_path() {
+    let two = format!("{CIRCLE}\n[reference.hold_pose]\nx_m = 0\ny_m = 0\nheading_deg = 0\n");
+    let (message, ..) = told(&two, &[]);
+    assert!(
+        message.contains("`hold_pose` is a second path"),
+        "{message}"
+    );
+    for keys in ["", "share_of_limits = 0.5\n"] {
+        let none = format!("robot.file = \"r.urdf\"\nrun.duration_s = 1\n[reference]\n{keys}");
+        let (message, _, at) = told(&none, &[]);
+        assert!(message.contains("there is no path"), "{message}");
+        assert!(none[at..].starts_with("[reference]") || none[at..].starts_with("reference]"));
+    }
+    // What is wrong within a path is shown there.
+    let text = CIRCLE.replace(
+        "radius_m",
+        "heading = {constant_deg = 1, from_path_deg = 2}\nradius_m",
+    );
+    let (message, _, at) = told(&text, &[]);
+    assert!(message.contains("several keys"), "{message}");
+    assert!(text[at..].starts_with("{constant_deg"), "{}", &text[at..]);
+}
+
 #[test]
 fn a_list_of_tables_takes_two_brackets() {
     let (_, help, _) = told(&format!("{CIRCLE}\n[faults]\npose_lost = {{}}\n"), &[]);
