@@ -2,13 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::error::{Fault, RobotError};
-use crate::generate::elements::cylinder_moments;
-use crate::model::{
-    Barrel, Joint, MassProperties, MotorLimits, Roller, RollerForm, RollersAsMade, Wheel,
-};
+use crate::model::{Barrel, Joint, MotorLimits, Roller, RollerForm, RollersAsMade, Wheel};
 use crate::spec::{Described, Spec};
 use crate::urdf::hub_frame;
 
@@ -24,17 +21,11 @@ pub(crate) fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotEr
         .map(|index| roller(described, &barrel, roller_moments, index))
         .collect();
     made.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
-    // Those of a cylinder along z, the hub's axis.
-    let moments = cylinder_moments(said.hub_mass_kg, said.hub_radius_m, said.hub_width_m);
     let mut wheel = Wheel {
         name: placed.name.clone(),
         carrier: None,
         body_from_hub: hub_frame(&Point3::new(x_m, y_m, described.axle_height_m), &axis),
-        hub: MassProperties {
-            mass_kg: said.hub_mass_kg,
-            center_of_mass_m: Vector3::zeros(),
-            inertia_kg_m2: Matrix3::from_diagonal(&moments),
-        },
+        hub: said.hub().weighing(said.hub_mass_kg),
         radius_m: said.radius_m,
         gamma_rad: placed.gamma_deg.to_radians(),
         rollers: made,

@@ -23,8 +23,8 @@ use std::fmt::Write;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use self::elements::{
-    Place, SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums,
-    spheres_of, write_chassis, write_dynamics, write_geometry, write_inertial, write_joint,
+    Place, SPHERES_PER_ROLLER, attribute, comment_text, cylinder, num, nums, spheres_of,
+    write_chassis, write_dynamics, write_geometry, write_inertial, write_joint,
 };
 use self::suspension::{Carrier, carriers, write_carrier};
 use crate::described_wheel;
@@ -198,7 +198,7 @@ fn write_wheel(
     writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
     // A cylinder of URDF lies along z; a quarter turn about x lays it along the hub axis y.
     let origin = format!("<origin xyz=\"0 0 0\" rpy=\"{} 0 0\"/>", num(FRAC_PI_2));
-    let moments = cylinder_moments(w.hub_mass_kg, w.hub_radius_m, w.hub_width_m);
+    let moments = w.hub().moments_kg_m2(w.hub_mass_kg);
     write_inertial(out, &origin, w.hub_mass_kg, &moments)?;
     write_geometry(
         out,

@@ -47,6 +47,15 @@ impl MassProperties {
         }
     }
 
+    /// Returns a body that weighs another mass in kg, spread in the same way.
+    pub fn weighing(&self, mass_kg: f64) -> Self {
+        Self {
+            mass_kg,
+            center_of_mass_m: self.center_of_mass_m,
+            inertia_kg_m2: self.inertia_kg_m2 * (mass_kg / self.mass_kg),
+        }
+    }
+
     /// Returns the same body in another frame: I' = R I R^T, c' = R c + p.
     pub fn moved(&self, to_from: &Isometry3<f64>) -> Self {
         let r = to_from.rotation.to_rotation_matrix();

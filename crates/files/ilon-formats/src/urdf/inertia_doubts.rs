@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use super::body::RigidBody;
 use super::faults::Faults;
-use super::inertia_from_shapes::{self, Solid};
+use super::inertia_from_shapes;
 use super::loading::Loading;
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark};
@@ -161,7 +161,7 @@ impl super::tree::Tree {
         if all().any(is_mesh) {
             return None;
         }
-        let solid: Solid = inertia_from_shapes::of_link(source.named("link", &of.name)?)?;
+        let solid = inertia_from_shapes::of_link(source.named("link", &of.name)?)?;
         let reach_m = self.lone_body(link).reach_m(&mass.center_of_mass_m);
         let solid = solid.weighing(mass.mass_kg).moved(&of.body_from_link);
         Some((solid, reach_m))
