@@ -80,6 +80,13 @@ impl MassProperties {
         (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * self.mass_kg
     }
 
+    /// Returns the radius of gyration about the centre of mass, in metres: sqrt(I / m) of the
+    /// largest principal moment.
+    pub fn gyration_m(&self) -> f64 {
+        let [_, _, most] = self.principal_moments_kg_m2();
+        (most / self.mass_kg).sqrt()
+    }
+
     /// Returns the principal moments of inertia about the centre of mass, smallest first, in kg
     /// m^2.
     pub fn principal_moments_kg_m2(&self) -> [f64; 3] {
