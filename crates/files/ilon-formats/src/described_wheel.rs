@@ -1,7 +1,5 @@
 //! A wheel of a description, with its rollers.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::error::{Fault, RobotError};
@@ -65,12 +63,7 @@ fn roller(
 ) -> Roller {
     let said = &described.rollers;
     let (sin, cos) = libm::sincos(described.placed.gamma_deg.to_radians());
-    let place_rad = TAU * index as f64 / described.roller_count() as f64 + described.phase_rad;
-    let across_m = match said.rows {
-        2 if index.is_multiple_of(2) => -0.5 * said.row_spacing_m,
-        2 => 0.5 * said.row_spacing_m,
-        _ => 0.0,
-    };
+    let (place_rad, across_m) = described.roller_place(index);
     // For the roller that points down: n_gamma = k x u_gamma, u_gamma the hub's axis turned by
     // gamma.
     let around = Rotation3::from_axis_angle(&Vector3::z_axis(), place_rad);
