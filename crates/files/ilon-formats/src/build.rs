@@ -5,11 +5,10 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::described_wheel::wheel;
 use crate::error::RobotError;
-use crate::generate::elements::{box_moments, cylinder_moments};
 use crate::generate::suspension::{Carrier, carriers};
 use crate::model::{
     Body, BodyJoint, Chassis, Collision, CollisionShape, JointKind, JointRole, JointSpring,
@@ -76,11 +75,7 @@ fn joint(of: &Carrier) -> BodyJoint {
     let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), of.heading_rad);
     let at_m = Vector3::from(of.place_m) + Vector3::from(of.middle_m);
     let body_from_box = Isometry3::from_parts(Translation3::from(at_m), heading);
-    let mass = MassProperties {
-        mass_kg: of.mass_kg,
-        center_of_mass_m: Vector3::zeros(),
-        inertia_kg_m2: Matrix3::from_diagonal(&box_moments(of.mass_kg, of.sides_m)),
-    };
+    let mass = of.solid().weighing(of.mass_kg);
     let spring = |stiffness| JointSpring {
         stiffness,
         rest: 0.0,
@@ -111,28 +106,21 @@ fn joint(of: &Carrier) -> BodyJoint {
 }
 
 fn chassis(said: &ChassisSpec) -> Chassis {
-    let (shape, moments) = match said.shape {
-        ChassisShape::Box { size_m } => (
-            CollisionShape::Box {
-                half_extents_m: 0.5 * Vector3::from(size_m),
-            },
-            box_moments(said.mass_kg, size_m),
-        ),
-        ChassisShape::Cylinder { radius_m, height_m } => (
-            CollisionShape::Cylinder {
-                radius_m,
-                length_m: height_m,
-            },
-            cylinder_moments(said.mass_kg, radius_m, height_m),
-        ),
+    let shape = match said.shape {
+        ChassisShape::Box { size_m } => CollisionShape::Box {
+            half_extents_m: 0.5 * Vector3::from(size_m),
+        },
+        ChassisShape::Cylinder { radius_m, height_m } => CollisionShape::Cylinder {
+            radius_m,
+            length_m: height_m,
+        },
     };
     let center_m = Vector3::from(said.center_m);
     Chassis {
         name: "base_link".to_owned(),
         mass: MassProperties {
-            mass_kg: said.mass_kg,
             center_of_mass_m: center_m,
-            inertia_kg_m2: Matrix3::from_diagonal(&moments),
+            ..said.shape.solid().weighing(said.mass_kg)
         },
         collisions: vec![Collision {
             friction: None,

@@ -1,14 +1,9 @@
 //! A wheel of a description, with its rollers.
 
-use std::f64::consts::TAU;
-
-use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3};
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::error::{Fault, RobotError};
-use crate::generate::elements::cylinder_moments;
-use crate::model::{
-    Barrel, Joint, MassProperties, MotorLimits, Roller, RollerForm, RollersAsMade, Wheel,
-};
+use crate::model::{Barrel, Joint, MotorLimits, Roller, RollerForm, RollersAsMade, Wheel};
 use crate::spec::{Described, Spec};
 use crate::urdf::hub_frame;
 
@@ -24,17 +19,11 @@ pub(crate) fn wheel(spec: &Spec, described: &Described) -> Result<Wheel, RobotEr
         .map(|index| roller(described, &barrel, roller_moments, index))
         .collect();
     made.sort_by(|p, q| p.place_rad().total_cmp(&q.place_rad()));
-    // Those of a cylinder along z, the hub's axis.
-    let moments = cylinder_moments(said.hub_mass_kg, said.hub_radius_m, said.hub_width_m);
     let mut wheel = Wheel {
         name: placed.name.clone(),
         carrier: None,
         body_from_hub: hub_frame(&Point3::new(x_m, y_m, described.axle_height_m), &axis),
-        hub: MassProperties {
-            mass_kg: said.hub_mass_kg,
-            center_of_mass_m: Vector3::zeros(),
-            inertia_kg_m2: Matrix3::from_diagonal(&moments),
-        },
+        hub: said.hub().weighing(said.hub_mass_kg),
         radius_m: said.radius_m,
         gamma_rad: placed.gamma_deg.to_radians(),
         rollers: made,
@@ -74,12 +63,7 @@ fn roller(
 ) -> Roller {
     let said = &described.rollers;
     let (sin, cos) = libm::sincos(described.placed.gamma_deg.to_radians());
-    let place_rad = TAU * index as f64 / described.roller_count() as f64 + described.phase_rad;
-    let across_m = match said.rows {
-        2 if index.is_multiple_of(2) => -0.5 * said.row_spacing_m,
-        2 => 0.5 * said.row_spacing_m,
-        _ => 0.0,
-    };
+    let (place_rad, across_m) = described.roller_place(index);
     // For the roller that points down: n_gamma = k x u_gamma, u_gamma the hub's axis turned by
     // gamma.
     let around = Rotation3::from_axis_angle(&Vector3::z_axis(), place_rad);

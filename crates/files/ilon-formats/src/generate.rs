@@ -17,14 +17,14 @@ mod on_tyres;
 mod ros2_control;
 pub(crate) mod suspension;
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use self::elements::{
-    Place, SPHERES_PER_ROLLER, attribute, comment_text, cylinder, cylinder_moments, num, nums,
-    spheres_of, write_chassis, write_dynamics, write_geometry, write_inertial, write_joint,
+    Place, SPHERES_PER_ROLLER, attribute, comment_text, cylinder, num, nums, spheres_of,
+    write_chassis, write_dynamics, write_geometry, write_inertial, write_joint,
 };
 use self::suspension::{Carrier, carriers, write_carrier};
 use crate::described_wheel;
@@ -198,7 +198,7 @@ fn write_wheel(
     writeln!(out, "  </joint>\n  <link name=\"{name}_link\">")?;
     // A cylinder of URDF lies along z; a quarter turn about x lays it along the hub axis y.
     let origin = format!("<origin xyz=\"0 0 0\" rpy=\"{} 0 0\"/>", num(FRAC_PI_2));
-    let moments = cylinder_moments(w.hub_mass_kg, w.hub_radius_m, w.hub_width_m);
+    let moments = w.hub().moments_kg_m2(w.hub_mass_kg);
     write_inertial(out, &origin, w.hub_mass_kg, &moments)?;
     write_geometry(
         out,
@@ -338,13 +338,7 @@ fn write_roller(
     let gamma_rad = wheel.placed.gamma_deg.to_radians();
     let name = format!("{}_roller_{}", attribute(&wheel.placed.name), index + 1);
 
-    // Rollers of two rows take turns around the rim, half a pitch of one row apart.
-    let place_rad = TAU * index as f64 / wheel.roller_count() as f64 + wheel.phase_rad;
-    let row_offset_m = if r.rows == 2 {
-        r.row_spacing_m * (if index.is_multiple_of(2) { -0.5 } else { 0.5 })
-    } else {
-        0.0
-    };
+    let (place_rad, row_offset_m) = wheel.roller_place(index);
     // The roller that points down, in the link's frame: hub axis y, u_gamma = y turned by gamma
     // about z, and the roller's axis n_gamma = k x u_gamma.
     let n_gamma = Vector3::new(-libm::cos(gamma_rad), -libm::sin(gamma_rad), 0.0);

@@ -162,8 +162,6 @@ pub struct Parts<'a> {
     /// Scripts that run before the drawing script, such as the clock that moves the figures'
     /// cursor.
     pub before: &'a [&'a str],
-    /// Scripts that run after it.
-    pub after: &'a [&'a str],
 }
 
 /// Returns the whole page.
@@ -207,8 +205,7 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, parts: &Parts) -> S
     let plot = html.contains("data-figure=").then_some(PLOT);
     let sort = html.contains("class=\"sortable\"").then_some(SORT);
     let scripts = [THEME].into_iter().chain(parts.before.iter().copied());
-    let after = parts.after.iter().copied();
-    for script in scripts.chain(plot).chain(sort).chain(after) {
+    for script in scripts.chain(plot).chain(sort) {
         let _ = write!(html, "\n<script>\n{}</script>", compact(script));
     }
     html.push_str("\n</body>\n</html>\n");

@@ -108,7 +108,6 @@ pub fn page(head: &Head, sections: &[Section], footer: &str, has_scene: bool) ->
     let parts = Parts {
         styles,
         before: &[&script, SCRIPT],
-        after: &[],
     };
     page::page(head, sections, footer, &parts)
 }

@@ -46,45 +46,70 @@ pub enum Parameter {
     TrackerHeading(String),
 }
 
+/// What a parameter belongs to: the robot, one of its wheels, or the tracker of a series of runs.
+enum Of<'p> {
+    Robot,
+    Wheel(usize),
+    Tracker(&'p str),
+}
+
 impl Parameter {
+    /// Those of the robot.
+    const OF_ROBOT: [Self; 7] = [
+        Self::Radius,
+        Self::Lever,
+        Self::Gamma,
+        Self::GainAhead,
+        Self::GainSideways,
+        Self::GainTurn,
+        Self::RowsLost,
+    ];
+    /// Those of a wheel.
+    const OF_WHEEL: [fn(usize) -> Self; 5] = [
+        Self::WheelRadius,
+        Self::WheelAxis,
+        Self::Steering,
+        Self::WheelX,
+        Self::WheelY,
+    ];
+
+    /// The word for it in names, which ends in its unit if it has one, and what it belongs to.
+    fn word(&self) -> (&'static str, Of<'_>) {
+        match self {
+            Self::Radius => ("radius_m", Of::Robot),
+            Self::Lever => ("lever_m", Of::Robot),
+            Self::Gamma => ("gamma_deg", Of::Robot),
+            Self::GainAhead => ("gain.ahead", Of::Robot),
+            Self::GainSideways => ("gain.sideways", Of::Robot),
+            Self::GainTurn => ("gain.turn", Of::Robot),
+            Self::RowsLost => ("rows_lost", Of::Robot),
+            Self::WheelRadius(wheel) => ("radius_m", Of::Wheel(*wheel)),
+            Self::WheelAxis(wheel) => ("axis_deg", Of::Wheel(*wheel)),
+            Self::Steering(wheel) => ("steering_deg", Of::Wheel(*wheel)),
+            Self::WheelX(wheel) => ("x_m", Of::Wheel(*wheel)),
+            Self::WheelY(wheel) => ("y_m", Of::Wheel(*wheel)),
+            Self::TrackerX(series) => ("x_m", Of::Tracker(series)),
+            Self::TrackerY(series) => ("y_m", Of::Tracker(series)),
+            Self::TrackerHeading(series) => ("heading_deg", Of::Tracker(series)),
+        }
+    }
+
     /// Its name in a study and in the results.
     pub fn name(&self, robot: &Robot) -> String {
-        let of = |name: &str, series: &str| match series {
-            "" => format!("tracker.{name}"),
-            series => format!("tracker.{name}.{series}"),
-        };
-        let of_wheel = |name: &str, wheel: usize| format!("{name}.{}", robot.wheels[wheel].name);
-        match self {
-            Self::Radius => "radius_m".to_owned(),
-            Self::WheelRadius(wheel) => of_wheel("radius_m", *wheel),
-            Self::WheelAxis(wheel) => of_wheel("axis_deg", *wheel),
-            Self::Steering(wheel) => of_wheel("steering_deg", *wheel),
-            Self::WheelX(wheel) => of_wheel("x_m", *wheel),
-            Self::WheelY(wheel) => of_wheel("y_m", *wheel),
-            Self::Lever => "lever_m".to_owned(),
-            Self::Gamma => "gamma_deg".to_owned(),
-            Self::GainAhead => "gain.ahead".to_owned(),
-            Self::GainSideways => "gain.sideways".to_owned(),
-            Self::GainTurn => "gain.turn".to_owned(),
-            Self::RowsLost => "rows_lost".to_owned(),
-            Self::TrackerX(series) => of("x_m", series),
-            Self::TrackerY(series) => of("y_m", series),
-            Self::TrackerHeading(series) => of("heading_deg", series),
+        match self.word() {
+            (word, Of::Robot) => word.to_owned(),
+            (word, Of::Wheel(wheel)) => format!("{word}.{}", robot.wheels[wheel].name),
+            (word, Of::Tracker("")) => format!("tracker.{word}"),
+            (word, Of::Tracker(series)) => format!("tracker.{word}.{series}"),
         }
     }
 
     /// Its unit; empty if dimensionless.
     pub fn unit(&self) -> &'static str {
-        match self {
-            Self::Radius
-            | Self::WheelRadius(_)
-            | Self::Lever
-            | Self::WheelX(_)
-            | Self::WheelY(_)
-            | Self::TrackerX(_)
-            | Self::TrackerY(_) => "m",
-            Self::Gamma | Self::WheelAxis(_) | Self::Steering(_) | Self::TrackerHeading(_) => "deg",
-            Self::GainAhead | Self::GainSideways | Self::GainTurn | Self::RowsLost => "",
+        let (word, _) = self.word();
+        match word.rsplit_once('_') {
+            Some((_, unit @ ("m" | "deg"))) => unit,
+            _ => "",
         }
     }
 
@@ -123,10 +148,7 @@ impl Parameter {
 
     /// Whether it belongs to the tracker and not to the robot.
     pub fn is_of_tracker(&self) -> bool {
-        matches!(
-            self,
-            Self::TrackerX(_) | Self::TrackerY(_) | Self::TrackerHeading(_)
-        )
+        matches!(self.word(), (_, Of::Tracker(_)))
     }
 
     /// Whether it is the position of a wheel, or the direction of its axis.
@@ -139,33 +161,19 @@ impl Parameter {
 
     /// Returns the parameters of a name in a study; `radius_m.*` and the like are one per wheel.
     fn named(name: &str, robot: &Robot) -> Option<Vec<Self>> {
-        let one = match name {
-            "radius_m" => Self::Radius,
-            "lever_m" => Self::Lever,
-            "gamma_deg" => Self::Gamma,
-            "gain.ahead" => Self::GainAhead,
-            "gain.sideways" => Self::GainSideways,
-            "gain.turn" => Self::GainTurn,
-            "rows_lost" => Self::RowsLost,
-            _ => {
-                let (name, wheel) = name.split_once('.')?;
-                let of = match name {
-                    "radius_m" => Self::WheelRadius,
-                    "axis_deg" => Self::WheelAxis,
-                    "steering_deg" => Self::Steering,
-                    "x_m" => Self::WheelX,
-                    "y_m" => Self::WheelY,
-                    _ => return None,
-                };
-                let mut wheels = named_wheels(robot);
-                wheels.retain(|at| {
-                    (wheel == "*" || robot.wheels[*at].name == wheel)
-                        && (name != "steering_deg" || stands_for_steered(robot, *at))
-                });
-                return (!wheels.is_empty()).then(|| wheels.into_iter().map(of).collect());
-            }
-        };
-        Some(vec![one])
+        if let Some(one) = Self::OF_ROBOT.into_iter().find(|of| of.word().0 == name) {
+            return Some(vec![one]);
+        }
+        let (word, wheel) = name.split_once('.')?;
+        let of = Self::OF_WHEEL
+            .into_iter()
+            .find(|of| of(0).word().0 == word)?;
+        let mut wheels = named_wheels(robot);
+        wheels.retain(|at| {
+            (wheel == "*" || robot.wheels[*at].name == wheel)
+                && (word != "steering_deg" || stands_for_steered(robot, *at))
+        });
+        (!wheels.is_empty()).then(|| wheels.into_iter().map(of).collect())
     }
 }
 

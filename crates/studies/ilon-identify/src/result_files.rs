@@ -12,7 +12,7 @@ use crate::log::Log;
 use crate::motion::Tracker;
 use crate::outcome::Identified;
 use crate::read_logs::read_run;
-use crate::steered::{needs_column, steering_joints};
+use crate::steered::{has_column, steering_joints};
 use crate::study::{Study, flat};
 
 /// All result files; some apply only to some studies.
@@ -162,10 +162,7 @@ fn fitted_tracker(study: &Study, found: &Identified, run: usize) -> Tracker {
 /// Returns a log in playback format: the wheels' angles, and the body's poses from the tracker.
 fn drive(study: &Study, found: &Identified, log: &Log, tracker: &Tracker) -> String {
     let robot = &study.robot;
-    let is_logged = |at: &usize| {
-        let wheel = &robot.wheels[*at];
-        needs_column(robot, wheel) || study.file.log.wheels.contains_key(&wheel.name)
-    };
+    let is_logged = |at: &usize| has_column(robot, &robot.wheels[*at], &study.file.log.wheels);
     let wheels: Vec<usize> = (0..robot.wheels.len()).filter(is_logged).collect();
     let steering = match log.steering_rad.is_empty() {
         true => Vec::new(),

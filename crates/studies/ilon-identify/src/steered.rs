@@ -10,6 +10,8 @@
 //! A tyre without a motor and without a column of the log holds the robot along its axle and drives
 //! nothing: a wheel that rolls along the axle and never turns. It has no name.
 
+use std::collections::BTreeMap;
+
 use ilon_robot::{Robot, Wheel, wrap_angle};
 use ilon_sim::Error;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
@@ -92,12 +94,17 @@ pub(crate) fn needs_column(robot: &Robot, wheel: &Wheel) -> bool {
     !(is_steered(robot) && (robot.swivels(wheel) || is_pulled))
 }
 
+/// Whether a log whose columns of wheels are these has that of a wheel, or must have it.
+pub(crate) fn has_column<T>(robot: &Robot, wheel: &Wheel, columns: &BTreeMap<String, T>) -> bool {
+    needs_column(robot, wheel) || columns.contains_key(&wheel.name)
+}
+
 impl Unsteered {
-    /// Returns the wheels that stand for those of a robot in logs that have columns of some.
+    /// Returns the wheels that stand for those of a robot in logs that have columns of these.
     ///
     /// # Errors
     /// A steered wheel on rollers.
-    pub fn new(robot: &Robot, is_logged: impl Fn(&str) -> bool) -> Result<Self, Error> {
+    pub fn new<T>(robot: &Robot, columns: &BTreeMap<String, T>) -> Result<Self, Error> {
         if !is_steered(robot) {
             let parts = (0..robot.wheels.len()).map(Part::Plain).collect();
             let robot = robot.clone();
@@ -122,7 +129,7 @@ impl Unsteered {
                     parts.push(Part::Steered(module));
                     wheels.extend(pair);
                 }
-                None if !needs_column(robot, wheel) && !is_logged(&wheel.name) => {
+                None if !has_column(robot, wheel, columns) => {
                     parts.push(Part::Hold);
                     wheels.push(Wheel {
                         name: String::new(),

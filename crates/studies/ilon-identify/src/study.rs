@@ -55,7 +55,7 @@ impl Study {
         let robot = robot_of(&file.robot, &file.set, path, files)?;
         let study = Self {
             path: path.to_owned(),
-            unsteered: Unsteered::new(&robot, |name| file.log.wheels.contains_key(name))?,
+            unsteered: Unsteered::new(&robot, &file.log.wheels)?,
             robot,
             file,
             files: files.clone(),

@@ -47,6 +47,15 @@ impl MassProperties {
         }
     }
 
+    /// Returns a body that weighs another mass in kg, spread in the same way.
+    pub fn weighing(&self, mass_kg: f64) -> Self {
+        Self {
+            mass_kg,
+            center_of_mass_m: self.center_of_mass_m,
+            inertia_kg_m2: self.inertia_kg_m2 * (mass_kg / self.mass_kg),
+        }
+    }
+
     /// Returns the same body in another frame: I' = R I R^T, c' = R c + p.
     pub fn moved(&self, to_from: &Isometry3<f64>) -> Self {
         let r = to_from.rotation.to_rotation_matrix();
@@ -69,6 +78,13 @@ impl MassProperties {
     pub fn inertia_of_place(&self, point_m: &Vector3<f64>) -> Matrix3<f64> {
         let d = self.center_of_mass_m - point_m;
         (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * self.mass_kg
+    }
+
+    /// Returns the radius of gyration about the centre of mass, in metres: sqrt(I / m) of the
+    /// largest principal moment.
+    pub fn gyration_m(&self) -> f64 {
+        let [_, _, most] = self.principal_moments_kg_m2();
+        (most / self.mass_kg).sqrt()
     }
 
     /// Returns the principal moments of inertia about the centre of mass, smallest first, in kg

@@ -190,23 +190,16 @@ fn write(
 fn as_modelled(robot: &Inspection) -> Table {
     let mut table = Table::new();
     table.heading(
-        "wheel outlines of the file, lengths in mm, shares of a turn in %: radius fitted, mean, rolling and peak; outline error and \
-         ripple; gaps between rollers and their depth; overlaps and their depth",
+        "wheel outlines of the file in mm: radius fitted, rolling and peak; outline error and ripple",
     );
     let mm = |metres: f64, decimals: usize| format!("{:.decimals$}", 1e3 * metres);
-    let percent = |share: f64| format!("{:.1}", 1e2 * share);
     table.columns::<&WheelOutline>(
         &[
             ("fitted", &|of| mm(of.fitted_radius_m, 2)),
-            ("mean", &|of| mm(of.mean_radius_m, 2)),
             ("rolling", &|of| mm(of.rolling_radius_m, 2)),
             ("peak", &|of| mm(of.peak_radius_m, 2)),
             ("error", &|of| mm(of.outline_error_m, 3)),
             ("ripple", &|of| mm(of.ripple_m, 3)),
-            ("gaps", &|of| percent(of.gap_share)),
-            ("gap", &|of| mm(of.gap_depth_m, 2)),
-            ("overlap", &|of| percent(of.overlap_share)),
-            ("depth", &|of| mm(of.overlap_depth_m, 2)),
         ],
         robot.outlines.iter().map(|of| (of.wheel.as_str(), of)),
     );

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Fault, RobotError};
-use crate::urdf::Origin;
+use crate::urdf::{Edit, Origin, in_order};
 
 /// A text of pieces of files.
 #[derive(Clone, Debug, Default)]
@@ -91,6 +91,17 @@ impl Assembled {
             });
         }
         self.text.push_str(text);
+    }
+
+    /// Adds a part of another text with changes within it made.
+    pub(super) fn append_edited(&mut self, other: &Self, part: Range<usize>, edits: Vec<Edit>) {
+        let mut done = part.start;
+        for (range, written) in in_order(edits) {
+            self.append(other, done..range.start);
+            self.made(&written, other, range.start);
+            done = range.end;
+        }
+        self.append(other, done..part.end);
     }
 
     /// Where bytes came from: they end with their piece.

@@ -4,7 +4,6 @@
 //! own frame: that is written as a frame `m::__model__`, to which all poses within refer that name
 //! none. A model that is merged keeps its names.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use roxmltree::Node;
@@ -15,7 +14,7 @@ use crate::error::{Fault, MissingFile, RobotError};
 use crate::generate::elements::attribute as escaped;
 use crate::model::Remark;
 use crate::options::LoadOptions;
-use crate::urdf::{Meshes, child, text_of};
+use crate::urdf::{Edit, Meshes, child, text_of};
 use crate::xml;
 
 /// Deepest model within models.
@@ -284,7 +283,7 @@ impl Writing<'_> {
 
     /// An element with its names and frames as they are outside of its model.
     fn element(&mut self, source: &Assembled, node: Node, place: &Place) {
-        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+        let mut edits: Vec<Edit> = Vec::new();
         let is_placed = ["link", "joint", "frame"].contains(&node.tag_name().name());
         if !place.frame.is_empty() && is_placed {
             let name = node.attribute_node("name");
@@ -353,17 +352,7 @@ impl Writing<'_> {
                 ));
             }
         }
-        edits.sort_by_key(|(range, _)| (range.start, range.end));
-        let mut done = node.range().start;
-        for (range, written) in edits.into_iter() {
-            if range.start < done {
-                continue;
-            }
-            self.out.append(source, done..range.start);
-            self.out.made(&written, source, range.start);
-            done = range.end;
-        }
-        self.out.append(source, done..node.range().end);
+        self.out.append_edited(source, node.range(), edits);
     }
 
     /// The frame that an element's pose counts from where it names none: of a joint its child, of a

@@ -1,22 +1,28 @@
 //! The faults of robot files.
 
 use super::clue::Clues;
+use super::help::{
+    BOX, DESCRIPTIONS, LONGER_ROLLERS, ROLLERS_APART, WHEELS, WHEELS_ON_TYRES, of_element,
+    of_reading, of_rollers, of_xacro, of_xml,
+};
 use super::lists::{above_floor, counted, left_out_of, listed, looked_at, mass_words, missing};
 use super::named::{CandidateJoint, MissingFile};
 use crate::options::WheelOptions;
 
 /// A fault of a robot's description.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 #[non_exhaustive]
 pub enum Fault {
     /// The file cannot be read.
     #[error("cannot be read: {reason}")]
+    #[diagnostic(help("{}", of_reading(reason)))]
     Unreadable {
         /// The operating system's message.
         reason: String,
     },
     /// The description is not TOML, or does not have the form of [`crate::Spec`].
     #[error("{reason}")]
+    #[diagnostic(help("{}", if help.is_empty() { DESCRIPTIONS } else { help.as_str() }))]
     Toml {
         /// What is wrong.
         reason: String,
@@ -28,12 +34,18 @@ pub enum Fault {
         "it is no description in TOML, whose keys {} could be changed",
         listed(keys)
     )]
+    #[diagnostic(help(
+        "name the description from which the robot is generated, or leave these keys out"
+    ))]
     NotADescription {
         /// The first part of each key.
         keys: Vec<String>,
     },
     /// More joints turn like wheels than are supported.
     #[error("{count} joints turn as wheels do, and a robot of more than {most} wheels is not read")]
+    #[diagnostic(help(
+        "write type=\"fixed\" for joints that do not turn, or read a file of one robot"
+    ))]
     TooManyWheels {
         /// Their number.
         count: usize,
@@ -42,6 +54,7 @@ pub enum Fault {
     },
     /// A value of the description is out of its range.
     #[error("`{key}` is {value}, but must be {range}")]
+    #[diagnostic(help("make `{key}` {range}"))]
     OutOfRange {
         /// The key in the description.
         key: String,
@@ -52,6 +65,7 @@ pub enum Fault {
     },
     /// An unknown wheel of the description.
     #[error("there is no wheel `{wheel}`; there are {}", listed(wheels))]
+    #[diagnostic(help("name a wheel that the description has"))]
     NoSuchWheel {
         /// The key that names it.
         key: String,
@@ -64,6 +78,9 @@ pub enum Fault {
     #[error(
         "rollers of {roller_radius_mm:.2} mm radius taper to nothing before they reach their neighbours"
     )]
+    #[diagnostic(help(
+        "make the rollers thicker than {least_radius_mm:.2} mm, or use more of them"
+    ))]
     RollersTooSlender {
         /// The key of their radius; empty for wheels that are given rollers.
         key: String,
@@ -75,12 +92,14 @@ pub enum Fault {
 
     /// The text is not well-formed XML.
     #[error("{}{reason}", if reason.contains("DTD") { "" } else { "not well-formed XML: " })]
+    #[diagnostic(help("{}", of_xml(reason)))]
     Xml {
         /// The parser's message.
         reason: String,
     },
     /// The root element belongs to no supported format.
     #[error("its root element is `<{root_tag}>`, where `<robot>`, `<sdf>` or `<mujoco>` is read")]
+    #[diagnostic(help("give a URDF, xacro, SDF or MJCF file, or a description in TOML"))]
     NotUrdf {
         /// The tag of the root element.
         root_tag: String,
@@ -90,6 +109,7 @@ pub enum Fault {
         "it cannot be expanded: {reason}{}",
         if *before_2014 { "; elements of it stand without the prefix `xacro:`, as until 2014" } else { "" }
     )]
+    #[diagnostic(help("{}", of_xacro(reason)))]
     Xacro {
         /// The reason.
         reason: String,
@@ -98,12 +118,14 @@ pub enum Fault {
     },
     /// Missing files that a xacro file includes, or missing packages of them.
     #[error("{}", missing(files))]
+    #[diagnostic(help("{}, or go without them", if files.iter().any(|file| file.package.is_some()) { "say where the packages lie" } else { "put the files there" }))]
     MissingFiles {
         /// All of them.
         files: Vec<MissingFile>,
     },
     /// An argument of a xacro file has neither value nor default.
     #[error("the argument `{name}` has neither value nor default")]
+    #[diagnostic(help("give `{name}` a value, or a default where it is declared{}", if *any_does { "; whatever it is, the robot is the same" } else { "" }))]
     MissingArgument {
         /// Its name.
         name: String,
@@ -116,6 +138,7 @@ pub enum Fault {
         listed(macros),
         if callers.is_empty() { String::new() } else { format!("; {} includes it", listed(callers)) }
     )]
+    #[diagnostic(help("give the file that calls them"))]
     MacrosOnly {
         /// The macros that are never called.
         macros: Vec<String>,
@@ -124,18 +147,23 @@ pub enum Fault {
     },
     /// A xacro file in the syntax until 2014, without the prefix.
     #[error("a xacro file of before 2014: `<{tag}>` stands without the prefix `xacro:`")]
+    #[diagnostic(help(
+        "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
+    ))]
     OldXacro {
         /// The tag of the first such element.
         tag: String,
     },
     /// SDF or MJCF with an unsupported feature.
     #[error("{reason}")]
+    #[diagnostic(help("{}", if reason.contains("<mujocoinclude>") { "give the file that includes it" } else { "change the file, or convert it to URDF" }))]
     Format {
         /// Its description.
         reason: String,
     },
     /// The file exceeds a limit.
     #[error("too large to be read: {what}, where at most {most} are read")]
+    #[diagnostic(help("give a smaller file"))]
     TooLarge {
         /// The quantity.
         what: String,
@@ -144,24 +172,28 @@ pub enum Fault {
     },
     /// urdf-rs rejects the file.
     #[error("{reason}")]
+    #[diagnostic(help("compare with the URDF specification, http://wiki.ros.org/urdf/XML"))]
     Urdf {
         /// Its message.
         reason: String,
     },
     /// An attribute is missing.
     #[error("the attribute `{attribute}` is missing")]
+    #[diagnostic(help("add `{attribute}=\"...\"` to the element"))]
     MissingAttribute {
         /// Its name.
         attribute: String,
     },
     /// A child element is missing.
     #[error("the element `<{child}>` is missing")]
+    #[diagnostic(help("{}", of_element(child)))]
     MissingElement {
         /// Its tag.
         child: &'static str,
     },
     /// Two links, or two joints, have the same name.
     #[error("the name is taken by the {tag} on line {first_line}")]
+    #[diagnostic(help("give each link and each joint a name of its own"))]
     DuplicateName {
         /// `link` or `joint`.
         tag: &'static str,
@@ -170,6 +202,7 @@ pub enum Fault {
     },
     /// An attribute does not contain the required numbers.
     #[error("`{attribute}=\"{value}\"` does not hold {}", counted(*count, "number"))]
+    #[diagnostic(help("write {}", if *count == 1 { "a number".to_owned() } else { format!("{count} numbers, separated by spaces") }))]
     NotNumbers {
         /// Its name.
         attribute: String,
@@ -180,6 +213,7 @@ pub enum Fault {
     },
     /// An attribute holds NaN or infinity.
     #[error("`{attribute}=\"{value}\"` is not finite")]
+    #[diagnostic(help("write a finite number; a limit that does not exist is left out"))]
     NotFinite {
         /// Its name.
         attribute: String,
@@ -190,6 +224,7 @@ pub enum Fault {
     #[error(
         "the inertia has the principal moment {least:.3e} kg m^2, but a body with mass has three above 0"
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaNotPositive {
         /// The smallest principal moment, in kg m^2.
         least: f64,
@@ -199,6 +234,7 @@ pub enum Fault {
         "no body has the principal moments {least:.3e}, {middle:.3e} and {most:.3e} kg m^2: the largest exceeds the sum \
          of the others"
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaImpossible {
         /// The smallest principal moment, in kg m^2.
         least: f64,
@@ -209,24 +245,31 @@ pub enum Fault {
     },
     /// A collision with a missing geometry, or one unknown to URDF.
     #[error("holds none of box, cylinder, capsule, sphere and mesh")]
+    #[diagnostic(help("give the collision one of these geometries"))]
     UnknownGeometry,
     /// A joint with a type unknown to URDF.
     #[error("`{joint_type}` is not a type of joint")]
+    #[diagnostic(help(
+        "use `continuous` for wheels and rollers and `fixed` for what does not move"
+    ))]
     UnknownJointType {
         /// The type.
         joint_type: String,
     },
     /// A joint that names a missing link.
     #[error("there is no link `{link}`")]
+    #[diagnostic(help("add the link, or correct its name here"))]
     UnknownLink {
         /// The name.
         link: String,
     },
     /// The axis of a joint has no direction.
     #[error("the axis is zero and has no direction")]
+    #[diagnostic(help("give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`"))]
     ZeroAxis,
     /// A link is the child of two joints.
     #[error("its child `{link}` already hangs by joint `{first_joint}`")]
+    #[diagnostic(help("remove one of the joints: a URDF is a tree"))]
     TwoParents {
         /// The link.
         link: String,
@@ -235,18 +278,26 @@ pub enum Fault {
     },
     /// Links form a loop.
     #[error("the links hang by one another in a loop")]
+    #[diagnostic(help("remove one joint of the loop: a URDF is a tree with one root"))]
     Loop,
     /// Several links without a parent.
     #[error("{} links hang by no joint: {}", links.len(), listed(links))]
+    #[diagnostic(help(
+        "join them by fixed joints, so that one root is left, or remove what does not belong"
+    ))]
     SeveralRoots {
         /// Their names.
         links: Vec<String>,
     },
     /// A moving body without mass.
     #[error("neither it nor anything fixed to it has mass and inertia")]
+    #[diagnostic(help("add an `<inertial>` with mass and inertia"))]
     NoMass,
     /// A joint between bodies cannot have the requested role.
     #[error("{reason}")]
+    #[diagnostic(help(
+        "a joint between bodies may be `free`, `sprung` with a stiffness, `driven` by a servo, or `held`"
+    ))]
     JointRole {
         /// The reason, with a remedy.
         reason: String,
@@ -257,6 +308,7 @@ pub enum Fault {
          than {reach_m:.3} m",
         mass_words(*mass_kg)
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaTooLarge {
         /// Its mass, in kg.
         mass_kg: f64,
@@ -270,6 +322,7 @@ pub enum Fault {
         "with {} its inertia has a radius of gyration of {:.3} mm, where a solid of its shape has {:.1} mm",
         mass_words(*mass_kg), 1e3 * gyration_m, 1e3 * solid_m
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaTooSmall {
         /// Its mass, in kg.
         mass_kg: f64,
@@ -282,6 +335,7 @@ pub enum Fault {
     #[error(
         "its moments are those of its shape about other axes: ixx, iyy and izz may be exchanged, or its frame be turned"
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaExchanged,
     /// A wheel's moment about its own axle is much less than across it, unlike any wheel that is
     /// wider than long.
@@ -289,6 +343,7 @@ pub enum Fault {
         "its moment about the wheel's axle is {axial_kg_m2:.2e} kg m^2, that across it {across_kg_m2:.2e}, where a disc has more about its axle: \
          ixx, iyy and izz may be exchanged, or a power of ten be missing"
     )]
+    #[diagnostic(help("take the inertia from a CAD program, or {}", BOX))]
     InertiaThinAboutAxle {
         /// Moment about its axle, in kg m^2.
         axial_kg_m2: f64,
@@ -304,6 +359,7 @@ pub enum Fault {
         if *on_tyres { "driving and turning takes two" } else { "moving freely in the plane takes three" },
         looked_at(looked)
     )]
+    #[diagnostic(help("{}", if *on_tyres { WHEELS_ON_TYRES } else { WHEELS }))]
     TooFewWheels {
         /// The joints of the wheels found.
         wheels: Vec<String>,
@@ -319,6 +375,7 @@ pub enum Fault {
         "{} without rollers: {}{}",
         counted(wheels.len(), "wheel"), listed(wheels), left_out_of(left_out)
     )]
+    #[diagnostic(help("{}", of_rollers(rollers, why.as_deref())))]
     NoRollers {
         /// Their joints.
         wheels: Vec<String>,
@@ -335,6 +392,9 @@ pub enum Fault {
         "{} on upright joints: {}{}. These are not Swedish wheels",
         counted(wheels.len(), "steered wheel"), listed(wheels), left_out_of(left_out)
     )]
+    #[diagnostic(help(
+        "let them roll on tyres; or if these stand for Swedish wheels, name them: their upright joints are held, and rollers are put in"
+    ))]
     Steered {
         /// Their joints.
         wheels: Vec<String>,
@@ -349,6 +409,7 @@ pub enum Fault {
         "carries {rollers} passive rollers, but does not turn; without it the robot has {wheels} wheel(s), but moving \
          freely in the plane takes three"
     )]
+    #[diagnostic(help("make the joint `continuous`, with the hub's axis"))]
     HubDoesNotTurn {
         /// The number of its rollers.
         rollers: usize,
@@ -360,6 +421,7 @@ pub enum Fault {
         "the {rollers} rollers of {} do not turn: their joints are fixed",
         listed(wheels)
     )]
+    #[diagnostic(help("make the joints of the rollers `continuous`"))]
     RollersDoNotTurn {
         /// The number of rollers per wheel.
         rollers: usize,
@@ -371,6 +433,9 @@ pub enum Fault {
         "its collision geometry {}, at x = {:.3} m, y = {:.3} m",
         above_floor(*deep_mm), at_m[0], at_m[1]
     )]
+    #[diagnostic(help(
+        "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
+    ))]
     ChassisBelowFloor {
         /// Depth below the floor, in millimetres; negative for a clearance smaller than the first
         /// bump or a tread's deflection.
@@ -383,6 +448,9 @@ pub enum Fault {
         "it stands on two wheels alone{}: nothing of the file reaches the floor as a caster does",
         lean_deg.map_or_else(String::new, |deg| format!(", or leans on its chassis by {deg:.1} deg"))
     )]
+    #[diagnostic(help(
+        "add the collision geometry of its caster: a ball that is fixed to the chassis and reaches the floor, or a wheel on joints that swivel freely; if its meshes show it, let them be found"
+    ))]
     NoCaster {
         /// By how much it leans where its chassis reaches the floor, in degrees; `None` if it does
         /// not.
@@ -390,21 +458,34 @@ pub enum Fault {
     },
     /// A roller's axis is parallel to its hub's.
     #[error("gamma = 90 deg: the roller turns about the hub axis, and the wheel cannot drive")]
+    #[diagnostic(help(
+        "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
+    ))]
     GammaRightAngle,
     /// A hub axis that is not parallel to the ground.
     #[error("the hub axis leans {lean_deg:.1} deg out of the ground plane")]
+    #[diagnostic(help(
+        "make the axis horizontal in the frame of the root link, whose z must point up"
+    ))]
     HubNotLevel {
         /// Its angle from the ground, in degrees.
         lean_deg: f64,
     },
     /// A roller has no collision geometry.
     #[error("the roller has no collision geometry, so that its size is not known")]
+    #[diagnostic(help(
+        "give the roller a `<collision>`: a stack of spheres, a cylinder or a capsule along its axis"
+    ))]
     RollerWithoutShape,
     /// A roller's collision geometry is not round about its axis.
     #[error("the roller's collision geometry is not round about its axis")]
+    #[diagnostic(help("use spheres on the axis, or a cylinder, capsule or square box along it"))]
     RollerNotRound,
     /// A mesh cannot be read.
     #[error("its mesh `{mesh}` cannot be read: {reason}")]
+    #[diagnostic(help(
+        "give the mesh as STL, OBJ or COLLADA at its place, or a shape instead of it"
+    ))]
     MeshUnreadable {
         /// The mesh's file.
         mesh: String,
@@ -413,6 +494,7 @@ pub enum Fault {
     },
     /// The folder of a ROS package is unknown.
     #[error("its mesh `{mesh}` lies in the package `{package}`, whose folder is not known")]
+    #[diagnostic(help("say where the package lies"))]
     PackageUnknown {
         /// The package.
         package: String,
@@ -421,6 +503,7 @@ pub enum Fault {
     },
     /// An element that names a missing joint.
     #[error("there is no joint `{joint}`")]
+    #[diagnostic(help("{}", near.as_ref().map_or_else(|| "name joints of the file".to_owned(), |near| format!("did you mean `{near}`?"))))]
     UnknownJoint {
         /// The joint.
         joint: String,
@@ -433,6 +516,7 @@ pub enum Fault {
         if likely.is_empty() { String::new() } else { format!("; wheels could be {}", listed(likely)) },
         if likely.is_empty() { looked_at(looked) } else { String::new() }
     )]
+    #[diagnostic(help("{}", if likely.is_empty() { "name joints whose wheels turn on level axes and stand on the floor" } else { "name joints of the file" }))]
     NoSuchJoint {
         /// The joint.
         joint: String,
@@ -443,16 +527,19 @@ pub enum Fault {
     },
     /// A joint named as a wheel cannot be one.
     #[error("it cannot be taken for a wheel: {reason}")]
+    #[diagnostic(help("name another joint, or give this one a level axis"))]
     NotAWheel {
         /// The reason.
         reason: String,
     },
     /// A joint to which rollers should be added already has some.
     #[error("it has rollers in the file already")]
+    #[diagnostic(help("leave this joint out of the wheels that are given rollers"))]
     HasRollers,
     /// The radius of a wheel is unknown: one that gets rollers, or one whose rollers have no
     /// geometry.
     #[error("the wheel's geometry does not show its radius{}", reason.as_ref().map_or(String::new(), |r| format!(": {r}")))]
+    #[diagnostic(help("{}", clues.help()))]
     WheelSizeUnknown {
         /// Why its geometry does not show it.
         reason: Option<String>,
@@ -465,12 +552,14 @@ pub enum Fault {
     #[error(
         "the usual X arrangement has parallel hub axes and wheels off both middle lines: here {what}"
     )]
+    #[diagnostic(help("give gamma for all wheels, or for each wheel, instead"))]
     NotInX {
         /// The deviation.
         what: &'static str,
     },
     /// A roller differs from the others of its wheel.
     #[error("{quantity} is {this} at this roller and {others} on average over its wheel")]
+    #[diagnostic(help("make the rollers of a wheel alike"))]
     RollersDiffer {
         /// The quantity.
         quantity: &'static str,
@@ -481,6 +570,7 @@ pub enum Fault {
     },
     /// Rollers cannot be made with the file's settings.
     #[error("the rollers cannot be made so: {reason}")]
+    #[diagnostic(help("write a value within its range, or leave it out for the ideal barrel"))]
     RollersNotMade {
         /// The reason.
         reason: String,
@@ -491,6 +581,7 @@ pub enum Fault {
          falls between them{}",
         if *missing > 0 { format!(": by their places {missing} of {of} are missing in the file") } else { String::new() }
     )]
+    #[diagnostic(help("{}", if *missing > 0 { ROLLERS_APART } else { LONGER_ROLLERS }))]
     RollersHaveGaps {
         /// The widest gap, in degrees of the wheel's turn.
         widest_gap_deg: f64,
@@ -512,6 +603,7 @@ pub enum Fault {
             format!("the robot leans {tilt_deg:.1} deg on its wheels")
         }
     )]
+    #[diagnostic(help("let all wheels reach the same height in the frame of the root link"))]
     UnevenWheels {
         /// Height of this wheel's lowest point above the lowest wheel's, in the frame of the root
         /// link, in millimetres.
@@ -525,6 +617,7 @@ pub enum Fault {
     },
     /// A wheel so large that the file must be in millimetres.
     #[error("the wheel has a radius of {radius_m:.1} m")]
+    #[diagnostic(help("URDF is in metres: scale the file by 0.001 if it is in millimetres"))]
     LooksLikeMillimetres {
         /// Its radius, in metres.
         radius_m: f64,

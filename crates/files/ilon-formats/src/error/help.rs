@@ -1,4 +1,4 @@
-//! Remedies for each fault: as text, and as options of reading.
+//! Remedies for faults: texts that depend on what is at fault, and options of reading.
 
 use super::fault::{Fault, Proposed};
 use super::named::MissingFile;
@@ -7,7 +7,19 @@ use crate::options::{Handedness, LoadOptions, WheelOptions};
 use crate::xml;
 
 /// Help without a CAD program.
-const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
+pub(super) const BOX: &str = "for a solid box of mass m, ixx = m (y^2 + z^2) / 12";
+/// Help with a description in TOML.
+pub(super) const DESCRIPTIONS: &str = "every key is described in docs/format-robot.md, of robots on tyres in docs/format-robot-on-tyres.md; whole descriptions are in assets/robots";
+/// What counts as a wheel with rollers.
+pub(super) const WHEELS: &str = "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
+     ring; or name the joints of wheels that are modelled without rollers; a robot whose file has no wheels is described in TOML, see docs/format-robot.md";
+/// What counts as a wheel on tyres.
+pub(super) const WHEELS_ON_TYRES: &str = "a wheel is a continuous joint on a level axis whose shape stands on the floor; or name the joints of all wheels";
+/// Help with rollers that are not all there.
+pub(super) const ROLLERS_APART: &str = "model each roller as a link on a turning joint of its own: what is part of the hub's mesh does not turn";
+/// Help with rollers that leave gaps.
+pub(super) const LONGER_ROLLERS: &str =
+    "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)";
 
 /// Start of the reason if a xacro file needs an unset environment variable.
 pub(crate) const NOT_SET: &str = "the environment variable `";
@@ -22,6 +34,80 @@ pub(crate) fn is_zero_size(key: &str, value: &str) -> bool {
 fn is_of_names(argument: &str) -> bool {
     let lower = argument.to_lowercase();
     lower.ends_with("name") || lower.ends_with("namespace") || lower.ends_with("prefix")
+}
+
+/// Help with an element that is missing.
+pub(super) fn of_element(child: &str) -> String {
+    match child {
+        "inertia" => format!(
+            "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; {BOX}"
+        ),
+        child => format!("add `<{child}>` to the element"),
+    }
+}
+
+/// Help with a file that cannot be read.
+pub(super) fn of_reading(reason: &str) -> &'static str {
+    match reason.contains("UTF-8") {
+        true => "save it as UTF-8",
+        false => "give the path of a file that exists and may be read",
+    }
+}
+
+/// Help with XML that is not read.
+pub(super) fn of_xml(reason: &str) -> &'static str {
+    const HELP: [(&str, &str); 3] = [
+        (
+            "XML declaration",
+            "an XML declaration, `<?xml ...?>`, stands at the very beginning of a file or nowhere: put it before all else, comments and empty \
+             lines too, or leave it out",
+        ),
+        (
+            "DTD",
+            "leave out `<!DOCTYPE ...>`: it can name other files, and none of a robot's formats needs it",
+        ),
+        (
+            "not a robot file",
+            "name a URDF, xacro, SDF or MJCF file, or a description in TOML",
+        ),
+    ];
+    let help = HELP.into_iter().find(|(word, _)| reason.contains(word));
+    help.map_or(
+        "close every element and quote every attribute",
+        |(_, help)| help,
+    )
+}
+
+/// Help with a xacro file that cannot be expanded.
+pub(super) fn of_xacro(reason: &str) -> &'static str {
+    match reason.contains(NOT_SET) {
+        true => {
+            "set the environment variable before the file is read, as a shell does by `NAME=VALUE` before a command"
+        }
+        false => {
+            "repair the place that is named; a file that you trust can be expanded by the xacro of ROS, which runs what stands in it"
+        }
+    }
+}
+
+/// Help with wheels without rollers, by what the file suggests and why.
+pub(super) fn of_rollers(rollers: &Proposed, why: Option<&str>) -> String {
+    const WHICH: &str = "say which rollers they carry";
+    const NOTHING: &str = "nothing in the file says that these are Swedish wheels";
+    const ELSE_TYRES: &str = "if they are, say which rollers they carry, and they are put in; else let them roll on tyres";
+    match (rollers, why) {
+        (Proposed::Contradiction, Some(why)) => {
+            format!("{why}; {WHICH} and on which joints, and they are put in")
+        }
+        (Proposed::Contradiction, None) => format!(
+            "they are called mecanum wheels, whose hubs are parallel, and theirs are not: turn the joints so that they are, \
+             for gamma is the angle of the rollers and not of the hubs; or {WHICH}, and they are put in"
+        ),
+        (Proposed::NothingSaid, None) => format!("{NOTHING}; {ELSE_TYRES}"),
+        (Proposed::NothingSaid, Some(hint)) => format!("{NOTHING}: {hint}; {ELSE_TYRES}"),
+        (Proposed::Rollers(_), Some(why)) => format!("{WHICH}, and they are put in; {why}"),
+        (Proposed::Rollers(_), None) => format!("{WHICH}, and they are put in"),
+    }
 }
 
 impl Fault {
@@ -59,224 +145,6 @@ impl Fault {
             Self::RollersNotMade { .. } => Some("rollers"),
             _ => None,
         }
-    }
-
-    /// Returns how to repair it in the file; for the options of reading see [`Self::remedies`].
-    pub(super) fn help(&self) -> String {
-        let fixed = match self {
-            Self::Toml { help, .. } if !help.is_empty() => return help.clone(),
-            Self::OutOfRange { key, range, .. } => return format!("make `{key}` {range}"),
-            Self::TooManyWheels { .. } => {
-                "write type=\"fixed\" for joints that do not turn, or read a file of one robot"
-            }
-            Self::RollersTooSlender {
-                least_radius_mm, ..
-            } => {
-                return format!(
-                    "make the rollers thicker than {least_radius_mm:.2} mm, or use more of them"
-                );
-            }
-            Self::MissingAttribute { attribute } => {
-                return format!("add `{attribute}=\"...\"` to the element");
-            }
-            Self::MissingElement { child: "inertia" } => {
-                return format!(
-                    "add `<inertia ixx=\"...\" ixy=\"0\" ixz=\"0\" iyy=\"...\" iyz=\"0\" izz=\"...\"/>`; {BOX}"
-                );
-            }
-            Self::MissingElement { child } => return format!("add `<{child}>` to the element"),
-            Self::NotNumbers { count: 1, .. } => "write a number",
-            Self::NotNumbers { count, .. } => {
-                return format!("write {count} numbers, separated by spaces");
-            }
-            Self::Unreadable { reason } if reason.contains("UTF-8") => "save it as UTF-8",
-            Self::Unreadable { .. } => "give the path of a file that exists and may be read",
-            Self::Toml { .. } => {
-                "every key is described in docs/format-robot.md, of robots on tyres in docs/format-robot-on-tyres.md; whole descriptions are in assets/robots"
-            }
-            Self::NotADescription { .. } => {
-                "name the description from which the robot is generated, or leave these keys out"
-            }
-            Self::Xml { reason } if reason.contains("XML declaration") => {
-                "an XML declaration, `<?xml ...?>`, stands at the very beginning of a file or nowhere: put it before all else, comments and empty \
-                 lines too, or leave it out"
-            }
-            Self::Xml { reason } if reason.contains("DTD") => {
-                "leave out `<!DOCTYPE ...>`: it can name other files, and none of a robot's formats needs it"
-            }
-            Self::Xml { reason } if reason.contains("not a robot file") => {
-                "name a URDF, xacro, SDF or MJCF file, or a description in TOML"
-            }
-            Self::Xml { .. } => "close every element and quote every attribute",
-            Self::NotUrdf { .. } => {
-                "give a URDF, xacro, SDF or MJCF file, or a description in TOML"
-            }
-            Self::Xacro { reason, .. } if reason.contains(NOT_SET) => {
-                "set the environment variable before the file is read, as a shell does by `NAME=VALUE` before a command"
-            }
-            Self::Xacro { .. } => {
-                "repair the place that is named; a file that you trust can be expanded by the xacro of ROS, which runs what stands in it"
-            }
-            Self::MissingFiles { files } => {
-                return if files.iter().any(|file| file.package.is_some()) {
-                    "say where the packages lie, or go without them".to_owned()
-                } else {
-                    "put the files there, or go without them".to_owned()
-                };
-            }
-            Self::MissingArgument {
-                name,
-                any_does: true,
-            } => {
-                return format!(
-                    "give `{name}` a value, or a default where it is declared; whatever it is, the robot is the same"
-                );
-            }
-            Self::MissingArgument { name, .. } => {
-                return format!("give `{name}` a value, or a default where it is declared");
-            }
-            Self::MacrosOnly { .. } => "give the file that calls them",
-            Self::OldXacro { .. } => {
-                "write `<xacro:include>`, `<xacro:property>`, `<xacro:macro>` and `<xacro:...>` for each call of a macro"
-            }
-            Self::Format { reason } if reason.contains("<mujocoinclude>") => {
-                "give the file that includes it"
-            }
-            Self::Format { .. } => "change the file, or convert it to URDF",
-            Self::TooLarge { .. } => "give a smaller file",
-            Self::Urdf { .. } => {
-                "compare with the URDF specification, http://wiki.ros.org/urdf/XML"
-            }
-            Self::DuplicateName { .. } => "give each link and each joint a name of its own",
-            Self::NotFinite { .. } => {
-                "write a finite number; a limit that does not exist is left out"
-            }
-            Self::InertiaNotPositive { .. }
-            | Self::InertiaImpossible { .. }
-            | Self::InertiaTooLarge { .. }
-            | Self::InertiaTooSmall { .. }
-            | Self::InertiaExchanged
-            | Self::InertiaThinAboutAxle { .. } => {
-                return format!("take the inertia from a CAD program, or {BOX}");
-            }
-            Self::UnknownGeometry => "give the collision one of these geometries",
-            Self::UnknownJointType { .. } => {
-                "use `continuous` for wheels and rollers and `fixed` for what does not move"
-            }
-            Self::UnknownLink { .. } => "add the link, or correct its name here",
-            Self::ZeroAxis => "give the axis a direction, such as `<axis xyz=\"0 1 0\"/>`",
-            Self::TwoParents { .. } => "remove one of the joints: a URDF is a tree",
-            Self::Loop => "remove one joint of the loop: a URDF is a tree with one root",
-            Self::SeveralRoots { .. } => {
-                "join them by fixed joints, so that one root is left, or remove what does not belong"
-            }
-            Self::JointRole { .. } => {
-                "a joint between bodies may be `free`, `sprung` with a stiffness, `driven` by a servo, or `held`"
-            }
-            Self::NoMass => "add an `<inertial>` with mass and inertia",
-            Self::TooFewWheels { on_tyres: true, .. } => {
-                "a wheel is a continuous joint on a level axis whose shape stands on the floor; or name the joints of all wheels"
-            }
-            Self::TooFewWheels { .. } => {
-                "a wheel is a continuous joint on a level axis, with three or more continuous roller joints below it on a \
-                 ring; or name the joints of wheels that are modelled without rollers; a robot whose file has no wheels is described in TOML, see docs/format-robot.md"
-            }
-            Self::NoRollers {
-                rollers: Proposed::Contradiction,
-                why: Some(why),
-                ..
-            } => {
-                return format!(
-                    "{why}; say which rollers they carry and on which joints, and they are put in"
-                );
-            }
-            Self::NoRollers {
-                rollers: Proposed::Contradiction,
-                why: None,
-                ..
-            } => {
-                "they are called mecanum wheels, whose hubs are parallel, and theirs are not: turn the joints so that they are, \
-                 for gamma is the angle of the rollers and not of the hubs; or say which rollers they carry, and they are put in"
-            }
-            Self::NoRollers {
-                rollers: Proposed::NothingSaid,
-                why: None,
-                ..
-            } => {
-                "nothing in the file says that these are Swedish wheels; if they are, say which rollers they carry, and they are put in; else let them roll on tyres"
-            }
-            Self::NoRollers {
-                rollers: Proposed::NothingSaid,
-                why: Some(hint),
-                ..
-            } => {
-                return format!(
-                    "nothing in the file says that these are Swedish wheels: {hint}; if they are, say which rollers they carry, and they are put in; else let them roll on tyres"
-                );
-            }
-            Self::NoRollers { why: Some(why), .. } => {
-                return format!("say which rollers they carry, and they are put in; {why}");
-            }
-            Self::NoRollers { .. } => "say which rollers they carry, and they are put in",
-            Self::Steered { .. } => {
-                "let them roll on tyres; or if these stand for Swedish wheels, name them: their upright joints are \
-                 held, and rollers are put in"
-            }
-            Self::HubDoesNotTurn { .. } => "make the joint `continuous`, with the hub's axis",
-            Self::RollersDoNotTurn { .. } => "make the joints of the rollers `continuous`",
-            Self::NoCaster { .. } => {
-                "add the collision geometry of its caster: a ball that is fixed to the chassis and reaches the floor, or a wheel on joints that swivel freely; \
-                 if its meshes show it, let them be found"
-            }
-            Self::ChassisBelowFloor { .. } => {
-                "raise the collision geometry, or lower the wheels: where it touches the floor it carries the robot in their place"
-            }
-            Self::GammaRightAngle => {
-                "turn the roller's axis away from the hub's: gamma is 45 deg for mecanum wheels and 0 for omni wheels"
-            }
-            Self::HubNotLevel { .. } => {
-                "make the axis horizontal in the frame of the root link, whose z must point up"
-            }
-            Self::RollerWithoutShape => {
-                "give the roller a `<collision>`: a stack of spheres, a cylinder or a capsule along its axis"
-            }
-            Self::RollerNotRound => {
-                "use spheres on the axis, or a cylinder, capsule or square box along it"
-            }
-            Self::MeshUnreadable { .. } => {
-                "give the mesh as STL, OBJ or COLLADA at its place, or a shape instead of it"
-            }
-            Self::PackageUnknown { .. } => "say where the package lies",
-            Self::NoSuchJoint { likely, .. } if likely.is_empty() => {
-                "name joints whose wheels turn on level axes and stand on the floor"
-            }
-            Self::UnknownJoint {
-                near: Some(near), ..
-            } => return format!("did you mean `{near}`?"),
-            Self::NoSuchJoint { .. } | Self::UnknownJoint { .. } => "name joints of the file",
-            Self::NoSuchWheel { .. } => "name a wheel that the description has",
-            Self::NotAWheel { .. } => "name another joint, or give this one a level axis",
-            Self::HasRollers => "leave this joint out of the wheels that are given rollers",
-            Self::WheelSizeUnknown { clues, .. } => return clues.help(),
-            Self::NotInX { .. } => "give gamma for all wheels, or for each wheel, instead",
-            Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
-            Self::RollersNotMade { .. } => {
-                "write a value within its range, or leave it out for the ideal barrel"
-            }
-            Self::RollersHaveGaps { missing: 1.., .. } => {
-                "model each roller as a link on a turning joint of its own: what is part of the hub's mesh does not turn"
-            }
-            Self::RollersHaveGaps { .. } => {
-                "make the rollers longer: neighbours hand over at L = 2 a tan(pi/n) / cos(gamma)"
-            }
-            Self::UnevenWheels { .. } => {
-                "let all wheels reach the same height in the frame of the root link"
-            }
-            Self::LooksLikeMillimetres { .. } => {
-                "URDF is in metres: scale the file by 0.001 if it is in millimetres"
-            }
-        };
-        fixed.to_owned()
     }
 
     /// Returns options with a stand-in for an unknown that only the user knows, only for reading
@@ -424,5 +292,15 @@ impl Fault {
             }
             _ => Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn each_fault_has_help_beside_its_message() {
+        let source = include_str!("fault.rs");
+        let count = |attribute: &str| source.matches(attribute).count();
+        assert_eq!(count("#[error("), count("#[diagnostic("));
     }
 }

@@ -233,7 +233,8 @@ impl RobotError {
 
     /// How to repair it.
     pub fn help(&self) -> String {
-        self.0.fault.help()
+        let help = miette::Diagnostic::help(&self.0.fault);
+        help.map_or_else(String::new, |help| help.to_string())
     }
 
     /// Returns the options of reading that repair it, the best first; empty if the file itself must

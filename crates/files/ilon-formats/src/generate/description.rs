@@ -13,7 +13,7 @@ use super::elements::attribute;
 use super::elements::spheres_of;
 use super::slices_of;
 use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
-use crate::urdf::{child, link_tree};
+use crate::urdf::{Edit, UrdfText, child, link_tree};
 
 /// The URDF of a robot, with a joint and a link for each of its wheels and rollers: the text that
 /// it was read from, and what that lacks of them. Rollers that the text does not show are shown as
@@ -41,7 +41,7 @@ fn completed(robot: &Robot, urdf: &str) -> Option<String> {
     let end = urdf[..element.range().end].rfind("</")?;
     let mut names: HashSet<String> = tree.links.iter().map(|link| link.name.clone()).collect();
     // What of the text is replaced, and by what.
-    let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+    let mut edits: Vec<Edit> = Vec::new();
     let mut added = String::new();
     for wheel in &robot.wheels {
         let (wheel_link, body_from_wheel) = match tree.joint(&wheel.name) {
@@ -93,16 +93,8 @@ fn completed(robot: &Robot, urdf: &str) -> Option<String> {
         }
     }
     edits.push((end..end, added));
-    edits.sort_by_key(|(place, _)| place.start);
-    let mut whole = String::with_capacity(2 * urdf.len());
-    let mut from = 0;
-    for (place, text) in edits {
-        whole.push_str(&urdf[from..place.start]);
-        whole.push_str(&text);
-        from = place.end;
-    }
-    whole.push_str(&urdf[from..]);
-    Some(whole)
+    let edited = UrdfText::as_it_is("", urdf).edited(edits);
+    Some(edited.text.to_string())
 }
 
 /// A joint that turns about z, and the link below it.

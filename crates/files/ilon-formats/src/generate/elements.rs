@@ -7,12 +7,6 @@ use nalgebra::Vector3;
 use crate::model::Barrel;
 use crate::spec::{ChassisShape, ChassisSpec};
 
-/// Principal moments of a solid cylinder along z about its centre, in kg m^2.
-pub(crate) fn cylinder_moments(mass_kg: f64, radius_m: f64, length_m: f64) -> Vector3<f64> {
-    let across = mass_kg * (3.0 * radius_m * radius_m + length_m * length_m) / 12.0;
-    Vector3::new(across, across, 0.5 * mass_kg * radius_m * radius_m)
-}
-
 pub(super) fn cylinder(radius_m: f64, length_m: f64) -> String {
     format!(
         "<cylinder radius=\"{}\" length=\"{}\"/>",
@@ -64,11 +58,6 @@ pub(super) fn write_visual(
         "    <visual>{origin}<geometry>{geometry}</geometry>\
          <material name=\"{material}\"><color rgba=\"{rgba}\"/></material></visual>"
     )
-}
-
-/// Principal moments of a box about its centre, in kg m^2.
-pub(crate) fn box_moments(mass_kg: f64, [x, y, z]: [f64; 3]) -> Vector3<f64> {
-    Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * (mass_kg / 12.0)
 }
 
 /// Where a joint is in its parent: its place in metres, roll, pitch and yaw in radians.
@@ -160,16 +149,11 @@ pub(crate) fn spheres_of(barrel: &Barrel) -> impl Iterator<Item = [f64; 2]> {
 
 /// The chassis as the root link.
 pub(super) fn write_chassis(out: &mut String, c: &ChassisSpec) -> std::fmt::Result {
-    let (geometry, moments) = match c.shape {
-        ChassisShape::Box { size_m: [x, y, z] } => (
-            format!("<box size=\"{}\"/>", nums(&[x, y, z])),
-            box_moments(c.mass_kg, [x, y, z]),
-        ),
-        ChassisShape::Cylinder { radius_m, height_m } => (
-            cylinder(radius_m, height_m),
-            cylinder_moments(c.mass_kg, radius_m, height_m),
-        ),
+    let geometry = match c.shape {
+        ChassisShape::Box { size_m } => format!("<box size=\"{}\"/>", nums(&size_m)),
+        ChassisShape::Cylinder { radius_m, height_m } => cylinder(radius_m, height_m),
     };
+    let moments = c.shape.solid().moments_kg_m2(c.mass_kg);
     let origin = format!("<origin xyz=\"{}\" rpy=\"0 0 0\"/>", nums(&c.center_m));
     writeln!(out, "  <link name=\"base_link\">")?;
     write_inertial(out, &origin, c.mass_kg, &moments)?;

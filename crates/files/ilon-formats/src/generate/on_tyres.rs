@@ -8,9 +8,10 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 use super::elements::{
-    Place, attribute, cylinder, cylinder_moments, num, tyres_element, write_chassis,
-    write_dynamics, write_geometry, write_inertial, write_joint,
+    Place, attribute, cylinder, num, tyres_element, write_chassis, write_dynamics, write_geometry,
+    write_inertial, write_joint,
 };
+use crate::model::Solid;
 use crate::spec::{CasterSpec, SpecOnTyres, SteeringSpec, TyredWheel};
 
 /// Writes the URDF of a described robot on tyres.
@@ -53,7 +54,11 @@ fn write_disc(
     writeln!(out, "  <link name=\"{link}\">")?;
     // A cylinder of URDF lies along z; a quarter turn about x lays it along y.
     let origin = format!("<origin xyz=\"0 0 0\" rpy=\"{} 0 0\"/>", num(FRAC_PI_2));
-    let moments = cylinder_moments(mass_kg, radius_m, width_m);
+    let disc = Solid::Cylinder {
+        radius_m,
+        length_m: width_m,
+    };
+    let moments = disc.moments_kg_m2(mass_kg);
     write_inertial(out, &origin, mass_kg, &moments)?;
     let shape = cylinder(radius_m, width_m);
     write_geometry(out, &origin, &shape, "tyre", "0.12 0.12 0.12 1")?;
@@ -63,7 +68,11 @@ fn write_disc(
 /// A link with the moments of a solid cylinder along its z axis, as high as wide.
 fn write_fork(out: &mut String, link: &str, mass_kg: f64, radius_m: f64) -> std::fmt::Result {
     writeln!(out, "  <link name=\"{link}\">")?;
-    let moments = cylinder_moments(mass_kg, radius_m, radius_m);
+    let fork = Solid::Cylinder {
+        radius_m,
+        length_m: radius_m,
+    };
+    let moments = fork.moments_kg_m2(mass_kg);
     write_inertial(
         out,
         "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",

@@ -4,9 +4,9 @@
 use std::fmt::Write;
 
 use super::elements::{
-    Place, attribute, box_moments, num, nums, write_dynamics, write_inertial, write_joint,
-    write_visual,
+    Place, attribute, num, nums, write_dynamics, write_inertial, write_joint, write_visual,
 };
+use crate::model::Solid;
 use crate::spec::{Described, Spec, SuspensionLaw};
 
 /// A body between the chassis and wheels, on its joint.
@@ -31,6 +31,13 @@ pub(crate) struct Carrier {
 }
 
 impl Carrier {
+    /// Its box as a solid.
+    pub fn solid(&self) -> Solid {
+        Solid::Box {
+            size_m: self.sides_m.into(),
+        }
+    }
+
     /// Whether a wheel hangs on it.
     pub fn carries(&self, wheel: &str) -> bool {
         self.wheels.iter().any(|of| of == wheel)
@@ -195,12 +202,8 @@ pub(super) fn write_carrier(out: &mut String, of: &Carrier) -> std::fmt::Result 
         nums(&of.middle_m),
         num(of.heading_rad)
     );
-    write_inertial(
-        out,
-        &origin,
-        of.mass_kg,
-        &box_moments(of.mass_kg, of.sides_m),
-    )?;
+    let moments = of.solid().moments_kg_m2(of.mass_kg);
+    write_inertial(out, &origin, of.mass_kg, &moments)?;
     let geometry = format!("<box size=\"{}\"/>", nums(&of.sides_m));
     write_visual(out, &origin, &geometry, "carrier", "0.55 0.55 0.58 1")?;
     writeln!(out, "  </link>")?;

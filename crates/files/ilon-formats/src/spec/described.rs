@@ -1,5 +1,7 @@
 //! The wheels of a description one by one, with their overrides.
 
+use std::f64::consts::TAU;
+
 use super::{PlacedWheel, RollerSpec, Spec, WheelOverride, WheelSpec};
 use crate::model::Barrel;
 
@@ -85,6 +87,18 @@ impl Described {
     /// Whether one of its rollers has this name.
     pub(crate) fn has_roller(&self, name: &str) -> bool {
         (0..self.roller_count()).any(|index| self.roller_name(index) == name)
+    }
+
+    /// Returns how far around the rim a roller is from straight down, in radians, and how far beside
+    /// the wheel's middle, in metres: those of two rows take turns, half a pitch of one row apart.
+    pub(crate) fn roller_place(&self, index: usize) -> (f64, f64) {
+        let place_rad = TAU * index as f64 / self.roller_count() as f64 + self.phase_rad;
+        let beside_m = match self.rollers.rows {
+            2 if index.is_multiple_of(2) => -0.5 * self.rollers.row_spacing_m,
+            2 => 0.5 * self.rollers.row_spacing_m,
+            _ => 0.0,
+        };
+        (place_rad, beside_m)
     }
 
     /// The number of its rollers, in all rows.

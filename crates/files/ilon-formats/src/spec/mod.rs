@@ -18,7 +18,7 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
+use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Solid, Tread};
 
 pub use bearings::RollerBearings;
 pub(crate) use check::check;
@@ -87,6 +87,21 @@ pub enum ChassisShape {
     },
 }
 
+impl ChassisShape {
+    /// It as a solid.
+    pub(crate) fn solid(&self) -> Solid {
+        match *self {
+            Self::Box { size_m } => Solid::Box {
+                size_m: size_m.into(),
+            },
+            Self::Cylinder { radius_m, height_m } => Solid::Cylinder {
+                radius_m,
+                length_m: height_m,
+            },
+        }
+    }
+}
+
 /// What all wheels have in common. The hub is a solid cylinder about the hub axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -125,6 +140,14 @@ pub struct WheelSpec {
 }
 
 impl WheelSpec {
+    /// The hub as a solid, with its axis along z.
+    pub(crate) fn hub(&self) -> Solid {
+        Solid::Cylinder {
+            radius_m: self.hub_radius_m,
+            length_m: self.hub_width_m,
+        }
+    }
+
     /// The gear and the rotor before it.
     pub fn drive(&self) -> DriveTrain {
         DriveTrain {

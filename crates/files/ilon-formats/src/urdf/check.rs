@@ -256,19 +256,11 @@ pub(super) fn check_gyration(
     (reach_m, doubted): (f64, f64),
     remarks: &mut Vec<Remark>,
 ) -> Result<(), RobotError> {
-    /// Relative rounding error of a radius of gyration.
-    const ROUNDED: f64 = 1e-3;
-    let [_, _, most] = mass.principal_moments_kg_m2();
-    let gyration_m = (most / mass.mass_kg).sqrt();
-    if reach_m <= 0.0 || gyration_m <= doubted * reach_m * (1.0 + ROUNDED) {
+    let fault = inertia_doubts::beyond_reach(mass, reach_m, doubted);
+    let Some(fault) = fault.filter(|_| reach_m > 0.0) else {
         return Ok(());
-    }
-    let fault = Fault::InertiaTooLarge {
-        mass_kg: mass.mass_kg,
-        gyration_m,
-        reach_m,
     };
-    if gyration_m > MOST_GYRATION * reach_m {
+    if mass.gyration_m() > MOST_GYRATION * reach_m {
         return Err(source.inertial_error(link, fault));
     }
     // Its links may have been doubted one by one.

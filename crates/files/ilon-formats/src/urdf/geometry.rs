@@ -136,7 +136,7 @@ fn distinct(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
 const MOST_HULL_POINTS: usize = 2000;
 
 /// Unit directions spread evenly over the sphere, on a spiral.
-pub(super) fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..count).map(move |i| {
         let z = 1.0 - (2 * i + 1) as f64 / count as f64;

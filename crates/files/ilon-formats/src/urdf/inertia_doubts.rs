@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
 
 use super::body::RigidBody;
 use super::faults::Faults;
-use super::inertia_from_shapes::{self, Solid};
+use super::inertia_from_shapes;
 use super::loading::Loading;
 use crate::error::{Fault, RobotError};
 use crate::model::{MassProperties, Remark};
@@ -63,25 +63,36 @@ pub(super) fn doubtful(link: &str, fault: &Fault) -> Remark {
 /// Returns the fault of an inertia that no solid of the link's shapes can have; everything in the
 /// body frame.
 fn by_shape(mass: &MassProperties, (solid, reach_m): &(MassProperties, f64)) -> Option<Fault> {
-    let [_, _, most] = mass.principal_moments_kg_m2();
-    let [_, _, of_solid] = solid.principal_moments_kg_m2();
-    let gyration_m = (most / mass.mass_kg).sqrt();
-    if gyration_m > reach_m * (1.0 + ROUNDED) {
-        return Some(Fault::InertiaTooLarge {
-            mass_kg: mass.mass_kg,
-            gyration_m,
-            reach_m: *reach_m,
-        });
-    }
-    let solid_m = (of_solid / solid.mass_kg).sqrt();
-    if gyration_m * gyration_m < LEAST_SHARE * solid_m * solid_m {
-        return Some(Fault::InertiaTooSmall {
-            mass_kg: mass.mass_kg,
-            gyration_m,
-            solid_m,
-        });
+    if let Some(fault) = by_gyration(mass, *reach_m, solid.gyration_m()) {
+        return Some(fault);
     }
     are_exchanged(&mass.inertia_kg_m2, &solid.inertia_kg_m2).then_some(Fault::InertiaExchanged)
+}
+
+/// Returns the fault of a radius of gyration beyond a factor of the reach, in metres.
+pub(super) fn beyond_reach(mass: &MassProperties, reach_m: f64, factor: f64) -> Option<Fault> {
+    let gyration_m = mass.gyration_m();
+    (gyration_m > factor * reach_m * (1.0 + ROUNDED)).then_some(Fault::InertiaTooLarge {
+        mass_kg: mass.mass_kg,
+        gyration_m,
+        reach_m,
+    })
+}
+
+/// Returns the fault of a radius of gyration beyond the reach, or far below that of a solid, both in
+/// metres.
+fn by_gyration(mass: &MassProperties, reach_m: f64, solid_m: f64) -> Option<Fault> {
+    let gyration_m = mass.gyration_m();
+    let too_small = || {
+        (gyration_m * gyration_m < LEAST_SHARE * solid_m * solid_m).then_some(
+            Fault::InertiaTooSmall {
+                mass_kg: mass.mass_kg,
+                gyration_m,
+                solid_m,
+            },
+        )
+    };
+    beyond_reach(mass, reach_m, 1.0).or_else(too_small)
 }
 
 /// Whether moments are those of a solid about other axes, up to a factor.
@@ -115,21 +126,8 @@ fn as_wheel(mass: &MassProperties, (axis, radius_m): (&Unit<Vector3<f64>>, f64))
     const THIN: f64 = 0.5;
     let axial = axis.dot(&(mass.inertia_kg_m2 * axis.into_inner()));
     let [least, middle, most] = mass.principal_moments_kg_m2();
-    let gyration_m = (most / mass.mass_kg).sqrt();
-    if gyration_m > radius_m * (1.0 + ROUNDED) {
-        return Some(Fault::InertiaTooLarge {
-            mass_kg: mass.mass_kg,
-            gyration_m,
-            reach_m: radius_m,
-        });
-    }
-    let disc_m = radius_m * 0.5_f64.sqrt();
-    if gyration_m * gyration_m < LEAST_SHARE * disc_m * disc_m {
-        return Some(Fault::InertiaTooSmall {
-            mass_kg: mass.mass_kg,
-            gyration_m,
-            solid_m: disc_m,
-        });
+    if let Some(fault) = by_gyration(mass, radius_m, radius_m * 0.5_f64.sqrt()) {
+        return Some(fault);
     }
     let is_disc = middle - least < SAME * middle && most - middle > OTHER * most;
     if is_disc && (axial - least).abs() < SAME * least {
@@ -161,7 +159,7 @@ impl super::tree::Tree {
         if all().any(is_mesh) {
             return None;
         }
-        let solid: Solid = inertia_from_shapes::of_link(source.named("link", &of.name)?)?;
+        let solid = inertia_from_shapes::of_link(source.named("link", &of.name)?)?;
         let reach_m = self.lone_body(link).reach_m(&mass.center_of_mass_m);
         let solid = solid.weighing(mass.mass_kg).moved(&of.body_from_link);
         Some((solid, reach_m))

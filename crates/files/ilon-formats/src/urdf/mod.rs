@@ -77,7 +77,7 @@ pub(crate) use repair::{levelled, repaired, with_light_parts_repaired};
 use source::Source;
 pub(crate) use source::{child, text_of};
 use tree::{Motion, Tree};
-pub(crate) use urdf_text::{Origin, UrdfText};
+pub(crate) use urdf_text::{Edit, Origin, UrdfText, in_order};
 pub use visual_meshes::mesh_triangles;
 pub(crate) use visual_meshes::read as read_looks;
 pub(crate) use wheel_size::is_wheel_size;

@@ -4,20 +4,21 @@
 //! line numbers stay the same.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use roxmltree::Node;
 
 use super::geometry::primitive;
-use super::inertia_from_shapes::{self, Solid};
+use super::inertia_from_shapes;
 use super::source::{Source, child, describe};
 use super::tree::{Motion, Tree};
 use super::urdf_text::{Edit, UrdfText};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError, is_zero_size};
 use crate::generate::elements::attribute as escaped;
-use crate::model::{Collision, MassProperties, Remark, Robot};
+use crate::model::{Collision, MassProperties, Remark, Robot, Solid};
 use crate::options::LoadOptions;
 
 /// Wheels whose lowest points differ by at most this are levelled, in metres; larger differences
@@ -198,11 +199,11 @@ fn weigh(
         let said = "its `<inertial>` is left out: it has neither mass nor shapes".to_owned();
         return Some((vec![(inertial.range(), lines)], said));
     }
-    let mass_kg = said_kg.or_else(|| Some(solid.as_ref()?.volume_m3 * density))?;
+    let mass_kg = said_kg.or_else(|| Some(solid.as_ref()?.mass_kg * density))?;
     let (mass, shape) = match &solid {
         Some(solid) => (solid.weighing(mass_kg), "a solid of its shapes".to_owned()),
         None => (
-            Solid::ball(mass_kg / density).weighing(mass_kg),
+            ball_of(mass_kg / density).weighing(mass_kg),
             format!("a ball with a density of {density} kg/m^3"),
         ),
     };
@@ -236,6 +237,10 @@ fn weigh(
         }
     };
     Some((vec![edit], said))
+}
+
+fn ball_of(volume_m3: f64) -> Solid {
+    Solid::ball(libm::cbrt(3.0 * volume_m3 / (4.0 * PI)))
 }
 
 fn inertial_text(mass: &MassProperties) -> String {

@@ -48,6 +48,18 @@ pub(crate) struct UrdfText {
 /// A change of a text: a range of its bytes, and what stands there instead.
 pub(crate) type Edit = (Range<usize>, String);
 
+/// Sorts changes of a text, and leaves out those that begin within another: of those that overlap,
+/// the one that begins first is made.
+pub(crate) fn in_order(mut edits: Vec<Edit>) -> impl Iterator<Item = Edit> {
+    edits.sort_by_key(|(range, _)| (range.start, range.end));
+    let mut done = 0;
+    edits.into_iter().filter(move |(range, _)| {
+        let is_made = range.start >= done;
+        done = if is_made { range.end } else { done };
+        is_made
+    })
+}
+
 impl UrdfText {
     /// A file's own text.
     pub(crate) fn as_it_is(file: &str, text: &str) -> Self {
@@ -73,16 +85,12 @@ impl UrdfText {
     }
 
     /// The same with changes made. Of those that overlap, the one that begins first is made.
-    pub(crate) fn edited(&self, mut edits: Vec<Edit>) -> Self {
-        edits.sort_by_key(|(range, _)| (range.start, range.end));
+    pub(crate) fn edited(&self, edits: Vec<Edit>) -> Self {
         let mut text = String::with_capacity(self.text.len());
         let mut done = 0;
         // By how much each place moves: from a byte of the old text on.
         let mut shifts: Vec<(usize, isize)> = Vec::new();
-        for (range, replacement) in edits {
-            if range.start < done {
-                continue;
-            }
+        for (range, replacement) in in_order(edits) {
             text.push_str(&self.text[done..range.start]);
             text.push_str(&replacement);
             done = range.end;

@@ -66,10 +66,10 @@ pub(super) fn measure(
         source.inertial_error(link, Fault::NoMass)
     })?;
     let mut rollers = rollers(loading, &seen, &ring)?;
-    let handover = hand_over(loading, &joint.name, &mut rollers, &ring)?;
+    hand_over(loading, &joint.name, &mut rollers, &ring)?;
     remark_motor(&joint.name, &joint.limits, &mut loading.remarks);
     remark_stops(loading, candidate);
-    outline(loading, &joint.name, seen, &ring, &handover, lone_spheres);
+    outline(loading, &joint.name, seen, &ring, lone_spheres);
     remark_crowd(&joint.name, &rollers, &mut loading.remarks);
     Ok(Wheel {
         name: joint.name.clone(),
@@ -162,18 +162,18 @@ fn rollers(
     Ok(rollers)
 }
 
-/// Returns how barrels hand over around the wheel. Barrels with too wide gaps are lengthened, if
-/// allowed.
+/// Checks how barrels hand over around the wheel, and remarks it. Barrels with too wide gaps are
+/// lengthened, if allowed.
 fn hand_over(
     loading: &mut Loading,
     wheel: &str,
     rollers: &mut [Roller],
     ring: &Ring,
-) -> Result<Handover, RobotError> {
+) -> Result<(), RobotError> {
     let mut handover = Handover::between(rollers, ring.gamma_rad);
     if loading.options.rollers == RollerForms::AsModelled {
         handover.remark_stuck(wheel, ring.radius_m, &mut loading.remarks);
-        return Ok(handover);
+        return Ok(());
     }
     let may_close = loading.options.repair && !handover.has_missing();
     if handover.widest_gap_rad > WIDEST_GAP_RAD && may_close {
@@ -192,7 +192,7 @@ fn hand_over(
         return Err(loading.source.joint_error(wheel, handover.fault()));
     }
     handover.remark(wheel, ring.radius_m, &mut loading.remarks);
-    Ok(handover)
+    Ok(())
 }
 
 /// Stores the outline of the wheel as modelled in the file, and remarks where it rolls differently
@@ -202,10 +202,9 @@ fn outline(
     wheel: &str,
     seen: Vec<RollerGeometry>,
     ring: &Ring,
-    handover: &Handover,
     lone_spheres: usize,
 ) {
-    let mut modelled: Vec<outline::Modelled> = seen
+    let modelled: Vec<outline::Modelled> = seen
         .into_iter()
         .map(|s| outline::Modelled {
             foot_in_hub_m: s.skew.foot.coords - Vector3::z() * ring.middle_z_m,
@@ -213,9 +212,7 @@ fn outline(
             profile: s.profile,
         })
         .collect();
-    let place_rad = |m: &outline::Modelled| libm::atan2(m.foot_in_hub_m.y, m.foot_in_hub_m.x);
-    modelled.sort_by(|p, q| place_rad(p).total_cmp(&place_rad(q)));
-    let outline = outline::outline(wheel, ring.radius_m, &modelled, handover);
+    let outline = outline::outline(wheel, ring.radius_m, &modelled);
     // For single spheres the fitted barrels were remarked before.
     let forms = loading.options.rollers;
     if lone_spheres == 0 || forms == RollerForms::AsModelled {

@@ -125,3 +125,35 @@ fn a_moment_about_the_axle_that_lacks_a_power_of_ten_is_doubted() {
     let [axial, ..] = of_wheel(&repaired);
     assert!((axial / along - 1.0).abs() < 1e-3, "{axial} {said}");
 }
+
+/// A capsule of radius r about a line of length l is a cylinder with the two halves of a ball on its
+/// ends: V = pi r^2 l + 4/3 pi r^3. A half's centre of mass is 3/8 r beyond the cylinder's end, so
+/// that about its middle the ball's moment across is (2/5 r^2 + l^2 / 4 + 3/8 l r) m.
+#[test]
+fn a_capsule_without_inertia_is_given_that_of_a_capsule() {
+    use std::f64::consts::PI;
+    let (r, l, density): (f64, f64, f64) = (0.1, 0.3, 1500.0);
+    let whole = text(BOX, WHEEL);
+    let (head, rest) = whole.split_once("<inertial>").unwrap();
+    let (_, wheels) = rest.split_once("</link>").unwrap();
+    let capsule = format!(
+        "<collision><origin xyz=\"0 0 0.2\"/><geometry><capsule radius=\"{r}\" length=\"{l}\"/></geometry></collision></link>"
+    );
+    let of = format!("{head}{capsule}{wheels}");
+    let (robot, said) = load(&of, &common::options(|o| o.repair = true));
+    let mass = &robot.chassis.mass;
+    let (rod, ball) = (
+        density * PI * r * r * l,
+        density * 4.0 / 3.0 * PI * r.powi(3),
+    );
+    let axial = rod * r * r / 2.0 + ball * 0.4 * r * r;
+    let across =
+        rod * (r * r / 4.0 + l * l / 12.0) + ball * (0.4 * r * r + l * l / 4.0 + 3.0 / 8.0 * l * r);
+    // A dozen operations round.
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
+    assert!(near(mass.mass_kg, rod + ball), "{} {said}", mass.mass_kg);
+    let moments = mass.inertia_kg_m2.diagonal();
+    for (moment, expected) in moments.iter().zip([across, across, axial]) {
+        assert!(near(*moment, expected), "{moments} {across} {axial}");
+    }
+}

@@ -105,7 +105,6 @@ pub fn html(title: &str, exhibits: &[Exhibit]) -> String {
     let parts = Parts {
         styles: &[embed::STYLE],
         before: &[&embed::script(), SCRIPT],
-        after: &[],
     };
     page::page(&head, &sections, footer, &parts)
 }

@@ -1,4 +1,4 @@
-//! Figures of a study as SVG, and its runs as parallel coordinates, drawn in the browser.
+//! Figures of a study as SVG.
 
 use std::fmt::Write;
 
@@ -16,9 +16,9 @@ const AREA: (f64, f64, f64, f64) = (64.0, 548.0, 10.0, 256.0);
 const MOST_NAMED: usize = 10;
 
 /// A map from values to positions along a figure.
-pub(super) struct Placement {
-    pub(super) low: f64,
-    pub(super) high: f64,
+struct Placement {
+    low: f64,
+    high: f64,
     is_log: bool,
     from: f64,
     to: f64,
@@ -26,7 +26,7 @@ pub(super) struct Placement {
 
 impl Placement {
     /// Spans values, with a margin if they have a spread.
-    pub(super) fn of(
+    fn of(
         values: impl Iterator<Item = f64>,
         is_log: bool,
         from: f64,
@@ -61,7 +61,7 @@ impl Placement {
         }
     }
 
-    pub(super) fn at(&self, value: f64) -> f64 {
+    fn at(&self, value: f64) -> f64 {
         let value = if self.is_log {
             value.max(f64::MIN_POSITIVE).log10()
         } else {

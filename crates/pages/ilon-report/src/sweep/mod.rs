@@ -1,11 +1,10 @@
 //! The page of a study: the findings first, then each quantity over the varied keys.
 //!
 //! A page of ten thousand runs stays below two megabytes: figures are drawn here, from as many
-//! points as are distinguishable, and interactive data is thinned.
+//! points as are distinguishable.
 
 mod chart;
 mod input;
-mod parallel;
 mod shape;
 
 use std::fmt::Write;
@@ -55,14 +54,6 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
             body: side_by_side(&bars),
         });
     }
-    if shown.varied.len() > 1 && shown.runs.len() > 1 {
-        sections.push(Section {
-            id: "all-runs",
-            title: "All runs",
-            lead: "A line is a run. Drag along an axis to keep the runs that pass there; click the axis to let go.".to_owned(),
-            body: parallel::parallel(shown),
-        });
-    }
     if !shown.tables.is_empty() {
         sections.push(Section {
             id: "figures",
@@ -81,11 +72,7 @@ pub fn html(shown: &StudyInput, command: &dyn Fn(u64) -> String) -> String {
     }
     let footer = "<p>All runs are in <code>runs.parquet</code>, one row each, which pandas, polars and DuckDB read; what was found \
                   is in <code>findings.json</code>.</p>";
-    let parts = page::Parts {
-        after: &[parallel::SCRIPT],
-        ..page::Parts::default()
-    };
-    page::page(&head, &sections, footer, &parts)
+    page::page(&head, &sections, footer, &page::Parts::default())
 }
 
 /// The runs of the table: all, or the failed ones and those at both ends of the first quantity.

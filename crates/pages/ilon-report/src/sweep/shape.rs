@@ -194,7 +194,7 @@ pub(super) fn trade(shown: &StudyInput) -> Option<Figure> {
 }
 
 /// Returns the keys with several values, except the seed, which has no order.
-pub(super) fn varying(shown: &StudyInput) -> Vec<usize> {
+fn varying(shown: &StudyInput) -> Vec<usize> {
     let varies = |key: &usize| shown.varied[*key].key != SEED && distinct(shown, *key).len() > 1;
     (0..shown.varied.len()).filter(varies).collect()
 }

@@ -10,7 +10,7 @@ use ilon_sim::foreign::{self, Table, TableFormat};
 
 use super::format::{Column, ColumnPlace, Format};
 use super::series::Log;
-use crate::steered::{needs_column, steering_joints};
+use crate::steered::{has_column, steering_joints};
 
 /// Largest file size of a log, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
@@ -138,7 +138,7 @@ impl Columns {
             (column, _) => column.as_ref(),
         };
         let wheel = |wheel: &Wheel| -> Result<_, Error> {
-            if !needs_column(robot, wheel) && !format.wheels.contains_key(&wheel.name) {
+            if !has_column(robot, wheel, &format.wheels) {
                 return Ok(None);
             }
             let column = named("wheels", &wheel.name, &format.wheels)?;

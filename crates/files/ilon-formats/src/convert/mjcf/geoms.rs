@@ -1,6 +1,5 @@
 //! Geoms: their shapes and masses.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
 use mjcf_rs::assets::{Mesh, MeshInertia};
@@ -11,7 +10,7 @@ use super::mesh_weight;
 use super::model::{Robot, pose};
 use crate::convert::ellipsoid::{Placed, ellipsoid};
 use crate::convert::writer::ShapeOf;
-use crate::model::MassProperties;
+use crate::model::{MassProperties, Solid};
 use crate::urdf::{Meshes, mesh_triangles};
 
 /// Density of a geom that says none, in kg/m^3: MuJoCo's own.
@@ -110,17 +109,11 @@ pub(super) fn weight_of(
         }
         let own = match geom.type_ {
             mj::GeomType::Mesh => Some(of_mesh(geom, robot, meshes)?),
-            _ => solid(geom),
+            _ => of_shape(geom),
         };
         parts.extend(own.map(|own| {
             let mass_kg = geom.mass.unwrap_or(density * own.mass_kg);
-            let inertia_kg_m2 = own.inertia_kg_m2 * (mass_kg / own.mass_kg);
-            let weighed = MassProperties {
-                mass_kg,
-                inertia_kg_m2,
-                ..own
-            };
-            weighed.moved(&pose(&geom.pose))
+            own.weighing(mass_kg).moved(&pose(&geom.pose))
         }));
     }
     Ok(MassProperties::merged(&parts))
@@ -187,48 +180,24 @@ fn of_mesh(geom: &mj::Geom, robot: &Robot, meshes: &Meshes) -> Result<MassProper
 
 /// A geom that is no mesh for the density of 1 kg/m^3, in its frame; `None` of one without a
 /// volume.
-fn solid(geom: &mj::Geom) -> Option<MassProperties> {
-    let (volume_m3, unit) = volume_and_moments(geom)?;
-    (volume_m3 > 0.0).then(|| MassProperties {
-        mass_kg: volume_m3,
-        center_of_mass_m: Vector3::zeros(),
-        inertia_kg_m2: Matrix3::from_diagonal(&(unit * volume_m3)),
-    })
-}
-
-/// Volume of a geom, and its moments of inertia for a mass of 1 kg.
-fn volume_and_moments(geom: &mj::Geom) -> Option<(f64, Vector3<f64>)> {
+fn of_shape(geom: &mj::Geom) -> Option<MassProperties> {
     let [x, y, z] = geom.size;
-    let ball = 4.0 / 3.0 * PI;
-    Some(match geom.type_ {
-        mj::GeomType::Sphere => (ball * x.powi(3), Vector3::repeat(0.4 * x * x)),
-        mj::GeomType::Box => (
-            8.0 * x * y * z,
-            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) / 3.0,
-        ),
-        mj::GeomType::Ellipsoid => (
-            ball * x * y * z,
-            Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) / 5.0,
-        ),
-        mj::GeomType::Cylinder => {
-            let across = x * x / 4.0 + y * y / 3.0;
-            (
-                2.0 * PI * x * x * y,
-                Vector3::new(across, across, x * x / 2.0),
-            )
-        }
-        mj::GeomType::Capsule => {
-            // A cylinder and the two halves of a ball, whose centres of mass are 3/8 of the radius
-            // beyond its ends.
-            let (rod, caps) = (2.0 * PI * x * x * y, ball * x.powi(3));
-            let whole = rod + caps;
-            let across =
-                rod * (x * x / 4.0 + y * y / 3.0) + caps * (0.4 * x * x + y * y + 0.75 * x * y);
-            let axial = rod * x * x / 2.0 + caps * 0.4 * x * x;
-            (whole, Vector3::new(across, across, axial) / whole)
-        }
+    let halves = Vector3::new(x, y, z);
+    let (radius_m, length_m) = (x, 2.0 * y);
+    let solid = match geom.type_ {
+        mj::GeomType::Sphere => Solid::ball(x),
+        mj::GeomType::Box => Solid::Box {
+            size_m: 2.0 * halves,
+        },
+        mj::GeomType::Ellipsoid => Solid::Ellipsoid {
+            half_axes_m: halves,
+        },
+        mj::GeomType::Cylinder => Solid::Cylinder { radius_m, length_m },
+        mj::GeomType::Capsule => Solid::Capsule { radius_m, length_m },
         _ => return None,
-    })
+    };
+    let volume_m3 = solid.volume_m3();
+    (volume_m3 > 0.0).then(|| solid.weighing(volume_m3))
 }
 
 /// The matrix of a tensor in words of MuJoCo.

@@ -94,15 +94,8 @@ fn in_their_place<'a, 'i>(
             pieces.push((actuator.range(), replicated.of_actuator(actuator, text)));
         }
     }
-    pieces.sort_by_key(|(range, _)| range.start);
     let mut whole = Assembled::default();
-    let mut done = 0;
-    for (range, written) in pieces {
-        whole.append(old, done..range.start);
-        whole.made(&written, old, range.start);
-        done = range.end;
-    }
-    whole.append(old, done..text.len());
+    whole.append_edited(old, 0..text.len(), pieces);
     match (enough(whole.text.len()), all.first()) {
         (Err(reason), Some((first, _))) => Err((*first, reason)),
         _ => Ok(whole),

@@ -50,7 +50,9 @@ fn taken_as_modelled_rollers_keep_the_shapes_of_their_file_gaps_and_all() {
         o.rollers = RollerForms::AsModelled;
     });
     let loaded = Robot::from_urdf_str_with(&text, "short.urdf", &options).expect("as it is");
-    assert!(loaded.outlines[0].gap_share > 0.1);
+    // Between the ends of two cylinders, L/2 = 5 mm beside their middles at a = 50 mm, which are pi/4
+    // apart, the hub falls by hypot(a, L/2) (1 - cos(pi/8 - atan(L/2 / a))) = 2.14 mm.
+    assert!((loaded.outlines[0].ripple_m - 2.14e-3).abs() < 1e-5);
     let wheel = &loaded.robot.wheels[0];
     for roller in &wheel.rollers {
         let RollerForm::AsModelled(modelled) = &roller.form else {
@@ -160,7 +162,6 @@ fn rollers_of_the_common_length_overlap_by_what_geometry_says() {
         "wheel `rear_left`",
         "over 76.1 deg of each turn (21.1 %) two rollers touch"
     ));
-    assert!((loaded.outlines[0].overlap_share - 76.1 / 360.0).abs() < 1e-3);
     // A capsule protrudes where the barrel tapers: the centre of its end is hypot(a, L/2 cos(45
     // deg)) from the hub axis. Samples a tenth of a degree apart miss the peak by 54 mm (0.05
     // deg)^2 / 2 = 2e-8 m at most.
