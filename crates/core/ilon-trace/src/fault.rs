@@ -188,4 +188,15 @@ mod tests {
         let expected = "the pose sensor with an offset of 5.0 mm and 28.65°";
         assert_eq!(shifted.words(|_| None), expected);
     }
+
+    /// The length of (1, 0, 2) N s is the root of 5, 2.23607, of which four digits are said.
+    #[test]
+    fn a_push_is_named_by_its_size() {
+        let push = FaultKind::Push {
+            impulse_n_s: [1.0, 0.0, 2.0],
+            in_body: false,
+            place_m: [0.0; 3],
+        };
+        assert_eq!(push.words(|_| None), "the push of 2.236 N s");
+    }
 }

@@ -87,6 +87,11 @@ mod tests {
                 "root:x:0:0:root:/root:/bin/bash",
                 "daemon:x:1:1:daemon:/usr/sbin:/bin/false",
             ),
+            // No name is a number, and two cells are: most are not.
+            (
+                "login:password:uid:gid:home:shell",
+                "bob:secret:1000:1000:/home/bob:/bin/sh",
+            ),
             ("name:password", "bob:1234"),
             ("TOKEN=1", "HOME=2"),
             ("secret", "17"),

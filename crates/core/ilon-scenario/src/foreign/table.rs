@@ -424,4 +424,23 @@ mod tests {
         );
         assert_eq!(of(format!("t_s,x_m\n{},1\n", wide(15))).ok(), Some(1));
     }
+
+    /// The first column has the index 0, and is called 1 as in a format.
+    #[test]
+    fn a_column_without_a_name_is_called_by_its_number_counted_from_one() {
+        let path = Path::new("log.csv");
+        let files = FileAccess::of_memory([(path.into(), b"0,1.5\n0.1,wide\n".to_vec())]);
+        let format = TableFormat {
+            header_line: 0,
+            section: Some("log"),
+            ..TableFormat::default()
+        };
+        let mut table = Table::open(path, &files, 100, format).expect("a table");
+        let second = table.column_at(1, 2.0);
+        assert!(table.next_row().expect("a row"));
+        assert_eq!(table.number(&second).expect("a number"), Some(3.0));
+        assert!(table.next_row().expect("another row"));
+        let error = table.number(&second).expect_err("it is text").to_string();
+        assert!(error.contains("line 2: `2` is text"), "{error}");
+    }
 }

@@ -336,6 +336,19 @@ fn guidance_drives_a_robot_away_whose_front_wheels_are_exchanged() {
     );
 }
 
+/// Wheels of 50 mm that are believed to have 51.5 are sent at v / 0.0515, and move the real robot by
+/// 0.05 of that, along where its modules have turned.
+#[test]
+fn steered_wheels_move_the_real_robot_where_they_point() {
+    let belief = "controller.robot.wheel_radius_m = 0.0515";
+    for asked in [[0.2, 0.2, 0.0], [0.0, 0.25, 0.0], [0.2, -0.1, 0.3]] {
+        let found = driven("swerve4.urdf", &twist(asked[0], asked[1], asked[2]), belief);
+        let expected = asked.map(|part| part * 0.05 / 0.0515);
+        // Servos have come within a thousandth of a radian.
+        assert_near(of_targets(&found), expected, 3e-4, belief);
+    }
+}
+
 /// A true belief changes no bit, and an empty section is no belief.
 #[test]
 fn a_true_belief_is_none() {

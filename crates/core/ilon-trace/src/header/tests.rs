@@ -23,6 +23,29 @@ fn the_outline_of_a_box_turned_by_a_quarter_turn_has_its_sides_exchanged() {
     assert!((area - 0.08).abs() < 1e-15);
 }
 
+/// A patch of 2 m by 4 m around (1, 2) m ends at 2 m along x and at 4 m along y: the point (5, 8) m
+/// is 3 m and 4 m beside it, which are 5 m.
+#[test]
+fn a_point_is_as_far_from_a_patch_as_from_its_nearest_edge_or_corner() {
+    let patch = GroundPatch {
+        center_m: [1.0, 2.0],
+        sides_m: [2.0, 4.0],
+        ..GroundPatch::default()
+    };
+    for (at_m, expected_m) in [
+        ([5.0, 8.0], 5.0),
+        ([-3.0, -3.0], 18.0_f64.sqrt()),
+        ([1.5, 7.0], 3.0),
+        ([-2.0, 0.5], 2.0),
+        ([2.0, 4.0], 0.0),
+        ([0.5, 0.5], 0.0),
+    ] {
+        // All numbers but the root are exact, and that is rounded once or twice.
+        let off_m = (patch.distance_m(at_m) - expected_m).abs();
+        assert!(off_m < 1e-14, "{at_m:?}: {off_m}");
+    }
+}
+
 #[test]
 fn the_m_row_of_a_mecanum_wheel_is_the_one_known_in_closed_form() {
     // Hub at (0.15, 0.16), axis +y, gamma +45 deg: u_gamma = (-1, 1)/sqrt 2, n_gamma = (-1,

@@ -326,6 +326,29 @@ fn of_a_file_that_is_no_scenario_nothing_is_shown() {
     assert!(matches!(Scenario::load(&path), Err(Error::Scenario(_))));
 }
 
+/// Without the word "robot" a file may be no scenario, but a setting is shown where it is at fault.
+#[test]
+fn a_fault_in_a_setting_is_shown_in_it_also_where_only_a_setting_names_the_robot() {
+    let text = "twist.vx_m_s = 0.3\nrun.duration_s = 5\n";
+    let of = |settings: [&str; 2]| {
+        let settings = settings.map(|setting| setting.parse().unwrap());
+        Scenario::from_text(
+            text,
+            Path::new("s.toml"),
+            &settings,
+            &FileAccess::anywhere(),
+        )
+    };
+    assert!(of(["robot.file=r.urdf", "run.duration_s=6"]).is_ok());
+    match of(["robot.file=r.urdf", "run.duration_s=x"]) {
+        Err(Error::Scenario(fault)) => {
+            assert_eq!(fault.source_code.name(), SETTING);
+            assert_eq!(fault.span.offset(), "run.duration_s = ".len());
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn the_largest_seed_is_read_and_written_and_the_next_is_refused_as_the_number_it_is() {
     let seed = u64::MAX.to_string();
