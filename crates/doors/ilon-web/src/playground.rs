@@ -81,8 +81,7 @@ pub fn html() -> String {
                   its sources, runs the same scenarios to the same bits.</p>";
     let parts = Parts {
         styles: &[embed::STYLE, embed::DRIVE_STYLE, STYLE],
-        before: &[],
-        after: &[&embed::driving_script(), &script],
+        before: &[&embed::driving_script(), &script],
     };
     let page = page(&head, &sections, footer, &parts);
     // The browser loads them while it shows the page.
