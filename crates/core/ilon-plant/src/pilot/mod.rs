@@ -173,7 +173,7 @@ impl Pilot {
         Ok(Self {
             motion,
             guidance,
-            priority: section.priority.map(Into::into),
+            priority: section.priority,
             contact: match section.kinematics {
                 scenario::Kinematics::Ideal => None,
                 scenario::Kinematics::Contact => Some(contact_kinematics),
@@ -299,7 +299,7 @@ impl Pilot {
     /// If the robot cannot be guided like this.
     pub fn tune(&mut self, section: &scenario::Guidance) -> Result<(), Error> {
         (self.guidance, self.tracking) = law(&self.motion, section, &self.kinematics)?;
-        self.priority = section.priority.map(Into::into);
+        self.priority = section.priority;
         self.section = section.clone();
         Ok(())
     }

@@ -68,7 +68,7 @@ impl Drive {
                     bandwidth_rad_s: scenario.wheel_loop.bandwidth_rad_s,
                     target_filter_s: scenario.run.control_dt_s,
                     dt_s: loop_period_s,
-                    priority: scenario.guidance.priority.unwrap_or_default().into(),
+                    priority: scenario.guidance.priority.unwrap_or_default(),
                     reference_point_m: resolved.reference_point_m(),
                     friction: scenario.wheel_loop.friction.unwrap_or(f64::INFINITY),
                     gravity_m_s2: scenario.world.gravity_m_s2,
