@@ -461,6 +461,11 @@ pub enum Fault {
         /// The package of its geometry, if that package's folder is unknown.
         package: Option<String>,
     },
+    /// A wheel's joint states no axis, and its cylinder lies across the one that is meant then.
+    #[error(
+        "its joint states no `<axis>`, so that it turns about x, across which its cylinder lies"
+    )]
+    NoAxis,
     /// The usual X is requested, but the wheels are not arranged that way.
     #[error(
         "the usual X arrangement has parallel hub axes and wheels off both middle lines: here {what}"

@@ -258,6 +258,7 @@ impl Fault {
             Self::NotAWheel { .. } => "name another joint, or give this one a level axis",
             Self::HasRollers => "leave this joint out of the wheels that are given rollers",
             Self::WheelSizeUnknown { clues, .. } => return clues.help(),
+            Self::NoAxis => "give the joint an `<axis>` along the cylinder",
             Self::NotInX { .. } => "give gamma for all wheels, or for each wheel, instead",
             Self::RollersDiffer { .. } => "make the rollers of a wheel alike",
             Self::RollersNotMade { .. } => {
@@ -341,6 +342,7 @@ impl Fault {
             | Self::NoMass
             | Self::TwoParents { .. }
             | Self::Loop
+            | Self::NoAxis
             | Self::HubDoesNotTurn { .. }
             | Self::RollersDoNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {
