@@ -388,7 +388,7 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
 )]
 #[test_case(
     "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"b\"><xacro:include filename=\"$(find absent)/b.xacro\"/><xacro:arg name=\"sim\"/><xacro:base sim=\"$(arg sim)\"/></robot>".to_owned(),
-    Refused("`--package absent=FOLDER`; without what is missing this stands in the way");
+    Refused("help: say where the packages lie, or go without them; say `--package absent=FOLDER`");
     "an absent package and an argument without a value"
 )]
 #[test_case(

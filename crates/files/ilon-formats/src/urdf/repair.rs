@@ -295,7 +295,7 @@ fn state_axis(source: &Source, link: Node) -> Option<(Vec<Edit>, String)> {
         child(shape, "origin").map_or_else(Isometry3::identity, inertia_from_shapes::origin);
     let axis = place * Vector3::z();
     let [x, y, z] = (axis * axis.y.signum())
-        .map(|x| (1e6 * x).round() / 1e6)
+        .map(|x| (1e6 * x).round() / 1e6 + 0.0)
         .into();
     let text = format!("<axis xyz=\"{x} {y} {z}\"/>");
     let said = format!("its joint states no `<axis>`: {x} {y} {z}, along its cylinder");

@@ -1,6 +1,6 @@
 //! Wheels without rollers: recognised by how they can be driven, or named.
 
-use ilon_formats::{Fault, LoadOptions, LoadRobot, TyreOptions};
+use ilon_formats::{Fault, LoadOptions, LoadRobot, RobotError, TyreOptions};
 use ilon_robot::{CollisionShape, JointRole, Robot};
 
 const SKID: &str = include_str!("../../../../../assets/robots/skid4.urdf");
@@ -99,6 +99,32 @@ fn casters_whose_wheels_are_meshes_roll_as_cylinders() {
 
 /// Casters steer nothing, beside wheels that do not turn in the file, or of which one follows the
 /// other.
+/// A joint without `<axis>` turns about x, across which these cylinders lie: they show that y is meant,
+/// which points to the left.
+#[test]
+fn an_axis_that_is_not_stated_is_that_of_the_cylinder_if_repaired() {
+    let bare = SKID.replace("<axis xyz=\"0 1 0\"/>", "");
+    let error = Robot::from_urdf_str(&bare, "robot.urdf").expect_err("no axis");
+    let is_told = |error: &RobotError| matches!(error.fault(), Fault::NoAxis);
+    let all: Vec<&RobotError> = std::iter::once(&error).chain(error.others()).collect();
+    assert_eq!(
+        all.iter().filter(|error| is_told(error)).count(),
+        4,
+        "{all:?}"
+    );
+    let mut options = LoadOptions::default();
+    options.repair = true;
+    let read = Robot::from_urdf_str_with(&bare, "robot.urdf", &options).expect("repaired");
+    let words = "repaired: its joint states no `<axis>`: 0 1 0, along its cylinder";
+    assert!(said(&read.robot, words), "{:?}", read.robot.remarks);
+    let whole = load(SKID);
+    for (wheel, of) in read.robot.wheels.iter().zip(&whole.wheels) {
+        let apart = wheel.body_from_hub.inverse() * of.body_from_hub;
+        assert!(apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-6);
+        assert!((wheel.radius_m - of.radius_m).abs() < 1e-9);
+    }
+}
+
 /// A square box stands for the wheel inside it, as a shape and as a mesh: one of 120 mm for a wheel of
 /// 60 mm radius. One of 120 mm by 90 mm is no wheel.
 #[test]
