@@ -1,6 +1,8 @@
 //! Five motions that characterise a robot: ahead, to the left, diagonal, an arc, and a turn on the
 //! spot.
 
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
 use ilon_control::{Kinematics, SpeedLimits, Turn, sharpest_turn};
 use ilon_robot::{Robot, Twist};
 
@@ -75,10 +77,11 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
     let motors = robot.wheels.iter().map(|wheel| wheel.motor.velocity_rad_s);
     let kinematics = Kinematics::new(robot)?;
     let tops = SpeedLimits::new(&kinematics, &motors.collect::<Vec<_>>());
-    let least_m_s = match tops.top_speed_range_m_s().0 {
-        0.0 => tops.top_speed_m_s(0.0),
-        least_m_s => least_m_s,
-    };
+    // Of a robot on tyres ahead, or to the left where its wheels roll along y.
+    let [ahead_m_s, left_m_s] = [0.0, FRAC_PI_2].map(|rad| tops.top_speed_m_s(rad));
+    let tops_m_s = [tops.top_speed_range_m_s().0, ahead_m_s, left_m_s];
+    let least_m_s = tops_m_s.into_iter().find(|m_s| *m_s > 0.0);
+    let least_m_s = least_m_s.unwrap_or_default();
     let sharpest = sharpest_turn(robot, &robot.start_positions());
     let wide = sharpest.filter(|turn| turn.radius_m > 0.0);
     let turn_m = wide.map_or(0.0, |Turn { twist_in_body, .. }| {
@@ -90,7 +93,7 @@ pub fn standard_motions(robot: &Robot) -> Result<[Option<StandardMotion>; 5], Er
     let v = readable(SPEED_M_S.min(SHARE_OF_TOP * least_m_s));
     let w = readable(RATE_RAD_S.min(SHARE_OF_TOP / tops.share(turning)));
     let arc = readable((0.5 * v).min(0.5 * w * arc_m));
-    let diagonal = readable(v * std::f64::consts::FRAC_1_SQRT_2);
+    let diagonal = readable(v * FRAC_1_SQRT_2);
     let of = |place: usize, twist: [f64; 3], lasts_s: f64| {
         let linear = Twist::new(twist[0], twist[1], 0.0);
         let can = tops.share(linear).is_finite() && lasts_s.is_finite();
@@ -167,6 +170,27 @@ mod tests {
             (radius_m(turn) - WITHIN_LIMITS * 0.125).abs() < 1e-3,
             "{turn:?}"
         );
+    }
+
+    /// Its wheels roll along y, which is to the left, at 12 rad/s and 60 mm at most: 0.72 m/s.
+    #[test]
+    fn a_robot_on_tyres_that_rolls_to_its_left_is_driven_there() {
+        let text = std::fs::read_to_string("../../../assets/robots/differential.urdf").unwrap();
+        let text = text.replace("velocity=\"30\"", "velocity=\"12\"");
+        let turned = "<robot name=\"turned\"><link name=\"top\"/><joint name=\"turn\" type=\"fixed\"><parent link=\"top\"/><child link=\"base_link\"/><origin rpy=\"0 0 1.5707963267948966\"/></joint>";
+        let text = text.replacen("<robot name=\"differential\">", turned, 1);
+        let robot = Robot::from_urdf_str(&text, "turned.urdf").expect("two wheels");
+        let motions = standard_motions(&robot).expect("it drives");
+        let [None, Some(left), None, None, Some(_)] = motions else {
+            panic!("{motions:?}");
+        };
+        let top_m_s: f64 = 0.72;
+        let speed_m_s = SPEED_M_S.min(SHARE_OF_TOP * top_m_s);
+        assert!(
+            (left.twist_in_body.vy_m_s - speed_m_s).abs() < 1e-3,
+            "{left:?}"
+        );
+        assert_eq!(left.twist_in_body.vx_m_s, 0.0);
     }
 
     /// Speed grows evenly over the ramp, so that the way is v (T - ramp / 2).

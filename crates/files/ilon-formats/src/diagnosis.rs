@@ -33,6 +33,8 @@ pub struct Question {
     pub asked: Vec<Remedy>,
     /// The other options needed, without the answers.
     pub options: LoadOptions,
+    /// The radius of the wheels with which it was tested, in metres, if that is asked for.
+    pub stand_in_m: Option<f64>,
     /// A remaining obstacle for any answer, tested with plausible ones; `None` if there is none.
     pub in_the_way: Option<String>,
 }
@@ -355,6 +357,7 @@ fn question(path: &Path, options: &LoadOptions, course: &mut Course) -> Option<Q
     }
     (!inquiry.asked.is_empty()).then_some(Question {
         options: known,
+        stand_in_m: (inquiry.tried.wheel_radius_m).filter(|_| inquiry.sizes_are_open()),
         asked: inquiry.asked,
         in_the_way,
     })
@@ -373,7 +376,11 @@ impl Inquiry {
     fn asks(&mut self, errors: &[RobotError]) -> bool {
         let known = self.asked.len();
         for error in errors {
-            let is_new = |remedy: &Remedy| remedy.is_asked() && !self.asked.contains(remedy);
+            let has_size = self.tried.wheel_radius_m.is_some();
+            let is_new = |remedy: &Remedy| {
+                let is_known = has_size && matches!(remedy, Remedy::WheelRadius { .. });
+                remedy.is_asked() && !is_known && !self.asked.contains(remedy)
+            };
             if let Some(remedy) = error.remedies().into_iter().find(is_new) {
                 self.asked.push(remedy);
                 let stood_in = error.fault().stood_in(&self.tried);

@@ -314,38 +314,20 @@ impl JointOptions {
         let any = (f64::MIN, "finite");
         let not_below_0 = (0.0, "finite and not below 0");
         let above_0 = (f64::MIN_POSITIVE, "finite and above 0");
+        macro_rules! one_of {
+            ($range:expr, $slides:ident, $turns:ident) => {{
+                let [of_slide, of_turn] = [stringify!($slides), stringify!($turns)];
+                number($range, (of_slide, self.$slides), (of_turn, self.$turns))?
+            }};
+        }
         Ok(JointNumbers {
-            stiffness: number(
-                above_0,
-                ("stiffness_n_m", self.stiffness_n_m),
-                ("stiffness_n_m_rad", self.stiffness_n_m_rad),
-            )?,
-            damping: number(
-                not_below_0,
-                ("damping_n_s_m", self.damping_n_s_m),
-                ("damping_n_m_s_rad", self.damping_n_m_s_rad),
-            )?,
-            rest: number(any, ("rest_m", self.rest_m), ("rest_rad", self.rest_rad))?,
-            preload: number(
-                any,
-                ("preload_n", self.preload_n),
-                ("preload_n_m", self.preload_n_m),
-            )?,
-            friction: number(
-                not_below_0,
-                ("friction_n", self.friction_n),
-                ("friction_n_m", self.friction_n_m),
-            )?,
-            effort: number(
-                above_0,
-                ("effort_n", self.effort_n),
-                ("effort_n_m", self.effort_n_m),
-            )?,
-            rate_limit: number(
-                above_0,
-                ("rate_limit_m_s", self.rate_limit_m_s),
-                ("rate_limit_rad_s", self.rate_limit_rad_s),
-            )?,
+            stiffness: one_of!(above_0, stiffness_n_m, stiffness_n_m_rad),
+            damping: one_of!(not_below_0, damping_n_s_m, damping_n_m_s_rad),
+            rest: one_of!(any, rest_m, rest_rad),
+            preload: one_of!(any, preload_n, preload_n_m),
+            friction: one_of!(not_below_0, friction_n, friction_n_m),
+            effort: one_of!(above_0, effort_n, effort_n_m),
+            rate_limit: one_of!(above_0, rate_limit_m_s, rate_limit_rad_s),
             target: number(
                 any,
                 ("target_m` or `position_m", self.target_m),

@@ -185,11 +185,17 @@ fn root_tag_range(text: &str) -> Option<(usize, usize)> {
     Some((start, start + end))
 }
 
-/// Adds missing declarations of XML namespaces: programs without namespace support accept such
-/// files.
+/// Adds missing declarations of XML namespaces, and leaves out a malformed one of XML, such as
+/// `<?xml version=1.0?>`: programs that read neither accept such files.
 fn declared(mut prepared: UrdfText) -> UrdfText {
     /// Largest number of declared prefixes.
     const MOST: usize = 16;
+    let end = prepared.text.find("?>").map_or(0, |at| at + 2);
+    let declaration = &prepared.text[..end];
+    if declaration.starts_with("<?xml ") && xml::parse(&format!("{declaration}<r/>")).is_err() {
+        let lines = "\n".repeat(declaration.matches('\n').count());
+        prepared = prepared.edited(vec![(0..end, lines)]);
+    }
     for _ in 0..MOST {
         let Err(xml::Fault::Malformed(reason, _)) = xml::parse(&prepared.text) else {
             break;

@@ -97,7 +97,8 @@ impl Robot {
             let lowest: Vec<Vector3<f64>> = wheels.chain(of_shapes).collect();
             supporting = triangle_under(&lowest, &center, &up)?;
             let three = supporting.map(|i| lowest[i]);
-            if step == 0 && spread_m(three) < LEVEL_M {
+            let on_a_wheel = supporting.iter().any(|at| *at < self.wheels.len());
+            if step == 0 && on_a_wheel && spread_m(three) < LEVEL_M {
                 return Some(StandingPose {
                     height_m: self.ride_height_m(),
                     roll_rad: 0.0,

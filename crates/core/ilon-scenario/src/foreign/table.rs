@@ -180,12 +180,9 @@ impl<'a> Table<'a> {
             return Ok(None);
         };
         if places.next().is_none() {
-            let name = name.to_owned();
-            return Ok(Some(Column {
-                place,
-                name,
-                factor,
-            }));
+            let mut column = self.column_at(place, factor);
+            name.clone_into(&mut column.name);
+            return Ok(Some(column));
         }
         Err(self.fault(
             format!("the column `{}` stands twice", quoted(name)),

@@ -37,6 +37,9 @@ pub trait Wording {
     fn proposed(&self, proposal: &LoadOptions, options: &LoadOptions) -> String;
 }
 
+/// The blank of the wheels' radius.
+const RADIUS: &str = "wheel_radius_m = METRES";
+
 /// Worded as keys of a scenario's `[robot]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Keys;
@@ -59,7 +62,7 @@ impl Wording for Keys {
                     if *parallel { "x_deg" } else { "all_deg" },
                     quoted(wheels)
                 ),
-                Remedy::WheelRadius { guess_m: None } => "wheel_radius_m = METRES".to_owned(),
+                Remedy::WheelRadius { guess_m: None } => RADIUS.to_owned(),
                 _ => return None,
             })
         });
@@ -68,7 +71,8 @@ impl Wording for Keys {
         let blanks = blanks(question);
         let on_tyres = on_tyres.map(|on_tyres| match on_tyres {
             Ok(on_tyres) => {
-                let keys = self::keys(&on_tyres, options);
+                let mut keys = self::keys(&on_tyres, options);
+                keys.extend(question.stand_in_m.map(|_| RADIUS.to_owned()));
                 format!("; on tyres: `{}`", keys.join("`, `"))
             }
             Err(why) => format!("; on tyres it cannot drive either: {why}"),
@@ -97,23 +101,27 @@ pub fn with_blank_arguments(question: &Question) -> LoadOptions {
     options
 }
 
-/// The options with which the wheels of a question roll on tyres instead of rollers, if nothing
-/// else is asked for and their axles are parallel, or why they do not drive. Where other wheels turn
-/// beside them, as those behind steered ones, all are taken.
+/// The options with which the wheels of a question roll on tyres instead of rollers, if no more
+/// than their radius is asked for besides and their axles are parallel, or why they do not drive.
+/// Where other wheels turn beside them, as those behind steered ones, all are taken.
 fn tyres_instead(question: &Question, path: &Path) -> Option<Result<LoadOptions, String>> {
+    let is_other = |remedy: &&Remedy| !matches!(remedy, Remedy::WheelRadius { .. });
+    let others: Vec<&Remedy> = question.asked.iter().filter(is_other).collect();
     let [
         Remedy::WhichRollers {
             wheels,
             parallel: true,
         },
-    ] = &question.asked[..]
+    ] = &others[..]
     else {
         return None;
     };
     let tried = |tyres: TyreOptions| {
         let mut options = question.options.clone();
         options.tyres = Some(tyres);
-        let loaded = Robot::load_with(path, &options).map_err(|error| error.to_string())?;
+        let mut sized = options.clone();
+        sized.wheel_radius_m = question.stand_in_m.or(options.wheel_radius_m);
+        let loaded = Robot::load_with(path, &sized).map_err(|error| error.to_string())?;
         Kinematics::new(&loaded.robot).map_err(|error| error.to_string())?;
         Ok((options, loaded.robot))
     };
@@ -122,7 +130,9 @@ fn tyres_instead(question: &Question, path: &Path) -> Option<Result<LoadOptions,
         robot.wheels.len() > wheels.len() && wheels.iter().all(is_in)
     });
     let found = all.map_or_else(|| tried(TyreOptions::on(wheels.clone())), Ok);
-    Some(found.map(|(options, _)| options))
+    let found = found.map(|(options, _)| options);
+    // The radius that was tested may be what fails.
+    Some(found).filter(|found| found.is_ok() || question.stand_in_m.is_none())
 }
 
 /// Describes the blanks of [`Wording::question`] that a person has to fill in.
@@ -136,7 +146,7 @@ pub fn blanks(question: &Question) -> String {
         blanks.push("the NUMBER of rollers on a wheel");
         blanks.push("their ANGLE (45 of usual mecanum wheels, 0 of omni wheels)");
     }
-    if asked(|remedy| matches!(remedy, Remedy::WheelRadius { .. })) {
+    if question.stand_in_m.is_some() {
         blanks.push("the wheels' radius in METRES");
     }
     match &blanks[..] {
@@ -147,44 +157,21 @@ pub fn blanks(question: &Question) -> String {
 
 /// The keys of a scenario's `[robot]` for the differences between two sets of options.
 pub fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
-    let mut keys = Vec::new();
-    if options.packages != beyond.packages {
-        let package = |package: &Package| {
-            let folder = package.folder.display().to_string();
-            format!("{} = {}", package.name, toml::Value::from(folder))
-        };
-        let packages: Vec<String> = options.packages.iter().map(package).collect();
-        keys.push(format!("packages = {{ {} }}", packages.join(", ")));
-    }
-    if let Some(density) = options.density_kg_m3
-        && options.density_kg_m3 != beyond.density_kg_m3
-    {
-        keys.push(format!("density_kg_m3 = {density}"));
-    }
-    if !options.infer_rollers && beyond.infer_rollers {
-        keys.push("infer_rollers = false".to_owned());
-    }
-    if options.arguments != beyond.arguments {
-        let quoted = |(name, value): (&String, &String)| {
-            format!("{name} = {}", toml::Value::from(value.as_str()))
-        };
-        let arguments: Vec<String> = options.arguments.iter().map(quoted).collect();
-        keys.push(format!("args = {{ {} }}", arguments.join(", ")));
-    }
-    if options.leave_out_missing && !beyond.leave_out_missing {
-        keys.push("leave_out_missing = true".to_owned());
-    }
-    if options.repair && !beyond.repair {
-        keys.push("repair = true".to_owned());
-    }
-    if options.rollers != beyond.rollers {
-        keys.push("rollers = \"as_modelled\"".to_owned());
-    }
-    if let Some(wheels) = options
-        .wheels
-        .as_ref()
-        .filter(|_| options.wheels != beyond.wheels)
-    {
+    let text = |text: &str| toml::Value::from(text).to_string();
+    let said = |key: &str| Some(key.to_owned());
+    let set = |key: &str, value: Option<f64>| value.map(|value| format!("{key} = {value}"));
+    let table = |key: &str, inner: Vec<String>| Some(format!("{key} = {{ {} }}", inner.join(", ")));
+    let listed = |key: &str, joints: &[String]| {
+        (!joints.is_empty()).then(|| format!("{key} = [{}]", quoted(joints)))
+    };
+    let package = |of: &Package| {
+        let folder = of.folder.display().to_string();
+        format!("{} = {}", of.name, text(&folder))
+    };
+    let packages = options.packages.iter().map(package).collect();
+    let arguments = options.arguments.iter();
+    let arguments = arguments.map(|(name, value)| format!("{name} = {}", text(value)));
+    let wheels = options.wheels.as_ref().and_then(|wheels| {
         let mut inner = vec![format!("rollers = {}", wheels.rollers)];
         inner.push(match &wheels.gamma {
             Handedness::XDeg(gamma_deg) => format!("gamma.x_deg = {}", rounded(*gamma_deg)),
@@ -194,35 +181,45 @@ pub fn keys(options: &LoadOptions, beyond: &LoadOptions) -> Vec<String> {
                 format!("gamma.each_deg = [{}]", gammas.join(", "))
             }
         });
-        if !wheels.joints.is_empty() {
-            inner.push(format!("joints = [{}]", quoted(&wheels.joints)));
-        }
-        keys.push(format!("wheels = {{ {} }}", inner.join(", ")));
-    }
-    if let Some(tyres) = options
-        .tyres
-        .as_ref()
-        .filter(|_| options.tyres != beyond.tyres)
-    {
-        let listed = |key: &str, joints: &[String]| {
-            (!joints.is_empty()).then(|| format!("{key} = [{}]", quoted(joints)))
-        };
-        let metres = |key: &str, m: Option<f64>| m.map(|m| format!("{key} = {m}"));
+        inner.extend(listed("joints", &wheels.joints));
+        table("wheels", inner)
+    });
+    let tyres = options.tyres.as_ref().and_then(|tyres| {
         let inner = [
             listed("joints", &tyres.joints),
             listed("free", &tyres.free),
-            metres("width_m", tyres.width_m),
-            metres("shoulder_radius_m", tyres.shoulder_radius_m),
+            set("width_m", tyres.width_m),
+            set("shoulder_radius_m", tyres.shoulder_radius_m),
         ];
-        let inner: Vec<String> = inner.into_iter().flatten().collect();
-        keys.push(format!("tyres = {{ {} }}", inner.join(", ")));
-    }
-    if let Some(radius_m) = options.wheel_radius_m
-        && options.wheel_radius_m != beyond.wheel_radius_m
-    {
-        keys.push(format!("wheel_radius_m = {radius_m}"));
-    }
-    keys
+        table("tyres", inner.into_iter().flatten().collect())
+    });
+    let density = set("density_kg_m3", options.density_kg_m3);
+    let leaves_out = options.leave_out_missing && !beyond.leave_out_missing;
+    let infers_none = !options.infer_rollers && beyond.infer_rollers;
+    let radius = set("wheel_radius_m", options.wheel_radius_m);
+    let all = [
+        (
+            options.packages != beyond.packages,
+            table("packages", packages),
+        ),
+        (options.density_kg_m3 != beyond.density_kg_m3, density),
+        (infers_none, said("infer_rollers = false")),
+        (
+            options.arguments != beyond.arguments,
+            table("args", arguments.collect()),
+        ),
+        (leaves_out, said("leave_out_missing = true")),
+        (options.repair && !beyond.repair, said("repair = true")),
+        (
+            options.rollers != beyond.rollers,
+            said("rollers = \"as_modelled\""),
+        ),
+        (options.wheels != beyond.wheels, wheels),
+        (options.tyres != beyond.tyres, tyres),
+        (options.wheel_radius_m != beyond.wheel_radius_m, radius),
+    ];
+    let differing = all.into_iter().filter(|(differs, _)| *differs);
+    differing.filter_map(|(_, key)| key).collect()
 }
 
 /// Names as a TOML list.
@@ -290,6 +287,12 @@ impl Refusal {
             match (&question.in_the_way, on_tyres) {
                 (None, on_tyres) => wording.question(question, options, on_tyres),
                 // Rollers cannot be put in, whichever they are.
+                (Some(_), Some(Ok(on_tyres))) if question.stand_in_m.is_some() => {
+                    let mut of_size = question.clone();
+                    of_size.asked = vec![Remedy::WheelRadius { guess_m: None }];
+                    of_size.options = on_tyres;
+                    wording.question(&of_size, options, None)
+                }
                 (Some(_), Some(Ok(on_tyres))) => wording.proposed(&on_tyres, options),
                 // What is missing may hold what the rest lacks.
                 (Some(what), _) if is_incomplete => {

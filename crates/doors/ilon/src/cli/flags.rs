@@ -3,6 +3,9 @@
 use ilon_formats::{Handedness, LoadOptions, Question, Remedy, RollerForms, WheelOptions};
 use ilon_sim::remedy::{Wording, blanks, rounded, with_blank_arguments};
 
+/// The blank of the wheels' radius.
+const RADIUS: &str = "--wheel-radius-m METRES";
+
 /// The flags of a command that reads a robot's file.
 pub(super) struct Flags {
     /// The command up to the options, such as `ilon inspect robot.urdf`.
@@ -31,7 +34,7 @@ impl Wording for Flags {
                     let wheels = of_joints("--wheels", wheels).join(" ");
                     format!("--rollers NUMBER {gamma} ANGLE {wheels}")
                 }
-                Remedy::WheelRadius { guess_m: None } => "--wheel-radius-m METRES".to_owned(),
+                Remedy::WheelRadius { guess_m: None } => RADIUS.to_owned(),
                 _ => return None,
             })
         });
@@ -42,8 +45,9 @@ impl Wording for Flags {
         let blanks = blanks(question);
         let on_tyres = on_tyres.map(|options| match options {
             Ok(options) => {
-                let known = self::flags(&options).join(" ");
-                format!("; on tyres: `{} {known}`", self.command)
+                let mut known = self::flags(&options);
+                known.extend(question.stand_in_m.map(|_| RADIUS.to_owned()));
+                format!("; on tyres: `{} {}`", self.command, known.join(" "))
             }
             Err(why) => format!("; on tyres it cannot drive either: {why}"),
         });

@@ -313,6 +313,45 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     "a mesh that is not there and says its size"
 )]
 #[test_case(
+    replaced(DISC, "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"),
+    Asks(
+        "their ANGLE (45 of usual mecanum wheels, 0 of omni wheels) and the wheels' radius in METRES",
+        "50.0 mm as given"
+    );
+    "meshes that are not there, of wheels of no kind"
+)]
+#[test_case(
+    one_replaced("fl", DISC, "<collision><geometry><mesh filename=\"wheel_98mm.stl\"/></geometry></collision>")
+        .replace(DISC, "<collision><geometry><mesh filename=\"wheel.stl\"/></geometry></collision>"),
+    Asks("their ANGLE (45 of usual mecanum wheels, 0 of omni wheels):", "49.0 mm as given");
+    "meshes that are not there, one of which says its size"
+)]
+#[test_case(
+    called_mecanum(replaced("<axis xyz=\"0 1 0\"/>", "")),
+    Proposal(
+        "its joint states no `<axis>`, so that it turns about x, across which its cylinder lies",
+        "its joint states no `<axis>`: 0 1 0, along its cylinder"
+    );
+    "joints without an axis"
+)]
+#[test_case(
+    xacro("<xacro:include filename=\"arm.xacro\"/>"),
+    Asks(
+        "1 file that it names cannot be found: `arm.xacro` at robot.urdf:30 help: put the files there, or go without them;",
+        "left out"
+    );
+    "an include that is not there"
+)]
+#[test_case(
+    xacro("<xacro:include filename=\"$(find absent)/arm.xacro\"/>"),
+    Asks(
+        "1 file that it names cannot be found: `$(find absent)/arm.xacro` at robot.urdf:30 (no folder of the package `absent` is known) \
+         help: say where the packages lie, or go without them; say `--package absent=FOLDER`;",
+        "left out, for the folder of the package `absent` is not known"
+    );
+    "an include of an absent package"
+)]
+#[test_case(
     base().replace("base_link", "chassis").replace("<robot name=\"base\">", &format!(
         "<robot name=\"base\"><link name=\"base_link\"/><joint name=\"base_joint\" type=\"fixed\"><parent link=\"base_link\"/><child link=\"chassis\"/></joint>\
          <link name=\"turret\"><inertial><mass value=\"1\"/>{INERTIA}</inertial></link>\
@@ -346,6 +385,22 @@ const BARE: &str = "4 wheels without rollers: `fl`, `fr`, `rl`, `rr`";
     "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro name=\"w\" params=\"n\"><link name=\"${n}\"/></xacro:macro></robot>".to_owned(),
     Refused("it defines macros and makes no link: `w`");
     "macros alone"
+)]
+#[test_case(
+    "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"b\"><xacro:include filename=\"$(find absent)/b.xacro\"/><xacro:arg name=\"sim\"/><xacro:base sim=\"$(arg sim)\"/></robot>".to_owned(),
+    Refused("help: say where the packages lie, or go without them; say `--package absent=FOLDER`");
+    "an absent package and an argument without a value"
+)]
+#[test_case(
+    called_mecanum(xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
+        "<xacro:macro name=\"wheel\" params=\"name\">{}</xacro:macro><wheel name=\"fl\"/>",
+        wheel("${name}", 0.15, 0.13)
+    ), 1)),
+    Proposal(
+        "a xacro file of before 2014: `<wheel>` stands without the prefix `xacro:`",
+        "elements without the prefix `xacro:` are read as until 2014"
+    );
+    "a macro that is called without the prefix"
 )]
 #[test_case(
     xacro("").replacen(&wheel("fl", 0.15, 0.13), &format!(
@@ -401,7 +456,7 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
             let refusal = refused(&first, words);
             assert_eq!(proposed(&refusal), None, "{refusal}");
             // One round: the requested information, filled in, gives a working command; and so does
-            // that for tyres, which asks for nothing.
+            // that for tyres, which asks for no more than the radius.
             let refusal = in_one_line(&refusal);
             let (rollers, tyres) = refusal.split_once("; on tyres: `").unzip();
             let asked = filled(rollers.unwrap_or(&refusal));
@@ -409,7 +464,7 @@ fn a_robot_drives_or_is_refused_with_a_command_that_works(text: String, becomes:
                 panic!("{asked:?}")
             };
             if let Some((command, _)) = tyres.and_then(|tyres| tyres.split_once('`')) {
-                drives(&shell(folder.path(), command), "tyre");
+                drives(&shell(folder.path(), &answered(command)), "tyre");
             }
             let output = shell(folder.path(), command);
             drives(&output, remark);
@@ -476,7 +531,7 @@ fn proposed(refusal: &str) -> Option<&str> {
 }
 
 /// The commands, or the keys, that a refusal asks to complete, with twelve rollers at 45 degrees
-/// filled in.
+/// on wheels of 50 mm filled in.
 fn filled(refusal: &str) -> Vec<String> {
     let (_, blanks) = refusal
         .split_once("fill in ")
@@ -485,8 +540,13 @@ fn filled(refusal: &str) -> Vec<String> {
     let asked = asked.lines().next().unwrap_or_default();
     let each = format!("`{asked}");
     let each = each.split('`').skip(1).step_by(2);
-    each.map(|one| one.replace("NUMBER", "12").replace("ANGLE", "45"))
-        .collect()
+    each.map(answered).collect()
+}
+
+fn answered(asked: &str) -> String {
+    let answers = [("NUMBER", "12"), ("ANGLE", "45"), ("METRES", "0.05")];
+    let fill = |text: String, (blank, value): (&str, &str)| text.replace(blank, value);
+    answers.into_iter().fold(asked.to_owned(), fill)
 }
 
 fn proposed_keys(refusal: &str) -> Vec<&str> {

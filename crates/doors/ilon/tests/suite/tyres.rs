@@ -65,18 +65,21 @@ fn what_tyres_hold_is_in_the_data() {
     assert_eq!(seen["wheels"][0]["tyre"]["width_m"], 0.03);
 }
 
-/// A tricycle that drives to the left of its frame: `ilon run` has no motion for it.
+/// A tricycle that drives 30 degrees to the left of its frame's x: `ilon run` has no motion for it.
 #[test]
 fn a_robot_that_no_standard_motion_fits_is_refused() {
     let folder = Folder::new();
     let ahead = std::fs::read_to_string(robot("tricycle.toml")).expect("a shipped robot");
-    let mut beside = ahead.replace("\n[[wheels]]", "\n[[wheels]]\naxis_deg = 0");
-    for (of_ahead, to_the_left) in [
-        ("[0.25, 0]", "[0, 0.25]"),
-        ("[-0.2, 0.18]", "[-0.18, -0.2]"),
-        ("[-0.2, -0.18]", "[0.18, -0.2]"),
+    let mut beside = ahead.replace("\n[[wheels]]", "\n[[wheels]]\naxis_deg = 120");
+    let (sin, cos) = std::f64::consts::FRAC_PI_6.sin_cos();
+    for (of_ahead, [x, y]) in [
+        ("[0.25, 0]", [0.25, 0.0]),
+        ("[-0.2, 0.18]", [-0.2, 0.18]),
+        ("[-0.2, -0.18]", [-0.2, -0.18]),
     ] {
-        beside = beside.replace(of_ahead, to_the_left);
+        let turned = [x * cos - y * sin, x * sin + y * cos];
+        assert!(beside.contains(of_ahead), "{of_ahead}");
+        beside = beside.replace(of_ahead, &format!("{turned:?}"));
     }
     folder.write("beside.toml", &beside);
     let words = ended_with(2, &folder.ilon(&["run", "beside.toml", "--no-report"]));

@@ -548,6 +548,12 @@ pub enum Fault {
         /// The package of its geometry, if that package's folder is unknown.
         package: Option<String>,
     },
+    /// A wheel's joint states no axis, and its cylinder lies across the one that is meant then.
+    #[error(
+        "its joint states no `<axis>`, so that it turns about x, across which its cylinder lies"
+    )]
+    #[diagnostic(help("give the joint an `<axis>` along the cylinder"))]
+    NoAxis,
     /// The usual X is requested, but the wheels are not arranged that way.
     #[error(
         "the usual X arrangement has parallel hub axes and wheels off both middle lines: here {what}"

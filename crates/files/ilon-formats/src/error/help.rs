@@ -209,6 +209,7 @@ impl Fault {
             | Self::NoMass
             | Self::TwoParents { .. }
             | Self::Loop
+            | Self::NoAxis
             | Self::HubDoesNotTurn { .. }
             | Self::RollersDoNotTurn { .. } => vec![Remedy::Repair],
             Self::Xacro {

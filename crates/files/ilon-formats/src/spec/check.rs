@@ -437,17 +437,9 @@ fn faults_of_wheel(spec: &Spec, index: usize, wheel: &Described, common: &[Fault
 
 /// Whether the shape of the rollers follows from a key.
 fn sets_the_shape(key: &str) -> bool {
-    const KEYS: [&str; 6] = [
-        "radius_m",
-        "roller_radius_m",
-        "per_row",
-        "rows",
-        "gamma_deg",
-        "length_factor",
-    ];
-    key.rsplit('.')
-        .next()
-        .is_some_and(|last| KEYS.contains(&last))
+    const KEYS: &str = "radius_m roller_radius_m per_row rows gamma_deg length_factor";
+    let last = key.rsplit('.').next();
+    KEYS.split(' ').any(|known| Some(known) == last)
 }
 
 /// Checks that the rollers of a wheel can be made; `roller_radius` is the key of their radius.

@@ -20,6 +20,8 @@ use crate::model::{Collision, CollisionShape, Remark, Robot, StandingPose, Wheel
 /// just down to it, in metres: files hold rounded numbers, and simulators with soft contacts press
 /// it in. Chosen. A caster that reaches deeper tilts the robot.
 const ROUNDED_M: f64 = 2e-3;
+/// A smaller depth is none.
+const EXACT_M: f64 = 1e-9;
 
 /// A shape of the chassis within this distance of the floor stands on it, in wheel radii (chosen).
 pub(super) const TOUCHES: f64 = 1e-3;
@@ -110,11 +112,47 @@ pub(super) fn of_meshed_wheel(tree: &Tree, joint: usize, body: &mut RigidBody, m
     }
 }
 
+/// Makes the wheel of a caster that swivels smaller where rounding puts it below the floor of the
+/// robot's wheels: a rigid robot would stand on its casters instead. Returns a remark if it does.
+pub(super) fn of_rounded_wheel(
+    tree: &Tree,
+    joint: usize,
+    body: &mut RigidBody,
+    wheels: &[Wheel],
+) -> Option<Remark> {
+    if !(tree.is_level(joint) && swivels_freely(tree, joint)) {
+        return None;
+    }
+    let floor_m = floor_m(wheels);
+    let mut most_m = 0.0_f64;
+    for shape in &mut body.shapes {
+        let height_m = shape.body_from_shape.translation.z - floor_m;
+        if let Geometry::Cylinder { radius, .. } = &mut shape.geometry
+            && (EXACT_M..=ROUNDED_M).contains(&(*radius - height_m))
+        {
+            most_m = most_m.max(*radius - height_m);
+            *radius = height_m;
+        }
+    }
+    (most_m > 0.0).then(|| {
+        let words = format!(
+            "in the file this caster's wheel reaches {:.2} mm below the wheels' floor: its radius is taken as so much smaller",
+            1e3 * most_m
+        );
+        Remark::new(format!("joint `{}`", tree.joints[joint].name), words)
+    })
+}
+
+/// The height of the floor of wheels in the body frame, in metres.
+fn floor_m(wheels: &[Wheel]) -> f64 {
+    let bottoms = wheels.iter().map(|of| of.position_m().z - of.radius_m);
+    bottoms.fold(f64::INFINITY, f64::min)
+}
+
 /// Gives the balls that a file only shows, and that reach just down to the floor of its wheels,
 /// collision geometry: a pair of wheels stands on them. Returns a remark if there are any.
 pub(super) fn of_shown_balls(body: &mut RigidBody, wheels: &[Wheel]) -> Option<Remark> {
-    let bottoms = wheels.iter().map(|of| of.position_m().z - of.radius_m);
-    let floor_m = bottoms.fold(f64::INFINITY, f64::min);
+    let floor_m = floor_m(wheels);
     let touches = |of: &&PlacedShape| {
         let height_m = of.body_from_shape.translation.z - floor_m;
         matches!(of.geometry, Geometry::Sphere { radius } if (height_m - radius).abs() < ROUNDED_M)
@@ -199,8 +237,6 @@ pub(super) fn least_radius_m(robot: &Robot) -> f64 {
 /// Raises shapes that reach below the level floor of the wheels by rounding, to this floor, unless
 /// others reach deeper. Returns by how much at most, in metres.
 fn raise_rounded(robot: &mut Robot) -> f64 {
-    /// A smaller depth is none.
-    const EXACT_M: f64 = 1e-9;
     let floor_m = -robot.ride_height_m();
     let deep_m = |shape: &Collision| floor_m + shape.reach_m(&-Vector3::z());
     let depths = carriers(robot).map(|of| deep_m(of));

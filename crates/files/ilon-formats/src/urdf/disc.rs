@@ -208,7 +208,7 @@ fn of_shape(
         Geometry::Mesh { filename, scale } => {
             let points =
                 mesh_points(meshes, filename, *scale, &from_shape).map_err(NoDisc::Unreadable)?;
-            let (radius_m, middle_m) = of_points(&points)?;
+            let (radius_m, middle_m) = square_of(&points).map_or_else(|| of_points(&points), Ok)?;
             // Corners of rollers' ends and of a rim reach further than the rolling surface, by an
             // amount that differs between mirrored wheels.
             let drawn = mesh_rollers::of_mesh(filename, *scale, &from_shape, meshes);
@@ -221,8 +221,29 @@ fn of_shape(
 /// Returns half of the side of a box that is square about z; `None` for others.
 fn square_about(size: &[f64; 3], from_shape: &Isometry3<f64>) -> Option<f64> {
     let along = (0..3).find(|&i| (from_shape.rotation * Vector3::ith(i, 1.0)).z.abs() > 0.99)?;
-    let (p, q) = (size[(along + 1) % 3], size[(along + 2) % 3]);
+    side(size[(along + 1) % 3], size[(along + 2) % 3])
+}
+
+/// Returns half of the side of a square with these sides; `None` if they differ.
+fn side(p: f64, q: f64) -> Option<f64> {
     ((p - q).abs() <= 0.05 * p.max(q)).then_some(0.25 * (p + q))
+}
+
+/// Returns radius and middle of the wheel for which the corners of a box stand that is square about
+/// z: a mesh that is a box counts as a box.
+fn square_of(points: &[Point3<f64>]) -> Option<(f64, f64)> {
+    /// Share of the half of a side by which a corner may be rounded.
+    const ROUNDED: f64 = 0.01;
+    let (low, high) = range(points);
+    let (middle, size) = (0.5 * (low + high), high - low);
+    let is_corner = |point: &Point3<f64>| {
+        let off = (point.coords - middle).abs() - 0.5 * size;
+        off.x.abs() <= ROUNDED * size.x && off.y.abs() <= ROUNDED * size.y
+    };
+    let radius_m = side(size.x, size.y)?;
+    let off_m = middle.xy().norm();
+    let is_box = off_m <= CENTRED * radius_m && points.iter().all(is_corner);
+    is_box.then_some((off_m + radius_m, middle.z))
 }
 
 /// Returns radius and middle of points that are round about z.

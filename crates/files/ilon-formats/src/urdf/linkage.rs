@@ -373,6 +373,8 @@ pub(super) fn assemble(
         let of = &tree.joints[*joint];
         let mut body = tree.rigid_body(of.child, |j| moving.contains(&j));
         casters::of_meshed_wheel(tree, *joint, &mut body, &loading.meshes);
+        let rounded = casters::of_rounded_wheel(tree, *joint, &mut body, wheels);
+        loading.remarks.extend(rounded);
         body.remark_held(
             tree,
             &format!("joint `{}`", of.name),

@@ -19,66 +19,41 @@ enum Range {
 
 use Range::{Any, NotNegative, Positive, Share};
 
-/// The numeric attributes of URDF: element, attribute, count, whether required, range.
-const NUMBERS: [(&str, &str, usize, bool, Range); 51] = [
-    ("origin", "xyz", 3, false, Any),
-    ("origin", "rpy", 3, false, Any),
+/// The numeric attributes of URDF: element, attributes, count, whether required, range.
+const NUMBERS: [(&str, &str, usize, bool, Range); 26] = [
+    ("origin", "xyz rpy", 3, false, Any),
     ("origin", "quat_xyzw", 4, false, Any),
     ("mass", "value", 1, true, NotNegative),
-    ("inertia", "ixx", 1, true, Any),
-    ("inertia", "ixy", 1, false, Any),
-    ("inertia", "ixz", 1, false, Any),
-    ("inertia", "iyy", 1, true, Any),
-    ("inertia", "iyz", 1, false, Any),
-    ("inertia", "izz", 1, true, Any),
+    ("inertia", "ixx iyy izz", 1, true, Any),
+    ("inertia", "ixy ixz iyz", 1, false, Any),
     ("box", "size", 3, true, Positive),
     ("sphere", "radius", 1, true, Positive),
-    ("cylinder", "radius", 1, true, Positive),
-    ("cylinder", "length", 1, true, Positive),
-    ("capsule", "radius", 1, true, Positive),
-    ("capsule", "length", 1, true, Positive),
+    ("cylinder", "radius length", 1, true, Positive),
+    ("capsule", "radius length", 1, true, Positive),
     ("mesh", "scale", 3, false, Any),
     ("axis", "xyz", 3, true, Any),
-    ("limit", "lower", 1, false, Any),
-    ("limit", "upper", 1, false, Any),
-    ("limit", "effort", 1, false, NotNegative),
-    ("limit", "velocity", 1, false, NotNegative),
-    ("mimic", "multiplier", 1, false, Any),
-    ("mimic", "offset", 1, false, Any),
-    ("dynamics", "damping", 1, false, NotNegative),
-    ("dynamics", "friction", 1, false, NotNegative),
+    ("limit", "lower upper", 1, false, Any),
+    ("limit", "effort velocity", 1, false, NotNegative),
+    ("mimic", "multiplier offset", 1, false, Any),
+    ("dynamics", "damping friction", 1, false, NotNegative),
     ("ilon_spring", "stiffness", 1, true, Positive),
-    ("ilon_spring", "rest", 1, false, Any),
-    ("ilon_spring", "preload", 1, false, Any),
+    ("ilon_spring", "rest preload", 1, false, Any),
     ("ilon_drive", "gear_ratio", 1, false, Positive),
-    ("ilon_drive", "rotor_inertia", 1, false, NotNegative),
     ("ilon_drive", "gear_efficiency", 1, false, Share),
-    ("ilon_drive", "gear_friction", 1, false, NotNegative),
-    ("ilon_rollers", "rolling_resistance", 1, false, NotNegative),
-    ("ilon_rollers", "tread_stiffness", 1, false, Positive),
-    ("ilon_rollers", "tread_damping", 1, false, NotNegative),
-    ("ilon_rollers", "tread_shear_stiffness", 1, false, Positive),
-    ("ilon_rollers", "tread_shear_damping", 1, false, NotNegative),
-    (
-        "ilon_rollers",
-        "tread_relaxation_length",
-        1,
-        false,
-        Positive,
-    ),
-    ("ilon_rollers", "axial_play", 1, false, NotNegative),
-    ("ilon_rollers", "axle_friction", 1, false, NotNegative),
-    ("ilon_rollers", "axle_radius", 1, false, NotNegative),
-    ("ilon_rollers", "radius", 1, false, Positive),
-    ("ilon_rollers", "length_factor", 1, false, Positive),
-    ("ilon_rollers", "crown", 1, false, Positive),
-    ("ilon_rollers", "edge_radius", 1, false, NotNegative),
-    ("ilon_rollers", "radius_spread", 1, false, NotNegative),
-    ("ilon_rollers", "radius_seed", 1, false, NotNegative),
+    ("ilon_drive", DRIVE, 1, false, NotNegative),
+    ("ilon_rollers", FORM, 1, false, Positive),
+    ("ilon_rollers", LOSSES, 1, false, NotNegative),
+    ("ilon_rollers", SPREAD, 1, false, NotNegative),
     ("ilon_tyres", "width", 1, false, Positive),
     ("ilon_tyres", "shoulder_radius", 1, false, NotNegative),
     ("roller", "radius_offset", 1, true, Any),
 ];
+const DRIVE: &str = "rotor_inertia gear_friction";
+const FORM: &str =
+    "tread_stiffness tread_shear_stiffness tread_relaxation_length radius length_factor crown";
+const LOSSES: &str =
+    "rolling_resistance tread_damping tread_shear_damping axial_play axle_friction axle_radius";
+const SPREAD: &str = "edge_radius radius_spread radius_seed";
 
 /// Children that an element may have only once. The first of several is used, as in ROS tools.
 const SINGLE: [(&str, &[&str]); 4] = [
@@ -118,9 +93,11 @@ pub(super) fn check_numbers(source: &Source, node: Node, faults: &mut Faults) ->
     let tag = node.tag_name().name();
     let rows = NUMBERS.iter().filter(|row| row.0 == tag);
     let mut good = true;
-    for (_, attribute, count, required, range) in rows {
-        let checked = check_number(source, node, attribute, (*count, *required, *range));
-        good &= faults.keep(checked).is_some();
+    for (_, attributes, count, required, range) in rows {
+        for attribute in attributes.split(' ') {
+            let checked = check_number(source, node, attribute, (*count, *required, *range));
+            good &= faults.keep(checked).is_some();
+        }
     }
     good
 }

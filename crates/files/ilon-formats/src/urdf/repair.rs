@@ -133,6 +133,7 @@ fn repair(
         Fault::DuplicateName { tag, .. } => rename(source, node, tag),
         Fault::HubDoesNotTurn { .. } => turn_hub(source, node),
         Fault::RollersDoNotTurn { .. } => turn_rollers(source),
+        Fault::NoAxis => state_axis(source, node),
         Fault::ChassisBelowFloor { deep_mm, .. } => leave_out_lowest(source, 1e-3 * deep_mm),
         Fault::MissingAttribute { .. } if number_in(node).is_some() => move_number(source, node),
         Fault::OutOfRange { key, value, .. } if is_zero_size(key, value) => {
@@ -284,6 +285,26 @@ fn insert_into(source: &Source, node: Node, text: String) -> Edit {
         ),
         None => (tag.end..tag.end, text),
     }
+}
+
+/// Gives the joint above a link the axis of its cylinder, to the left if it points there.
+fn state_axis(source: &Source, link: Node) -> Option<(Vec<Edit>, String)> {
+    let holds = |joint: &Node| {
+        let below = child(*joint, "child").and_then(|of| of.attribute("link"));
+        below == link.attribute("name") && child(*joint, "axis").is_none()
+    };
+    let joint = source.all("joint").find(holds)?;
+    let cylinder = link.descendants().find(|n| n.has_tag_name("cylinder"))?;
+    let shape = cylinder.ancestors().nth(2)?;
+    let place =
+        child(shape, "origin").map_or_else(Isometry3::identity, inertia_from_shapes::origin);
+    let axis = place * Vector3::z();
+    let [x, y, z] = (axis * axis.y.signum())
+        .map(|x| (1e6 * x).round() / 1e6 + 0.0)
+        .into();
+    let text = format!("<axis xyz=\"{x} {y} {z}\"/>");
+    let said = format!("its joint states no `<axis>`: {x} {y} {z}, along its cylinder");
+    Some((vec![insert_into(source, joint, text)], said))
 }
 
 /// Renames the second element of a name, and the references after it; or removes it if equal to the

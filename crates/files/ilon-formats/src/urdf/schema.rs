@@ -15,15 +15,7 @@ use crate::error::{Fault, RobotError};
 use crate::model::Remark;
 use crate::xml::numbers;
 
-const JOINT_TYPES: [&str; 7] = [
-    "fixed",
-    "continuous",
-    "revolute",
-    "prismatic",
-    "floating",
-    "planar",
-    "spherical",
-];
+const JOINT_TYPES: &str = "fixed continuous revolute prismatic floating planar spherical";
 
 /// Supported geometries.
 pub(super) const GEOMETRIES: [&str; 5] = ["box", "cylinder", "capsule", "sphere", "mesh"];
@@ -182,7 +174,7 @@ fn check_joint(source: &Source, joint: Node, remarks: &mut Vec<Remark>, faults: 
         faults.push(source.error(joint, Fault::missing_attribute("type")));
         return;
     };
-    if !JOINT_TYPES.contains(&joint_type) {
+    if !JOINT_TYPES.split(' ').any(|known| known == joint_type) {
         let joint_type = joint_type.to_owned();
         faults.push(source.attribute_error(joint, "type", Fault::UnknownJointType { joint_type }));
     }

@@ -52,6 +52,13 @@ pub(super) struct Unsized<'a> {
 impl Unsized<'_> {
     /// Returns the fault of a wheel of unknown size, with the evidence.
     pub(super) fn fault(&self, loading: &Loading, why: &NoDisc) -> Fault {
+        let frame = hub_frame(&self.origin, &self.axis);
+        let lies_across = || !disc::cylinders_across(self.body, &frame).is_empty();
+        let is_level = || disc::level_axis(self.body, &loading.meshes).is_ok();
+        let states_axis = loading.tree.joints[self.joint].states_axis || self.ring_m.is_some();
+        if !states_axis && lies_across() && is_level() {
+            return Fault::NoAxis;
+        }
         let package = match why {
             NoDisc::Unreadable(Fault::PackageUnknown { package, .. }) => Some(package.clone()),
             _ => None,

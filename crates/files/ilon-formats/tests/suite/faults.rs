@@ -176,6 +176,30 @@ fn malformed_xml_is_reported_with_its_line() {
     );
 }
 
+/// A declaration says nothing of the robot. Gazebo reads such files. Lines keep their numbers.
+#[test]
+fn a_malformed_declaration_of_xml_is_left_out() {
+    let text = small();
+    let robot = Robot::from_urdf_str(&text, "small.urdf").expect("a good robot");
+    let (_, text) = text.split_once("?>").expect("a declaration");
+    for declaration in [
+        "<?xml version=1.0 ?>",
+        "<?xml\nversion=\"1.0\"?>",
+        "<?xml version='1.0'\n?>",
+    ] {
+        let declared = format!("{declaration}{text}");
+        let read = Robot::from_urdf_str(&declared, "small.urdf").expect("the same robot");
+        assert_eq!(read.wheels, robot.wheels, "{declaration}");
+        let faulty = declared.replacen(r#"<mass value="5"/>"#, r#"<mass value="-5"/>"#, 1);
+        let place = fault_of(&faulty).place().expect("a line").line;
+        assert_eq!(
+            place,
+            line_of(&faulty, r#"<mass value="-5"/>"#),
+            "{declaration}"
+        );
+    }
+}
+
 #[test]
 fn a_file_of_another_format_is_reported_apart() {
     let error = fault_of("<launch/>");

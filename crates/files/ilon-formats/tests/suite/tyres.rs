@@ -1,7 +1,7 @@
 //! Wheels without rollers: recognised by how they can be driven, or named.
 
-use ilon_formats::{LoadOptions, LoadRobot, TyreOptions};
-use ilon_robot::{JointRole, Robot};
+use ilon_formats::{Fault, LoadOptions, LoadRobot, RobotError, TyreOptions};
+use ilon_robot::{CollisionShape, JointRole, Robot};
 
 const SKID: &str = include_str!("../../../../../assets/robots/skid4.urdf");
 const DIFFERENTIAL: &str = include_str!("../../../../../assets/robots/differential.urdf");
@@ -99,6 +99,102 @@ fn casters_whose_wheels_are_meshes_roll_as_cylinders() {
 
 /// Casters steer nothing, beside wheels that do not turn in the file, or of which one follows the
 /// other.
+/// A joint without `<axis>` turns about x, across which these cylinders lie: they show that y is meant,
+/// which points to the left.
+#[test]
+fn an_axis_that_is_not_stated_is_that_of_the_cylinder_if_repaired() {
+    let bare = SKID.replace("<axis xyz=\"0 1 0\"/>", "");
+    let error = Robot::from_urdf_str(&bare, "robot.urdf").expect_err("no axis");
+    let is_told = |error: &RobotError| matches!(error.fault(), Fault::NoAxis);
+    let all: Vec<&RobotError> = std::iter::once(&error).chain(error.others()).collect();
+    assert_eq!(
+        all.iter().filter(|error| is_told(error)).count(),
+        4,
+        "{all:?}"
+    );
+    let mut options = LoadOptions::default();
+    options.repair = true;
+    let read = Robot::from_urdf_str_with(&bare, "robot.urdf", &options).expect("repaired");
+    let words = "repaired: its joint states no `<axis>`: 0 1 0, along its cylinder";
+    assert!(said(&read.robot, words), "{:?}", read.robot.remarks);
+    let whole = load(SKID);
+    for (wheel, of) in read.robot.wheels.iter().zip(&whole.wheels) {
+        let apart = wheel.body_from_hub.inverse() * of.body_from_hub;
+        assert!(apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-6);
+        assert!((wheel.radius_m - of.radius_m).abs() < 1e-9);
+    }
+}
+
+/// A square box stands for the wheel inside it, as a shape and as a mesh: one of 120 mm for a wheel of
+/// 60 mm radius. One of 120 mm by 90 mm is no wheel.
+#[test]
+fn a_mesh_that_is_a_square_box_is_a_wheel_as_a_box_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("robot.urdf");
+    let cylinder = "<cylinder radius=\"0.06\" length=\"0.025\"/>";
+    for (high_m, radius_m) in [(0.12, Some(0.06)), (0.09, None)] {
+        let mut mesh = String::new();
+        for corner in 0..8 {
+            let of = |bit: u32, size_m: f64| size_m * (f64::from(corner >> bit & 1) - 0.5);
+            mesh += &format!("v {} {} {}\n", of(0, 0.12), of(1, high_m), of(2, 0.025));
+        }
+        mesh += "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n";
+        std::fs::write(folder.path().join("box.obj"), mesh).expect("a mesh");
+        let boxed = DIFFERENTIAL.replace(cylinder, "<mesh filename=\"box.obj\"/>");
+        std::fs::write(&file, boxed).expect("a robot");
+        let read = Robot::load(&file).map(|robot| robot.wheels[0].radius_m);
+        match radius_m {
+            // Meshes hold numbers of 24 bits, 4 nm at this size.
+            Some(radius_m) => assert!((read.expect("two wheels") - radius_m).abs() < 1e-8),
+            None => {
+                let said = read.expect_err("no wheels").to_string();
+                assert!(said.contains("75.0 mm from the axis one way"), "{said}");
+            }
+        }
+    }
+}
+
+/// The wheels' floor is 30 mm below the casters' axles. By 0.3 mm, which is rounding, a rigid robot
+/// would stand on its casters and not drive; by 3 mm it is meant.
+#[test]
+fn casters_that_reach_below_the_floor_by_rounding_end_on_it() {
+    let words = "this caster's wheel reaches 0.30 mm below the wheels' floor";
+    for (in_file, radius_m) in [("0.03", 0.03), ("0.0303", 0.03), ("0.033", 0.033)] {
+        let cylinder = format!("<cylinder radius=\"{in_file}\" length=\"0.02\"/>");
+        let robot =
+            load(&DIFFERENTIAL.replace("<cylinder radius=\"0.03\" length=\"0.02\"/>", &cylinder));
+        let shapes = robot.joints.iter().flat_map(|of| &of.body.collisions);
+        let radii: Vec<f64> = shapes
+            .filter_map(|of| match of.shape {
+                CollisionShape::Cylinder { radius_m, .. } => Some(radius_m),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(radii.len(), 2, "{in_file}");
+        assert!(
+            radii.iter().all(|m| (m - radius_m).abs() < 1e-12),
+            "{radii:?}"
+        );
+        assert_eq!(said(&robot, words), in_file == "0.0303", "{in_file}");
+    }
+}
+
+/// Two wheels of 60 mm radius at the height of a box that reaches 120 mm down: the robot lies on it,
+/// level, with its wheels in the air. It is not a caster.
+#[test]
+fn a_level_robot_that_lies_on_its_chassis_does_not_stand_on_its_wheels() {
+    let (before, rest) = DIFFERENTIAL
+        .split_once("<link name=\"front_caster_fork\">")
+        .unwrap();
+    let (_, after) = rest.rsplit_once("</joint>").unwrap();
+    let low = format!("{before}{after}").replace("xyz=\"0 0 0.11\"", "xyz=\"0 0 -0.01\"");
+    let error = Robot::from_urdf_str(&low, "robot.urdf").unwrap_err();
+    let Fault::ChassisBelowFloor { deep_mm, .. } = error.fault() else {
+        panic!("{error}")
+    };
+    assert!((deep_mm - 60.0).abs() < 1e-9, "{error}");
+}
+
 #[test]
 fn casters_are_no_wheels_of_a_pair_that_does_not_turn() {
     let joint = |name: &str| format!("<joint name=\"{name}\" type=\"continuous\">");

@@ -96,15 +96,7 @@ impl Expander<'_> {
     /// accepted.
     pub(super) fn old_name<'e>(&self, element: &'e Element, around: &Around) -> Option<&'e str> {
         /// Elements of URDF, whatever macros are called, and what is missed by name if it is lost.
-        const MEANT: [&str; 7] = [
-            "property",
-            "link",
-            "joint",
-            "inertial",
-            "material",
-            "sensor",
-            "transmission",
-        ];
+        const MEANT: &str = "property link joint inertial material sensor transmission";
         let name = element.name.as_str();
         let is_old = match name {
             "if" | "unless" => element.attribute("value").is_some(),
@@ -116,7 +108,7 @@ impl Expander<'_> {
                     || called().is_some_and(|(found, ..)| fits(element, &found))
             }
         };
-        if is_old && !self.settings.before_2014 && !MEANT.contains(&name) {
+        if is_old && !self.settings.before_2014 && !MEANT.split(' ').any(|meant| meant == name) {
             self.unprefixed.borrow_mut().insert(name.to_owned());
         }
         if !is_old || !self.settings.before_2014 {

@@ -8,29 +8,11 @@ use super::value::{Dict, Error, Module, Value, XacroFunction};
 use super::{brief, repr, text};
 
 /// Functions available without a namespace.
-const GLOBAL: [&str; 13] = [
-    "list", "dict", "map", "len", "str", "float", "int", "bool", "min", "max", "round", "sorted",
-    "range",
-];
+const GLOBAL: &str = "list dict map len str float int bool min max round sorted range";
 
 /// Further functions available as `python.name`.
-const PYTHON: [&str; 15] = [
-    "abs",
-    "all",
-    "any",
-    "divmod",
-    "enumerate",
-    "filter",
-    "isinstance",
-    "ord",
-    "repr",
-    "reversed",
-    "set",
-    "sum",
-    "tuple",
-    "zip",
-    "frozenset",
-];
+const PYTHON: &str =
+    "abs all any divmod enumerate filter isinstance ord repr reversed set sum tuple zip frozenset";
 
 /// Functions available as `xacro.name`; the flag says whether also without it.
 const XACRO: [(&str, XacroFunction, bool); 10] = [
@@ -48,13 +30,13 @@ const XACRO: [(&str, XacroFunction, bool); 10] = [
 
 /// Returns the value of a name that the file does not define.
 pub(super) fn global(name: &str) -> Option<Value> {
-    let function = GLOBAL.iter().find(|known| **known == name);
+    let function = GLOBAL.split(' ').find(|known| *known == name);
     let of_xacro = || {
         let found = XACRO.iter().find(|known| known.0 == name && known.2);
         found.map(|known| Value::Xacro(known.1))
     };
     function
-        .map(|name| Value::Function(name))
+        .map(Value::Function)
         .or_else(|| module(name).map(Value::Module))
         .or_else(of_xacro)
         .or_else(|| math::value(name))
@@ -65,8 +47,8 @@ pub(super) fn of_module(module: Module, name: &str) -> Option<Value> {
     match module {
         Module::Math => math::value(name),
         Module::Python => {
-            let known = GLOBAL.iter().chain(&PYTHON).find(|known| **known == name)?;
-            Some(Value::Function(known))
+            let mut known = GLOBAL.split(' ').chain(PYTHON.split(' '));
+            known.find(|known| *known == name).map(Value::Function)
         }
         Module::Xacro => {
             let known = XACRO.iter().find(|known| known.0 == name)?;

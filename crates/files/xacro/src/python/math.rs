@@ -62,28 +62,7 @@ const OF_TWO: [(&str, OfTwo); 5] = [
 ];
 
 /// All other functions.
-const OTHERS: [&str; 20] = [
-    "floor",
-    "ceil",
-    "trunc",
-    "log",
-    "hypot",
-    "isnan",
-    "isinf",
-    "isfinite",
-    "isclose",
-    "gcd",
-    "lcm",
-    "factorial",
-    "comb",
-    "perm",
-    "isqrt",
-    "fsum",
-    "prod",
-    "dist",
-    "modf",
-    "ldexp",
-];
+const OTHERS: &str = "floor ceil trunc log hypot isnan isinf isfinite isclose gcd lcm factorial comb perm isqrt fsum prod dist modf ldexp";
 
 fn ulp(x: f64) -> f64 {
     x.abs().next_up() - x.abs()
@@ -94,14 +73,10 @@ pub(super) fn value(name: &str) -> Option<Value> {
     if let Some((_, constant)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
         return Some(Value::Float(*constant));
     }
-    let mut functions = OF_ONE
-        .iter()
-        .map(|(known, _)| known)
-        .chain(OF_TWO.iter().map(|(known, _)| known))
-        .chain(&OTHERS);
-    functions
-        .find(|known| **known == name)
-        .map(|name| Value::Function(name))
+    let of_numbers = OF_ONE.iter().map(|(known, _)| *known);
+    let of_numbers = of_numbers.chain(OF_TWO.iter().map(|(known, _)| *known));
+    let mut functions = of_numbers.chain(OTHERS.split(' '));
+    functions.find(|known| *known == name).map(Value::Function)
 }
 
 fn float(value: &Value) -> Result<f64, Error> {
@@ -150,7 +125,7 @@ pub(super) fn call(
         let (x, y) = (float(x)?, float(y)?);
         return defined(function(x, y), &[x, y]).map(Some);
     }
-    if OTHERS.contains(&name) {
+    if OTHERS.split(' ').any(|known| known == name) {
         return other(name, items, around).map(Some);
     }
     Ok(None)

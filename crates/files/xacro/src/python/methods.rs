@@ -4,34 +4,7 @@ use super::surroundings::{Arguments, Surroundings, elements};
 use super::text;
 use super::value::{Error, Value};
 
-const OF_TEXT: [&str; 24] = [
-    "lower",
-    "upper",
-    "title",
-    "capitalize",
-    "strip",
-    "lstrip",
-    "rstrip",
-    "split",
-    "join",
-    "replace",
-    "startswith",
-    "endswith",
-    "find",
-    "rfind",
-    "index",
-    "count",
-    "isdigit",
-    "isalpha",
-    "isalnum",
-    "isspace",
-    "zfill",
-    "rjust",
-    "ljust",
-    "splitlines",
-];
-
-const OF_LIST: [&str; 2] = ["index", "count"];
+const OF_TEXT: &str = "lower upper title capitalize strip lstrip rstrip split join replace startswith endswith find rfind index count isdigit isalpha isalnum isspace zfill rjust ljust splitlines";
 
 /// Returns the name of a dictionary's method, if it exists.
 pub(super) fn of_dict(name: &str) -> Option<&'static str> {
@@ -42,13 +15,13 @@ pub(super) fn of_dict(name: &str) -> Option<&'static str> {
 
 /// Returns the name of a value's method, if it exists.
 pub(super) fn of(value: &Value, name: &str) -> Option<&'static str> {
-    let known: &[&str] = match value {
-        Value::Text(_) => &OF_TEXT,
-        Value::List(_) | Value::Tuple(_) => &OF_LIST,
-        Value::Float(_) => &["is_integer"],
-        _ => &[],
+    let known = match value {
+        Value::Text(_) => OF_TEXT,
+        Value::List(_) | Value::Tuple(_) => "index count",
+        Value::Float(_) => "is_integer",
+        _ => return None,
     };
-    known.iter().find(|known| **known == name).copied()
+    known.split(' ').find(|known| *known == name)
 }
 
 /// Calls a method.

@@ -53,7 +53,7 @@ pub(super) fn run(
     if motions.iter().all(Option::is_none) {
         return Err(Failure::usage(
             format!(
-                "none of the standard motions fits `{name}`: its tyres do not roll along x of its frame, which is ahead"
+                "none of the standard motions fits `{name}`: its tyres roll along neither x of its frame, which is ahead, nor y"
             ),
             "drive it by a scenario with `[twist]`; `ilon inspect` shows where its wheels stand",
         ));
