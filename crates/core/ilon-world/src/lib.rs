@@ -101,7 +101,7 @@ pub use contact::reactions::wheel_tally::WheelTally;
 pub use error::WorldError;
 pub use free::{FreeBody, FreeBodyId, FreeShape};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};
-pub use motor_torque::{MotorTorque, TorqueBounds};
+pub use motor_torque::MotorTorque;
 pub use objects::{BodyId, WorldObject};
 pub use rapier3d;
 pub use robot::energy::Energy;

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use ilon_control::{ControlError, Heading, Reference};
-use ilon_robot::{Pose, Twist};
+use ilon_robot::Twist;
 use nalgebra::Vector2;
 
 const STILL: Heading = Heading::Constant { heading_rad: 0.3 };
