@@ -25,8 +25,8 @@ mod model;
 pub use angles::roll_pitch_yaw;
 pub use bisection::bisected;
 pub use model::{
-    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, HubHeights,
-    Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
+    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, FreeShape,
+    HubHeights, Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
     MassProperties, Mesh, ModelledRoller, MotorLimits, NotMade, Pose, Profile, ProfileError,
     ProfilePart, Remark, Robot, RobotDescription, Roller, RollerForm, RollerSurface, RollersAsMade,
     Scale, SolidOfRevolution, StandingPose, TorqueBounds, Tread, Twist, Visual, VisualMeshes,

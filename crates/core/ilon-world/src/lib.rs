@@ -99,7 +99,7 @@ pub use contact::reactions::support::Support;
 pub use contact::reactions::wheel_contact::WheelContact;
 pub use contact::reactions::wheel_tally::WheelTally;
 pub use error::WorldError;
-pub use free::{FreeBody, FreeBodyId, FreeShape};
+pub use free::{FreeBody, FreeBodyId};
 pub use ground::{ContactSurface, Floor, FloorSurface, GroundBox, Nap, Patch, Relief, Stribeck};
 pub use motor_torque::MotorTorque;
 pub use objects::{BodyId, WorldObject};

@@ -3,6 +3,7 @@
 pub mod barrel_profile;
 mod collision;
 mod droop;
+mod free_shape;
 mod held;
 mod joint;
 mod linkage;
@@ -27,6 +28,7 @@ mod wheel_as_made;
 pub use barrel_profile::Barrel;
 pub use collision::{Collision, CollisionShape};
 pub use droop::{mean_of_gain, time_and_gain_until};
+pub use free_shape::FreeShape;
 pub use joint::{DriveTrain, Joint, MotorLimits};
 pub use linkage::{Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring};
 pub use links::{Link, LinkJoint, LinkTree, RobotDescription, Visual, VisualShape};
