@@ -76,7 +76,7 @@ mod kinematics;
 mod tests;
 
 pub use actuation::computed_torque::{ComputedTorque, ComputedTorqueSettings};
-pub use actuation::motor::{DcMotor, Motor, MotorBounds, MotorCurve, TorqueRange};
+pub use actuation::motor::{DcMotor, Motor, MotorCurve, TorqueRange};
 pub use actuation::passive::{PassiveTorque, PassiveTorqueSettings, TiltLoop};
 pub use actuation::pid::{LoopTiming, WheelGains, WheelLoop, WheelLoopSettings};
 pub use actuation::prioritised_torque::{PrioritisedTorque, PrioritisedTorqueSettings};

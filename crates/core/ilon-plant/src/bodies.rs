@@ -1,8 +1,8 @@
 //! Converts the free bodies of a scenario for the world and for the trace.
 
 use ilon_robot::roll_pitch_yaw;
-use ilon_trace::{BodyHeader, BodySample, BodyShape, MAX_BODIES};
-use ilon_world::{FreeBody, FreeShape, World};
+use ilon_trace::{BodyHeader, BodySample, MAX_BODIES};
+use ilon_world::{FreeBody, World};
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use ilon_scenario::Error;
@@ -24,15 +24,7 @@ pub(crate) fn header(scenario: &Scenario) -> Vec<BodyHeader> {
     let recorded = scenario.world.bodies.iter().take(MAX_BODIES);
     let header = |body: &Body| BodyHeader {
         name: body.name.clone(),
-        shape: match shape(body) {
-            FreeShape::Cylinder { radius_m, length_m } => {
-                BodyShape::Cylinder { radius_m, length_m }
-            }
-            FreeShape::Sphere { radius_m } => BodyShape::Sphere { radius_m },
-            FreeShape::Box { size_m } => BodyShape::Box {
-                size_m: size_m.into(),
-            },
-        },
+        shape: body.shape(),
         mass_kg: body.mass_kg,
         friction: body.friction,
     };
@@ -67,22 +59,6 @@ pub(crate) fn pushes_n(world: &World) -> impl Iterator<Item = f64> {
     states.map(|state| state.force_from_robots_n.norm())
 }
 
-fn shape(body: &Body) -> FreeShape {
-    match (&body.cuboid, &body.cylinder, &body.sphere) {
-        (Some(of), ..) => FreeShape::Box {
-            size_m: of.size_m.into(),
-        },
-        (None, Some(of), _) => FreeShape::Cylinder {
-            radius_m: of.radius_m,
-            length_m: of.length_m,
-        },
-        // A checked scenario has one of the three.
-        (None, None, of) => FreeShape::Sphere {
-            radius_m: of.map_or(0.0, |of| of.radius_m),
-        },
-    }
-}
-
 fn free_body(body: &Body) -> FreeBody {
     FreeBody {
         friction: body.friction,
@@ -97,7 +73,7 @@ fn free_body(body: &Body) -> FreeBody {
         angular_rad_s: Vector3::z() * body.omega_rad_s,
         ..FreeBody::new(
             &body.name,
-            shape(body),
+            body.shape(),
             body.mass_kg,
             Vector2::new(body.x_m, body.y_m),
         )

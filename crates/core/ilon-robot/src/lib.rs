@@ -25,12 +25,12 @@ mod model;
 pub use angles::roll_pitch_yaw;
 pub use bisection::bisected;
 pub use model::{
-    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, HubHeights,
-    Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
+    Barrel, Body, BodyJoint, Chassis, Collision, CollisionShape, Coupling, DriveTrain, FreeShape,
+    HubHeights, Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
     MassProperties, Mesh, ModelledRoller, MotorLimits, NotMade, Pose, Profile, ProfileError,
     ProfilePart, Remark, Robot, RobotDescription, Roller, RollerForm, RollerSurface, RollersAsMade,
-    Scale, Solid, SolidOfRevolution, StandingPose, Tread, Twist, Visual, VisualMeshes, VisualShape,
-    Wheel, mean_of_gain, time_and_gain_until, wrap_angle,
+    Scale, Solid, SolidOfRevolution, StandingPose, TorqueBounds, Tread, Twist, Visual, VisualMeshes,
+    VisualShape, Wheel, mean_of_gain, time_and_gain_until, wrap_angle,
 };
 pub use model::{
     barrel_profile, mass, modelled_profile, rollers_as_made, solid_of_revolution, tread,

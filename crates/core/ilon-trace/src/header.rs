@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ilon_robot::{
-    BodyJoint, CollisionShape, JointKind, Pose, Robot, VisualMeshes, Wheel, wrap_angle,
+    BodyJoint, CollisionShape, FreeShape, JointKind, Pose, Robot, VisualMeshes, Wheel, wrap_angle,
 };
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -151,34 +151,11 @@ pub struct BodyHeader {
     /// Its name.
     pub name: String,
     /// Its shape, around its middle.
-    pub shape: BodyShape,
+    pub shape: FreeShape,
     /// Its mass, in kg.
     pub mass_kg: f64,
     /// Coulomb's coefficient of friction of its surface.
     pub friction: f64,
-}
-
-/// The shape of a free body.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum BodyShape {
-    /// A box.
-    Box {
-        /// Its sides along its own axes, in metres.
-        size_m: [f64; 3],
-    },
-    /// A cylinder along its own z axis.
-    Cylinder {
-        /// Its radius, in metres.
-        radius_m: f64,
-        /// Its length, in metres.
-        length_m: f64,
-    },
-    /// A sphere.
-    Sphere {
-        /// Its radius, in metres.
-        radius_m: f64,
-    },
 }
 
 /// The torque line of a DC motor at its wheel; the torque falls linearly with the rate.

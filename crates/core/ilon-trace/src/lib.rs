@@ -70,8 +70,8 @@ pub use error::TraceError;
 pub use fault::{Fault, FaultKind};
 pub use hash::{hash_of_rows, trace_hash};
 pub use header::{
-    Announced, BodyHeader, BodyShape, Ground, GroundBox, GroundMap, GroundPatch, GroundRamp,
-    GroundRelief, Guidance, Header, JointHeader, MotorLine, WheelHeader,
+    Announced, BodyHeader, Ground, GroundBox, GroundMap, GroundPatch, GroundRamp, GroundRelief,
+    Guidance, Header, JointHeader, MotorLine, WheelHeader,
 };
 pub use joined::Joined;
 pub use ledger::Ledger;

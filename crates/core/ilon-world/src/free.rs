@@ -6,36 +6,14 @@
 
 use std::sync::Arc;
 
-use ilon_robot::{Chassis, Collision, CollisionShape, MassProperties, Robot, Scale};
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
+use ilon_robot::{Chassis, Collision, FreeShape, MassProperties, Robot, Scale};
+use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 
 use crate::WorldError;
 
 /// The identity of a free body of a world and its copies, until it is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FreeBodyId(pub(crate) u32);
-
-/// The shape of a free body, around its centre, which is its centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FreeShape {
-    /// A box with sides along its axes.
-    Box {
-        /// Its sides, in metres.
-        size_m: Vector3<f64>,
-    },
-    /// A cylinder along its z axis.
-    Cylinder {
-        /// Its radius, in metres.
-        radius_m: f64,
-        /// Its length, in metres.
-        length_m: f64,
-    },
-    /// A sphere.
-    Sphere {
-        /// Its radius, in metres.
-        radius_m: f64,
-    },
-}
 
 /// The parameters of a free body: a rigid body of uniform density.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,56 +100,6 @@ pub(crate) struct RapierContact {
     /// ones.
     pub other: Option<usize>,
     pub friction: f64,
-}
-
-impl FreeShape {
-    fn collision(&self) -> CollisionShape {
-        match *self {
-            Self::Box { size_m } => CollisionShape::Box {
-                half_extents_m: 0.5 * size_m,
-            },
-            Self::Cylinder { radius_m, length_m } => {
-                CollisionShape::Cylinder { radius_m, length_m }
-            }
-            Self::Sphere { radius_m } => CollisionShape::Sphere { radius_m },
-        }
-    }
-
-    /// Each of its sizes with its name, in metres.
-    fn sizes_m(&self) -> Vec<(&'static str, f64)> {
-        match *self {
-            Self::Box { size_m } => size_m.iter().map(|side| ("size_m", *side)).collect(),
-            Self::Cylinder { radius_m, length_m } => {
-                vec![("radius_m", radius_m), ("length_m", length_m)]
-            }
-            Self::Sphere { radius_m } => vec![("radius_m", radius_m)],
-        }
-    }
-
-    fn volume_m3(&self) -> f64 {
-        use std::f64::consts::PI;
-        match *self {
-            Self::Box { size_m } => size_m.product(),
-            Self::Cylinder { radius_m, length_m } => PI * radius_m * radius_m * length_m,
-            Self::Sphere { radius_m } => 4.0 / 3.0 * PI * radius_m * radius_m * radius_m,
-        }
-    }
-
-    /// Its inertia about its centre, over its mass, in m^2.
-    fn inertia_m2(&self) -> Matrix3<f64> {
-        let along = match *self {
-            Self::Box { size_m } => {
-                let squares = size_m.component_mul(&size_m) / 12.0;
-                Vector3::repeat(squares.sum()) - squares
-            }
-            Self::Cylinder { radius_m, length_m } => {
-                let across = radius_m * radius_m / 4.0 + length_m * length_m / 12.0;
-                Vector3::new(across, across, 0.5 * radius_m * radius_m)
-            }
-            Self::Sphere { radius_m } => Vector3::repeat(0.4 * radius_m * radius_m),
-        };
-        Matrix3::from_diagonal(&along)
-    }
 }
 
 impl FreeBody {

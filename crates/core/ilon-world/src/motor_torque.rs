@@ -1,6 +1,6 @@
 //! The torque of a motor on its wheel during a step.
 
-use ilon_robot::mean_of_gain;
+use ilon_robot::{TorqueBounds, mean_of_gain};
 
 /// The torque of a motor on its wheel during a step; the chassis takes the opposite.
 ///
@@ -25,24 +25,6 @@ pub struct MotorTorque {
     pub bounds: TorqueBounds,
 }
 
-/// The limits of the torque of a motor within a step: the two lines of a DC motor's back-EMF, which
-/// fall with its rate, and a constant limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TorqueBounds {
-    /// The smallest torque of the lines at the rate at the beginning of the step, in N m: a DC
-    /// motor's at full reverse.
-    pub least_n_m: f64,
-    /// The largest, in N m: at full forward.
-    pub most_n_m: f64,
-    /// Decrease of both per rate gained, in N m s/rad, >= 0.
-    pub fall_n_m_s: f64,
-    /// The largest magnitude of the torque, in N m, >= 0; it applies even if the lines demand more.
-    pub limit_n_m: f64,
-    /// Whether the lines impose a torque on a wheel beyond their zero; otherwise the motor is free
-    /// there.
-    pub regenerates: bool,
-}
-
 /// The inertia that a motor feels at its wheel, about the wheel's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WheelInertia {
@@ -50,46 +32,6 @@ pub(crate) struct WheelInertia {
     pub on_ground_kg_m2: f64,
     /// While it spins freely, in kg m^2.
     pub spinning_kg_m2: f64,
-}
-
-impl TorqueBounds {
-    /// No limits.
-    pub const NONE: Self = Self {
-        least_n_m: f64::NEG_INFINITY,
-        most_n_m: f64::INFINITY,
-        fall_n_m_s: 0.0,
-        limit_n_m: f64::INFINITY,
-        regenerates: true,
-    };
-
-    /// The smallest and largest torque after the wheel has gained a rate, in rad/s.
-    fn at_gain(&self, gained_rad_s: f64) -> [f64; 2] {
-        let lost_n_m = self.fall_n_m_s * gained_rad_s;
-        let (mut least_n_m, mut most_n_m) = (self.least_n_m - lost_n_m, self.most_n_m - lost_n_m);
-        if !self.regenerates {
-            (least_n_m, most_n_m) = (least_n_m.min(0.0), most_n_m.max(0.0));
-        }
-        [least_n_m, most_n_m].map(|bound| bound.max(-self.limit_n_m).min(self.limit_n_m))
-    }
-
-    /// The decrease per rate gained of a limit that applies at the beginning of the step: a line
-    /// falls, a constant limit does not.
-    fn fall_of(&self, bound_n_m: f64) -> f64 {
-        if bound_n_m == self.least_n_m || bound_n_m == self.most_n_m {
-            self.fall_n_m_s
-        } else {
-            0.0
-        }
-    }
-
-    /// The limits of a motor that turns the other way.
-    fn mirrored(&self) -> Self {
-        Self {
-            least_n_m: -self.most_n_m,
-            most_n_m: -self.least_n_m,
-            ..*self
-        }
-    }
 }
 
 impl MotorTorque {

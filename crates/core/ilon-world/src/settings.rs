@@ -9,6 +9,8 @@
 
 use ilon_robot::tread::TYRE_SAG;
 use ilon_robot::{Robot, Scale};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use smart_default::SmartDefault;
 
 /// Deflection of a rigid contact under a wheel's load, relative to the wheel's radius. Chosen.
@@ -99,28 +101,30 @@ impl ContactSpring {
     }
 }
 
-/// Which rollers are searched for contacts. All have their mass, inertia and spin, and all real
-/// contacts are found either way: the motion is the same to the bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Which rollers are checked for contact: all, or those near the ground. Same motion to
+/// micrometres, not to the last bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum RollerBodies {
     /// Every roller, always.
     #[default]
     All,
-    /// Those near the ground: the others are skipped by a bound on their reach.
+    /// Those that can touch something; the others keep their spin. Faster.
     Near,
 }
 
-/// The solver of the contacts with the ground.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
+/// The contact solver: ilon, or rapier alone, to compare.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Contacts")]
 pub enum ContactSolver {
-    /// ilon: rollers are flywheels on their hubs, and the laws of contact and friction are solved
-    /// all at once, to a tolerance.
+    /// ilon: the laws of contact and friction all at once, to the end.
     #[default]
     Ilon,
-    /// rapier alone, for comparison: every roller is a body on its own joint, and rapier's solver
-    /// sweeps over contacts and dry bearings. [`Settings::contact_stiffness_n_m`] and
-    /// [`Settings::contact_relaxation_s`] have no effect.
+    /// rapier alone: every roller is a body on a joint of its own, and rapier's own solver sweeps
+    /// over contacts and dry bearings. Slower and less exact; it shows what the engine does by
+    /// itself, and cross-checks ilon. It knows no `split_dt_s`, no contact stiffness or relaxation,
+    /// no `roller_bodies = "near"` and no gear that loses a share of the torque.
     Rapier,
 }
 

@@ -1,7 +1,7 @@
 //! The frames of a recorded run.
 
-use ilon_robot::{LinkTree, Pose, Robot};
-use ilon_trace::{BodyHeader, BodyShape, Change, Header, JointSample, Record, Rows, WheelSample};
+use ilon_robot::{FreeShape, LinkTree, Pose, Robot};
+use ilon_trace::{BodyHeader, Change, Header, JointSample, Record, Rows, WheelSample};
 
 use crate::description::{Description, Geometry, OtherWay, Relief, Shape};
 use crate::frames::{Contact, Frame, Frames, WheelFrame};
@@ -83,12 +83,12 @@ fn ways(header: &Header) -> Vec<OtherWay> {
 
 /// The free bodies of a run, each in its own frame, for [`crate::Description::bodies`].
 pub fn shapes_of_bodies(header: &Header) -> Vec<Shape> {
-    let form = |shape: BodyShape| match shape {
-        BodyShape::Box { size_m } => Geometry::Box(size_m.map(|side| 0.5 * side as f32)),
-        BodyShape::Cylinder { radius_m, length_m } => {
+    let form = |shape: FreeShape| match shape {
+        FreeShape::Box { size_m } => Geometry::Box(size_m.map(|side| 0.5 * side as f32)),
+        FreeShape::Cylinder { radius_m, length_m } => {
             Geometry::Cylinder([radius_m as f32, length_m as f32])
         }
-        BodyShape::Sphere { radius_m } => Geometry::Sphere([radius_m as f32]),
+        FreeShape::Sphere { radius_m } => Geometry::Sphere([radius_m as f32]),
     };
     let shape = |body: &BodyHeader| Shape {
         pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],

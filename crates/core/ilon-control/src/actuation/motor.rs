@@ -1,7 +1,7 @@
 //! The torque range of a wheel's motor: URDF effort and velocity limits, and a DC motor with
 //! back-EMF in all four quadrants.
 
-use ilon_robot::MotorLimits;
+use ilon_robot::{MotorLimits, TorqueBounds};
 
 use crate::ControlError;
 use crate::error::positive;
@@ -22,6 +22,12 @@ impl TorqueRange {
         min_n_m: f64::NEG_INFINITY,
         max_n_m: f64::INFINITY,
     };
+
+    /// Returns the torques within bounds, at the bounds' rate.
+    pub fn of(bounds: &TorqueBounds) -> Self {
+        let [min_n_m, max_n_m] = bounds.at_gain(0.0);
+        Self { min_n_m, max_n_m }
+    }
 
     /// Returns the torque in the range nearest to `torque_n_m`. NaN stays NaN, so that it does not
     /// pass for the largest torque.
@@ -101,39 +107,6 @@ impl MotorCurve {
     }
 }
 
-/// The bounds of a motor's torque near a wheel rate: two parallel back-EMF lines and a limit that
-/// holds at every rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorBounds {
-    /// The torques at full reverse and full forward at this rate; infinite without a curve.
-    pub line: TorqueRange,
-    /// Slope of both lines: torque lost per rate gained, in N m s/rad; 0 without a curve.
-    pub fall_n_m_s: f64,
-    /// The largest torque of either sign, in N m. It also holds where the lines would allow or
-    /// force more.
-    pub limit_n_m: f64,
-    /// Whether the lines also force a torque upon a motor that turns beyond its no-load rate.
-    pub regenerates: bool,
-}
-
-impl MotorBounds {
-    /// Returns the torque range at this rate.
-    pub fn range(&self) -> TorqueRange {
-        let TorqueRange {
-            mut min_n_m,
-            mut max_n_m,
-        } = self.line;
-        if !self.regenerates {
-            (min_n_m, max_n_m) = (min_n_m.min(0.0), max_n_m.max(0.0));
-        }
-        let limited = |torque_n_m: f64| torque_n_m.clamp(-self.limit_n_m, self.limit_n_m);
-        TorqueRange {
-            min_n_m: limited(min_n_m),
-            max_n_m: limited(max_n_m),
-        }
-    }
-}
-
 /// A wheel's motor, all values at the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
@@ -195,9 +168,10 @@ impl Motor {
     /// and U / K), so both lines shift in parallel; without supply it is short-circuited. Without a
     /// curve the torque and rate limits shrink by the share.
     pub fn range_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueRange {
-        let TorqueRange { min_n_m, max_n_m } = self.bounds_on(rate_rad_s, supply_share).range();
+        let range = TorqueRange::of(&self.bounds_on(rate_rad_s, supply_share));
+        let TorqueRange { min_n_m, max_n_m } = range;
         if rate_rad_s.abs() < self.velocity_limit_on(supply_share) {
-            TorqueRange { min_n_m, max_n_m }
+            range
         } else if rate_rad_s >= 0.0 {
             TorqueRange {
                 min_n_m: min_n_m.min(0.0),
@@ -223,35 +197,27 @@ impl Motor {
     /// Returns the torque bounds near a wheel rate while the supply has a share of its voltage.
     /// They leave the velocity limit to the caller, who follows the lines within a time step
     /// instead of from one step to the next.
-    pub fn bounds_on(&self, rate_rad_s: f64, supply_share: f64) -> MotorBounds {
+    pub fn bounds_on(&self, rate_rad_s: f64, supply_share: f64) -> TorqueBounds {
         let [forwards, backwards] = self.strength;
         match self.curve {
             MotorCurve::Flat if self.strength != [1.0; 2] => {
                 let limit_n_m = share_of(self.effort_n_m, supply_share);
-                MotorBounds {
-                    line: TorqueRange {
-                        min_n_m: -backwards * limit_n_m,
-                        max_n_m: forwards * limit_n_m,
-                    },
-                    fall_n_m_s: 0.0,
-                    limit_n_m: f64::INFINITY,
-                    regenerates: true,
+                TorqueBounds {
+                    least_n_m: -backwards * limit_n_m,
+                    most_n_m: forwards * limit_n_m,
+                    ..TorqueBounds::NONE
                 }
             }
-            MotorCurve::Flat => MotorBounds {
-                line: TorqueRange::UNLIMITED,
-                fall_n_m_s: 0.0,
+            MotorCurve::Flat => TorqueBounds {
                 limit_n_m: share_of(self.effort_n_m, supply_share),
-                regenerates: true,
+                ..TorqueBounds::NONE
             },
             MotorCurve::Dc(motor) => {
                 let fall_n_m_s = motor.stall_torque_n_m / motor.no_load_rate_rad_s;
                 let at_rest_n_m = supply_share * motor.stall_torque_n_m;
-                MotorBounds {
-                    line: TorqueRange {
-                        min_n_m: -backwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
-                        max_n_m: forwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
-                    },
+                TorqueBounds {
+                    least_n_m: -backwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
+                    most_n_m: forwards * at_rest_n_m - fall_n_m_s * rate_rad_s,
                     fall_n_m_s,
                     limit_n_m: self.effort_n_m.min(motor.current_limit_n_m),
                     regenerates: motor.regenerates,

@@ -3,12 +3,12 @@
 use std::collections::VecDeque;
 
 use ilon_control::{
-    BodySense, ComputedTorque, ComputedTorqueSettings, Demand, Motor, MotorBounds, PassiveEffort,
-    PassiveTorque, PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw,
-    TorqueRange, TorqueShares,
+    BodySense, ComputedTorque, ComputedTorqueSettings, Demand, Motor, PassiveEffort, PassiveTorque,
+    PassiveTorqueSettings, PrioritisedTorque, PrioritisedTorqueSettings, TorqueLaw, TorqueRange,
+    TorqueShares,
 };
 use ilon_robot::{JointRole, Robot};
-use ilon_world::{MotorTorque, TorqueBounds};
+use ilon_world::MotorTorque;
 
 use crate::wheels::motors::motors;
 use ilon_scenario::choices::wheel_loop::{dynamic_model, passive_settings, pid};
@@ -148,10 +148,10 @@ impl Drive {
         let outputs = self.limits.iter_mut().zip(&mut self.torques);
         for ((limit, torque), (motor, rate_rad_s)) in outputs.zip(motors) {
             let bounds = motor.bounds_on(*rate_rad_s, supply_share);
-            *limit = bounds.range();
+            *limit = TorqueRange::of(&bounds);
             *torque = MotorTorque {
                 rate_limit_rad_s: motor.velocity_limit_on(supply_share),
-                bounds: bounds_in_world(&bounds),
+                bounds,
                 ..MotorTorque::constant(0.0)
             };
         }
@@ -301,15 +301,4 @@ pub(crate) struct WheelRates<'a> {
     pub real_rad_s: &'a [f64],
     /// The measured rates.
     pub seen_rad_s: &'a [f64],
-}
-
-/// The limits of a motor, as the world's type.
-fn bounds_in_world(bounds: &MotorBounds) -> TorqueBounds {
-    TorqueBounds {
-        least_n_m: bounds.line.min_n_m,
-        most_n_m: bounds.line.max_n_m,
-        fall_n_m_s: bounds.fall_n_m_s,
-        limit_n_m: bounds.limit_n_m,
-        regenerates: bounds.regenerates,
-    }
 }

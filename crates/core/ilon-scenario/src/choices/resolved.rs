@@ -13,7 +13,7 @@ use crate::Error;
 use crate::course::joint_targets::JointTargets;
 use crate::course::playback::Played;
 use crate::robot::belief::{self, believed};
-use crate::scenario::{Contacts, RollerBodies, Scenario, Step};
+use crate::scenario::{Scenario, Step};
 
 /// A scenario with nothing left open: every default and every choice of the program is written out.
 #[derive(Clone, Debug)]
@@ -201,14 +201,8 @@ impl Resolved {
         ilon_world::Settings {
             dt_s: self.choices.physics_dt_s,
             split_dt_s: solver.split_dt_s,
-            contacts: match solver.contacts {
-                Contacts::Ilon => ilon_world::ContactSolver::Ilon,
-                Contacts::Rapier => ilon_world::ContactSolver::Rapier,
-            },
-            roller_bodies: match self.scenario.robot.roller_bodies {
-                RollerBodies::All => ilon_world::RollerBodies::All,
-                RollerBodies::Near => ilon_world::RollerBodies::Near,
-            },
+            contacts: solver.contacts,
+            roller_bodies: self.scenario.robot.roller_bodies,
             contact_stiffness_n_m: solver.contact_stiffness_n_m,
             contact_relaxation_s: solver.contact_relaxation_s,
             gravity_m_s2: world.gravity_m_s2,

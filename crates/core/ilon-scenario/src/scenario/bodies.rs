@@ -1,6 +1,7 @@
 //! `[[world.bodies]]`: objects in the world that can be pushed.
 
 use ilon_files::defaults::thousandths;
+use ilon_robot::FreeShape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +92,20 @@ pub struct SphereShape {
 }
 
 impl Body {
+    /// Its shape.
+    pub fn shape(&self) -> FreeShape {
+        match (self.cuboid, self.cylinder, self.sphere) {
+            (Some(BoxShape { size_m }), ..) => FreeShape::Box { size_m },
+            (_, Some(CylinderShape { radius_m, length_m }), _) => {
+                FreeShape::Cylinder { radius_m, length_m }
+            }
+            // A checked scenario has one of the three.
+            (.., of) => FreeShape::Sphere {
+                radius_m: of.map_or(0.0, |of| of.radius_m),
+            },
+        }
+    }
+
     /// Refuses a body without a shape or with several.
     fn object(&self, key: &str) -> Result<(), Objection> {
         let shapes = [

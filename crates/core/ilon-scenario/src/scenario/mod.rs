@@ -29,24 +29,25 @@ pub use controller::{Believed, BelievedWheel, Controller};
 pub use expect::{Bound, Expect, Must, SignalBound};
 pub use faults::{Fault, Frame, within};
 pub use guidance::{Guidance, Kinematics, ReferencePoint, Saturation};
-pub use ilon_control::{LoopTiming, Priority};
+pub use ilon_control::{GuidanceTask as Task, LoopTiming, Priority};
 pub use ilon_formats::{
     Handedness as Gamma, RoleOption as JointRole, RollerForms as Rollers, WheelOptions as Wheels,
 };
+pub use ilon_world::{ContactSolver as Contacts, RollerBodies};
 pub use joints::{Between, Joint, JointSetpoint, Quantity};
 pub use materials::{Across, Against, MaterialPair, Materials, Sliding};
 pub use motion::{Heading, Motion, Reference, Scheduled, Timing, Tracked, Twist};
 pub use playback::{Drives, Playback};
 pub(crate) use reading::is_computable;
 pub use reading::{MAX_BYTES, SETTING, SIZES, Setting, Source, nearest, read_text, read_toml};
-pub use robot::{Robot, RollerBodies};
+pub use robot::Robot;
 pub use rollers::{RollerSurface, Tread};
 pub use run::{Auto, Run, Step, TIME_SLACK_S};
 pub use sensors::{Encoders, Fusion, Imu, ImuNoise, PoseSensor, Sensors};
 pub use wheels::{AntiWindup, DcMotor, MotorStrength, Motors, Passive, WheelLaw, WheelLoop};
 pub use world::{
-    Contacts, Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough,
-    RoughnessClass, Solver, World,
+    Floor, FloorBox, FloorPatch, FloorRamp, FloorStairs, HeightMap, Rough, RoughnessClass, Solver,
+    World,
 };
 
 use std::path::PathBuf;

@@ -7,6 +7,7 @@ use ilon_files::FileAccess;
 use ilon_files::defaults::yes;
 use ilon_formats::{LoadOptions, Package, RollerForms, TyreOptions, WheelOptions};
 use ilon_robot::Pose;
+use ilon_world::RollerBodies;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -135,16 +136,4 @@ impl std::fmt::Display for Argument {
             Self::Text(text) => text.fmt(f),
         }
     }
-}
-
-/// Which rollers are checked for contact: all, or those near the ground. Same motion to
-/// micrometres, not to the last bit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RollerBodies {
-    /// Every roller, always.
-    #[default]
-    All,
-    /// Those that can touch something; the others keep their spin. Faster.
-    Near,
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ilon_world::ContactSolver;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use smart_default::SmartDefault;
@@ -319,20 +320,6 @@ pub struct HeightMap {
     pub y_m: f64,
 }
 
-/// The contact solver: ilon, or rapier alone, to compare.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Contacts {
-    /// ilon: the laws of contact and friction all at once, to the end.
-    #[default]
-    Ilon,
-    /// rapier alone: every roller is a body on a joint of its own, and rapier's own solver sweeps
-    /// over contacts and dry bearings. Slower and less exact; it shows what the engine does by
-    /// itself, and cross-checks ilon. It knows no `split_dt_s`, no contact stiffness or relaxation,
-    /// no `roller_bodies = "near"` and no gear that loses a share of the torque.
-    Rapier,
-}
-
 /// Settings of the solver, for checks of the solver.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
@@ -340,7 +327,7 @@ pub enum Contacts {
 #[schemars(rename = "SolverSection")]
 pub struct Solver {
     /// The contact solver: ilon, or rapier alone, to compare.
-    pub contacts: Contacts,
+    pub contacts: ContactSolver,
     /// Length of the parts into which steps are split while a roller slides, or is about to, in
     /// seconds [default: with an automatic step 0.0014 sqrt(wheel radius / gravity), 0.0001 for
     /// wheels of 50 mm; with a given step none].

@@ -13,10 +13,10 @@
 //! of a step uses the target in the middle of that part: a step taken in parts ends at the same
 //! target as a whole one.
 
-use ilon_robot::{BodyJoint, JointServo, mean_of_gain};
+use ilon_robot::{BodyJoint, JointServo, TorqueBounds, mean_of_gain};
 
+use crate::MotorTorque;
 use crate::contact::law::Curve;
-use crate::{MotorTorque, TorqueBounds};
 
 /// The servo of a joint, or a placeholder for a joint without one.
 #[derive(Clone, Copy, Debug)]

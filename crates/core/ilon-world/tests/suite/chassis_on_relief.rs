@@ -3,8 +3,8 @@
 
 use crate::support;
 
-use ilon_robot::{Collision, CollisionShape, Pose, Robot};
-use ilon_world::{Floor, FreeBody, FreeShape, Push, Relief, Settings, World};
+use ilon_robot::{Collision, CollisionShape, FreeShape, Pose, Robot};
+use ilon_world::{Floor, FreeBody, Push, Relief, Settings, World};
 use nalgebra::{Isometry3, Vector2, Vector3};
 use support::mecanum4;
 
@@ -153,7 +153,14 @@ fn a_box_slides_over_small_cells_as_over_a_plane() {
         .add_body(&FreeBody {
             friction: 0.4,
             velocity_m_s: Vector3::y() * 0.5,
-            ..FreeBody::new("box", FreeShape::Box { size_m }, 2.0, place_m)
+            ..FreeBody::new(
+                "box",
+                FreeShape::Box {
+                    size_m: size_m.into(),
+                },
+                2.0,
+                place_m,
+            )
         })
         .unwrap();
     while world.time_s() < 0.3 {

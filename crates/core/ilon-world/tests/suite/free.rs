@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use ilon_robot::{Collision, CollisionShape, Pose, Robot};
-use ilon_world::{Floor, FreeBody, FreeBodyId, FreeShape, MotorTorque, Push, Settings, World};
+use ilon_robot::{Collision, CollisionShape, FreeShape, Pose, Robot};
+use ilon_world::{Floor, FreeBody, FreeBodyId, MotorTorque, Push, Settings, World};
 use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 
 use crate::support::mecanum4;
@@ -38,7 +38,7 @@ pub fn world(floor: &Floor, dt_s: f64) -> World {
 
 pub fn cube(name: &str, side_m: f64, mass_kg: f64, x_m: f64, y_m: f64) -> FreeBody {
     let shape = FreeShape::Box {
-        size_m: Vector3::repeat(side_m),
+        size_m: [side_m; 3],
     };
     FreeBody::new(name, shape, mass_kg, Vector2::new(x_m, y_m))
 }
@@ -326,7 +326,14 @@ fn small_boxes_that_cross_lie_on_one_another() {
         let mut world = world(&Floor::default(), 1e-3);
         let put = |world: &mut World, name: &str, turned_deg: f64| {
             let place_m = Vector2::new(1.0, 0.0);
-            let mut body = FreeBody::new(name, FreeShape::Box { size_m }, 0.01, place_m);
+            let mut body = FreeBody::new(
+                name,
+                FreeShape::Box {
+                    size_m: size_m.into(),
+                },
+                0.01,
+                place_m,
+            );
             let turned_rad = turned_deg.to_radians();
             body.rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turned_rad);
             world.add_body(&body).expect("room")
@@ -471,12 +478,7 @@ fn bodies_turn_with_the_inertia_of_their_shapes() {
     let of_box = [b * b + c * c, a * a + c * c, a * a + b * b].map(|square| square / 12.0);
     let across = a * a / 4.0 + c * c / 12.0;
     let shapes = [
-        (
-            FreeShape::Box {
-                size_m: Vector3::new(a, b, c),
-            },
-            of_box,
-        ),
+        (FreeShape::Box { size_m: [a, b, c] }, of_box),
         (
             FreeShape::Cylinder {
                 radius_m: a,

@@ -1,10 +1,10 @@
 //! Free bodies by identity: adding, removing, sleeping, copying, finding, refusing.
 
-use ilon_robot::Pose;
+use ilon_robot::{FreeShape, Pose};
 use ilon_world::rapier3d::prelude::{QueryFilter, Ray, Vector};
 use ilon_world::{
-    ContactSolver, Floor, FreeBody, FreeBodyId, FreeShape, GroundBox, Patch, Push, Relief,
-    Settings, World, WorldError, WorldObject,
+    ContactSolver, Floor, FreeBody, FreeBodyId, GroundBox, Patch, Push, Relief, Settings, World,
+    WorldError, WorldObject,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -347,7 +347,7 @@ fn what_makes_no_sense_is_refused_in_words() {
     says(
         refused(&|body| {
             body.shape = FreeShape::Box {
-                size_m: Vector3::new(0.2, 0.2, 1.9e-4),
+                size_m: [0.2, 0.2, 1.9e-4],
             };
         }),
         "more than 1000 times another",

@@ -4,8 +4,10 @@ use crate::support;
 
 use std::f64::consts::FRAC_PI_2;
 
-use ilon_robot::{Collision, CollisionShape, JointKind, JointRole, JointServo, Pose, Robot};
-use ilon_world::{Floor, FreeBody, FreeShape, GroundBox, Settings, World, WorldError};
+use ilon_robot::{
+    Collision, CollisionShape, FreeShape, JointKind, JointRole, JointServo, Pose, Robot,
+};
+use ilon_world::{Floor, FreeBody, GroundBox, Settings, World, WorldError};
 use nalgebra::{Isometry3, Vector3};
 use support::linked::{X_M, joint};
 use support::{brake, mecanum4};
@@ -118,10 +120,14 @@ fn an_arm_that_presses_on_the_floor_takes_load_off_the_wheels() {
 }
 
 fn cube(place_m: [f64; 2]) -> FreeBody {
-    let size_m = Vector3::repeat(0.3);
     FreeBody {
         friction: 0.0,
-        ..FreeBody::new("cube", FreeShape::Box { size_m }, CUBE_KG, place_m.into())
+        ..FreeBody::new(
+            "cube",
+            FreeShape::Box { size_m: [0.3; 3] },
+            CUBE_KG,
+            place_m.into(),
+        )
     }
 }
 

@@ -144,7 +144,8 @@ fn took(work_j: f64, put_in_j: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ilon_trace::{BodyHeader, BodyShape};
+    use ilon_robot::FreeShape;
+    use ilon_trace::BodyHeader;
 
     /// A box is pushed from 1 to 2 s with 5 N at 0.2 m/s, which takes 1 J of the motors' 4 J.
     #[test]
@@ -153,7 +154,7 @@ mod tests {
             control_dt_s: 0.01,
             bodies: vec![BodyHeader {
                 name: "crate".to_owned(),
-                shape: BodyShape::Box { size_m: [0.2; 3] },
+                shape: FreeShape::Box { size_m: [0.2; 3] },
                 mass_kg: 1.0,
                 friction: 0.5,
             }],
@@ -195,7 +196,7 @@ mod tests {
             control_dt_s: 0.01,
             bodies: vec![BodyHeader {
                 name: "cargo".to_owned(),
-                shape: BodyShape::Box { size_m: [0.2; 3] },
+                shape: FreeShape::Box { size_m: [0.2; 3] },
                 mass_kg: 1.0,
                 friction: 0.5,
             }],

@@ -1,14 +1,15 @@
 //! One wheel under its drive and a load, step by step, against closed forms.
 
+use ilon_robot::TorqueBounds;
 use ilon_robot::{
     DriveTrain, Joint, MassProperties, MotorLimits, RollerSurface, RollersAsMade, Wheel,
 };
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::*;
+use crate::MotorTorque;
 use crate::contact::law::{ImpulseProblem, Law, Solver};
 use crate::motor_torque::WheelInertia;
-use crate::{MotorTorque, TorqueBounds};
 
 const INERTIA_KG_M2: f64 = 7e-3;
 const STALL_N_M: f64 = 0.3;

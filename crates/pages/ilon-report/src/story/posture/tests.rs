@@ -210,7 +210,7 @@ fn the_box_that_is_nearest_stands_in_the_way() {
 fn a_robot_that_a_body_holds_stands_against_it() {
     let body = |name: &str| ilon_trace::BodyHeader {
         name: name.to_owned(),
-        shape: ilon_trace::BodyShape::Box { size_m: [0.2; 3] },
+        shape: ilon_robot::FreeShape::Box { size_m: [0.2; 3] },
         mass_kg: 40.0,
         friction: 0.5,
     };
