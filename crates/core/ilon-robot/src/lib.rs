@@ -29,8 +29,8 @@ pub use model::{
     Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
     MassProperties, Mesh, ModelledRoller, MotorLimits, NotMade, Pose, Profile, ProfileError,
     ProfilePart, Remark, Robot, RobotDescription, Roller, RollerForm, RollerSurface, RollersAsMade,
-    Scale, Solid, SolidOfRevolution, StandingPose, Tread, Twist, Visual, VisualMeshes, VisualShape,
-    Wheel, mean_of_gain, time_and_gain_until, wrap_angle,
+    Scale, SolidOfRevolution, StandingPose, Tread, Twist, Visual, VisualMeshes, VisualShape, Wheel,
+    mean_of_gain, time_and_gain_until, wrap_angle,
 };
 pub use model::{
     barrel_profile, mass, modelled_profile, rollers_as_made, solid_of_revolution, tread,
