@@ -29,7 +29,7 @@ pub use model::{
     HubHeights, Joint, JointKind, JointRole, JointServo, JointSpring, Link, LinkJoint, LinkTree,
     MassProperties, Mesh, ModelledRoller, MotorLimits, NotMade, Pose, Profile, ProfileError,
     ProfilePart, Remark, Robot, RobotDescription, Roller, RollerForm, RollerSurface, RollersAsMade,
-    Scale, Solid, SolidOfRevolution, StandingPose, TorqueBounds, Tread, Twist, Visual, VisualMeshes,
+    Scale, SolidOfRevolution, StandingPose, TorqueBounds, Tread, Twist, Visual, VisualMeshes,
     VisualShape, Wheel, mean_of_gain, time_and_gain_until, wrap_angle,
 };
 pub use model::{

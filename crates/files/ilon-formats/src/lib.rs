@@ -55,6 +55,7 @@ mod loaded;
 mod options;
 mod packages;
 mod prepare;
+mod solid;
 mod spec;
 mod urdf;
 mod wheels;

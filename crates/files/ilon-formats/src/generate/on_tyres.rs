@@ -11,7 +11,7 @@ use super::elements::{
     Place, attribute, cylinder, num, tyres_element, write_chassis, write_dynamics, write_geometry,
     write_inertial, write_joint,
 };
-use crate::model::Solid;
+use crate::solid::Solid;
 use crate::spec::{CasterSpec, SpecOnTyres, SteeringSpec, TyredWheel};
 
 /// Writes the URDF of a described robot on tyres.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::elements::{
     Place, attribute, num, nums, write_dynamics, write_inertial, write_joint, write_visual,
 };
-use crate::model::Solid;
+use crate::solid::Solid;
 use crate::spec::{Described, Spec, SuspensionLaw};
 
 /// A body between the chassis and wheels, on its joint.

@@ -18,7 +18,8 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Solid, Tread};
+use crate::model::{DriveTrain, RollerSurface, RollersAsMade, Tread};
+use crate::solid::Solid;
 
 pub use bearings::RollerBearings;
 pub(crate) use check::check;

@@ -5,7 +5,8 @@ use roxmltree::Node;
 
 use super::numbers::number;
 use super::source::child;
-use crate::model::{MassProperties, Solid};
+use crate::model::MassProperties;
+use crate::solid::Solid;
 use crate::xml;
 
 /// Returns the solid of a link's collision shapes, or else of its visual shapes, with a density of

@@ -18,8 +18,9 @@ use super::urdf_text::{Edit, UrdfText};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError, is_zero_size};
 use crate::generate::elements::attribute as escaped;
-use crate::model::{Collision, MassProperties, Remark, Robot, Solid};
+use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
+use crate::solid::Solid;
 
 /// Wheels whose lowest points differ by at most this are levelled, in metres; larger differences
 /// are intended.

@@ -10,7 +10,8 @@ use super::mesh_weight;
 use super::model::{Robot, pose};
 use crate::convert::ellipsoid::{Placed, ellipsoid};
 use crate::convert::writer::ShapeOf;
-use crate::model::{MassProperties, Solid};
+use crate::model::MassProperties;
+use crate::solid::Solid;
 use crate::urdf::{Meshes, mesh_triangles};
 
 /// Density of a geom that says none, in kg/m^3: MuJoCo's own.

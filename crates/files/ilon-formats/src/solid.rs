@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::MassProperties;
+use crate::model::MassProperties;
 
 /// A solid of uniform density, with its middle at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Solid {
+pub(crate) enum Solid {
     /// A box with sides along the axes.
     Box {
         /// Its sides, in metres.
@@ -37,14 +37,14 @@ pub enum Solid {
 
 impl Solid {
     /// A ball of a radius in metres.
-    pub fn ball(radius_m: f64) -> Self {
+    pub(crate) fn ball(radius_m: f64) -> Self {
         Self::Ellipsoid {
             half_axes_m: Vector3::repeat(radius_m),
         }
     }
 
     /// Returns its volume, in m^3.
-    pub fn volume_m3(&self) -> f64 {
+    pub(crate) fn volume_m3(&self) -> f64 {
         match *self {
             Self::Box { size_m } => size_m.product(),
             Self::Cylinder { radius_m, length_m } => PI * radius_m * radius_m * length_m,
@@ -57,7 +57,7 @@ impl Solid {
     }
 
     /// Returns its moments of inertia about the axes of its frame for a mass in kg, in kg m^2.
-    pub fn moments_kg_m2(&self, mass_kg: f64) -> Vector3<f64> {
+    pub(crate) fn moments_kg_m2(&self, mass_kg: f64) -> Vector3<f64> {
         let across = |s: Vector3<f64>| {
             Vector3::new(
                 s.y * s.y + s.z * s.z,
@@ -85,7 +85,7 @@ impl Solid {
     }
 
     /// Returns its mass properties for a mass in kg.
-    pub fn weighing(&self, mass_kg: f64) -> MassProperties {
+    pub(crate) fn weighing(&self, mass_kg: f64) -> MassProperties {
         MassProperties {
             mass_kg,
             center_of_mass_m: Vector3::zeros(),
