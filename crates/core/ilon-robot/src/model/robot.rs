@@ -276,6 +276,22 @@ impl Robot {
         }
     }
 
+    /// Returns the joints by which casters point where they roll, by their indices in
+    /// [`Robot::joints`]: [`Robot::caster_joints`], and the free upright ones above wheels that no
+    /// motor drives.
+    pub fn castering(&self) -> Vec<usize> {
+        let casters = self.wheels.iter().filter(|wheel| self.swivels(wheel));
+        let above = casters.flat_map(|wheel| self.joints_above(wheel));
+        let is_swivel = |at: &usize| {
+            self.joints[*at].role == JointRole::Free && self.joints[*at].turns_upright()
+        };
+        let mut found = self.caster_joints();
+        found.extend(above.filter(is_swivel));
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
     /// Returns the joints between the chassis and a wheel, from the chassis on, by their indices in
     /// [`Robot::joints`].
     pub fn joints_above(&self, wheel: &Wheel) -> Vec<usize> {

@@ -55,6 +55,46 @@ fn scenario(folder: &Folder, urdf: &str, lines: &str) -> Scenario {
     Scenario::from_toml(&text, "casters", folder.path("")).expect("a scenario")
 }
 
+/// A robot on wheels of 69 and 70 mm leans by 1 mm in 300 mm. Without friction its caster would
+/// swing downhill before the run; the ground holds it where the file has it.
+#[test]
+fn the_caster_of_a_leaning_robot_begins_where_its_file_has_it() {
+    let folder = Folder::new();
+    let mut urdf = Urdf::new(20.0, [-0.03, 0.0, 0.1]);
+    for (name, y_m, radius_m) in [("left", 0.15, 0.069), ("right", -0.15, 0.07)] {
+        urdf = urdf.wheel(WheelPart {
+            name,
+            parent: "base_link",
+            at_m: [0.0, y_m, 0.07],
+            radius_m,
+            width_m: 0.03,
+            is_driven: true,
+        });
+    }
+    urdf = urdf.fork(ForkPart {
+        name: "rear_caster_swivel",
+        at_m: [-0.12, 0.0, 0.06],
+        mass_kg: 0.2,
+        inertia_kg_m2: 1e-4,
+        is_steered: false,
+    });
+    urdf = urdf.wheel(WheelPart {
+        name: "rear_caster_roll",
+        parent: "rear_caster_swivel_fork",
+        at_m: [-0.025, 0.0, -0.03],
+        radius_m: 0.03,
+        width_m: 0.02,
+        is_driven: false,
+    });
+    let scenario = scenario(&folder, &urdf.text(), "twist = {}\nrun.duration_s = 0.5");
+    let run = Simulation::new(&scenario).expect("it stands").run();
+    let swivel = joints(&load_robot(&scenario).expect("a robot"), "caster_swivel")[0];
+    let record = &run.trace.records()[0];
+    assert_eq!(record.joints[swivel].position, 0.0);
+    // It leans: 3.3 mrad.
+    assert!(record.truth.roll_rad.abs() > 2e-3, "{:?}", record.truth);
+}
+
 /// Indices of the joints whose names end so.
 fn joints(robot: &Robot, ending: &str) -> Vec<usize> {
     let names = robot.joints.iter().map(|joint| joint.name.as_str());

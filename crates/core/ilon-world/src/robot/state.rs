@@ -132,6 +132,14 @@ impl State {
         self.place_links();
     }
 
+    /// Puts joints between bodies back to where they are in another state of the same robot.
+    pub fn put_back(&mut self, joints: &[usize], to: &Self) {
+        for joint in joints {
+            self.moved[*joint] = to.moved[*joint];
+        }
+        self.place_links();
+    }
+
     /// Copies the poses of another state of the same robot; the rates stay.
     pub fn take_poses(&mut self, other: &Self) {
         self.floor_from_chassis = other.floor_from_chassis;

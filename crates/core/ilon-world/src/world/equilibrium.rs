@@ -4,7 +4,8 @@
 //! The robot is released in the pose of a rigid one, on frictionless ground, in steps after each of
 //! which all rates are set to zero. Springs are evaluated at the end of such a step, so that a long
 //! step is a step of Newton's method towards their equilibrium, and contacts are solved as in any
-//! step. Its position and heading in the plane, and its wheels' angles, are kept.
+//! step. Its position and heading in the plane, its wheels' angles, and the directions of its
+//! casters, which the ground's friction would hold, are kept.
 
 use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -70,14 +71,17 @@ impl World {
         let scales = || put_down.iter().map(|body| &body.scale);
         let time_s = scales().map(|s| s.time_s()).fold(0.0, f64::max);
         let length_m = scales().map(|s| s.length_m).fold(f64::INFINITY, f64::min);
+        let casters: Vec<_> = put_down.iter().map(|body| body.robot.castering()).collect();
         let (mut dt_s, mut longest_s) = (FIRST * time_s, LONGEST * time_s);
         let mut last_m = f64::INFINITY;
         let mut from: Vec<State> = put_down.iter().map(|body| body.state.clone()).collect();
         for _ in 0..MOST_STEPS {
             self.find_reactions(solver, dt_s);
             self.move_on(solver, dt_s);
-            let bodies = self.bodies.iter_mut().zip(put_down);
-            bodies.for_each(|(body, put_down)| body.halt(put_down));
+            for ((body, put_down), casters) in self.bodies.iter_mut().zip(put_down).zip(&casters) {
+                body.halt(put_down);
+                body.state.put_back(casters, &put_down.state);
+            }
             let moves = self.bodies.iter().zip(&from);
             let moved_m = moves.map(|(body, from)| moved_m(&body.state, from));
             let moved_m = moved_m.fold(0.0, f64::max);
