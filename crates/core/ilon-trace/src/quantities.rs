@@ -12,10 +12,10 @@ mod quantity;
 mod table;
 
 pub(crate) use accuracy::Scales;
-pub use accuracy::{Accuracy, Measure, accuracy, compared, known_to, least_change, stated};
-pub use limits::{Limits, limits};
+pub use accuracy::{accuracy, compared, known_to, least_change, stated};
+pub use limits::limits;
 pub use needs::needs;
-pub use quantity::{Group, Quantity, Unit};
+pub use quantity::{Accuracy, Group, Limits, Measure, Quantity, Unit};
 pub use table::GROUPS;
 
 impl Quantity {

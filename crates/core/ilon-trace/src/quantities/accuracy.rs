@@ -1,32 +1,9 @@
 //! The stated accuracy of figures at the automatic step (`docs/measured.md`).
 
-use super::quantity::Quantity;
+use super::quantity::{Accuracy, Measure, Quantity};
 use super::{all, by_key, si_unit};
 use crate::header::Header;
 use crate::metrics::Summary;
-
-/// The reference of an accuracy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Measure {
-    /// The figure itself.
-    Itself,
-    /// For a length: the path of the farthest wheel, travelled or turned, and at least that wheel's
-    /// distance from the body's origin, in metres.
-    Way,
-    /// For an angle: that path over the wheel's distance from the body's origin, in radians.
-    Turn,
-}
-
-/// The accuracy of a figure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Accuracy {
-    /// Its reference.
-    pub of: Measure,
-    /// The share of the reference.
-    pub share: f64,
-}
 
 /// The stated accuracy of a figure by its key; `None` if there is none.
 pub fn accuracy(key: &str) -> Option<Accuracy> {

@@ -1,46 +1,13 @@
 //! The possible range of each figure, so that bounds that can never fail are reported before a run.
 
 use super::by_key;
-
-/// The possible values of a figure, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Limits {
-    /// Smallest.
-    pub least: f64,
-    /// Largest.
-    pub most: f64,
-    /// Whether every run has the figure, and keeps the limits even if its step is too long: then
-    /// losses can come out below zero, and an error may never settle.
-    pub is_certain: bool,
-}
-
-/// Distances, sizes, times, and sums that only grow.
-pub(super) const SIZE: Limits = limits_of(f64::INFINITY, true);
-/// Shares.
-pub(super) const SHARE: Limits = limits_of(1.0, true);
-/// Losses.
-pub(super) const LOSS: Limits = limits_of(f64::INFINITY, false);
-/// Sizes that not every run has: those of a path, a pose sensor, dead reckoning over some distance,
-/// or a mean motion.
-pub(super) const SIZE_IF_ANY: Limits = limits_of(f64::INFINITY, false);
-/// Shares that not every run has: those of redundant wheels, tasks, and a chassis that stands on
-/// the ground.
-pub(super) const SHARE_IF_ANY: Limits = limits_of(1.0, false);
-
-const fn limits_of(most: f64, is_certain: bool) -> Limits {
-    Limits {
-        least: 0.0,
-        most,
-        is_certain,
-    }
-}
+use super::quantity::Limits;
 
 /// The possible range of a figure, or of one of the signals `position_error_m` and
 /// `heading_error_rad`; `None` if it can have either sign.
 pub fn limits(key: &str) -> Option<Limits> {
     match key {
-        "position_error_m" | "heading_error_rad" => Some(SIZE),
+        "position_error_m" | "heading_error_rad" => Some(Limits::SIZE),
         _ => by_key(key)?.limits,
     }
 }

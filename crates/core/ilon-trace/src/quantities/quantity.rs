@@ -1,7 +1,5 @@
 //! The properties of a quantity.
 
-use super::accuracy::Accuracy;
-use super::limits::Limits;
 use crate::metrics::Summary;
 
 /// The unit for display.
@@ -11,6 +9,65 @@ pub struct Unit {
     pub symbol: &'static str,
     /// How many of this unit make one SI unit.
     pub per_si: f64,
+}
+
+/// The reference of an accuracy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Measure {
+    /// The figure itself.
+    Itself,
+    /// For a length: the path of the farthest wheel, travelled or turned, and at least that wheel's
+    /// distance from the body's origin, in metres.
+    Way,
+    /// For an angle: that path over the wheel's distance from the body's origin, in radians.
+    Turn,
+}
+
+/// The accuracy of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Accuracy {
+    /// Its reference.
+    pub of: Measure,
+    /// The share of the reference.
+    pub share: f64,
+}
+
+/// The possible values of a figure, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Limits {
+    /// Smallest.
+    pub least: f64,
+    /// Largest.
+    pub most: f64,
+    /// Whether every run has the figure, and keeps the limits even if its step is too long: then
+    /// losses can come out below zero, and an error may never settle.
+    pub is_certain: bool,
+}
+
+impl Limits {
+    /// Distances, sizes, times, and sums that only grow.
+    pub(super) const SIZE: Self = Self::up_to(f64::INFINITY, true);
+    /// Shares.
+    pub(super) const SHARE: Self = Self::up_to(1.0, true);
+    /// Losses.
+    pub(super) const LOSS: Self = Self::up_to(f64::INFINITY, false);
+    /// Sizes that not every run has: those of a path, a pose sensor, dead reckoning over some distance,
+    /// or a mean motion.
+    pub(super) const SIZE_IF_ANY: Self = Self::up_to(f64::INFINITY, false);
+    /// Shares that not every run has: those of redundant wheels, tasks, and a chassis that stands on
+    /// the ground.
+    pub(super) const SHARE_IF_ANY: Self = Self::up_to(1.0, false);
+
+    const fn up_to(most: f64, is_certain: bool) -> Self {
+        Self {
+            least: 0.0,
+            most,
+            is_certain,
+        }
+    }
 }
 
 /// One figure of a [`Summary`].

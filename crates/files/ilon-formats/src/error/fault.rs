@@ -6,8 +6,7 @@ use super::help::{
     of_reading, of_rollers, of_xacro, of_xml,
 };
 use super::lists::{above_floor, counted, left_out_of, listed, looked_at, mass_words, missing};
-use super::named::{CandidateJoint, MissingFile};
-use crate::options::WheelOptions;
+use super::named::{CandidateJoint, MissingFile, Proposed};
 
 /// A fault of a robot's description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
@@ -628,16 +627,4 @@ pub enum Fault {
         /// Its radius, in metres.
         radius_m: f64,
     },
-}
-
-/// Rollers suggested by a file.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Proposed {
-    /// Rollers that match the wheels' arrangement and names.
-    Rollers(Box<WheelOptions>),
-    /// The wheels' names contradict their arrangement.
-    Contradiction,
-    /// Nothing suggests rollers: they may be plain wheels.
-    NothingSaid,
 }

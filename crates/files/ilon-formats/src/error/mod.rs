@@ -7,6 +7,7 @@ mod clue;
 mod fault;
 mod help;
 mod lists;
+mod mend;
 mod named;
 mod remedy;
 
@@ -15,10 +16,10 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 pub use clue::{Clue, ClueKind, Clues};
-pub use fault::{Fault, Proposed};
+pub use fault::Fault;
 pub(crate) use help::{NOT_SET, is_zero_size};
 pub(crate) use lists::and_more;
-pub use named::{CandidateJoint, MissingFile};
+pub use named::{CandidateJoint, MissingFile, Proposed};
 pub use remedy::Remedy;
 
 /// The place of a fault in a text.

@@ -1,6 +1,8 @@
-//! Missing files and non-wheel joints, as named by faults.
+//! What faults name: missing files, joints that are no wheels, rollers that a file suggests.
 
 use std::path::PathBuf;
+
+use crate::options::WheelOptions;
 
 /// A missing file.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,4 +29,16 @@ pub struct CandidateJoint {
     pub reason: String,
     /// Whether it turns like a wheel, and is only too high.
     pub is_too_high: bool,
+}
+
+/// Rollers suggested by a file.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Proposed {
+    /// Rollers that match the wheels' arrangement and names.
+    Rollers(Box<WheelOptions>),
+    /// The wheels' names contradict their arrangement.
+    Contradiction,
+    /// Nothing suggests rollers: they may be plain wheels.
+    NothingSaid,
 }
