@@ -150,7 +150,7 @@ pub const CONFIGURATION_COLUMNS: [&str; 5] =
 
 impl Configuration {
     /// Returns the figures of its table row, each with its decimals: the worst error and that of
-    /// each drive in %, then [`CONFIGURATION_COLUMNS`] in mm, mm/s and %.
+    /// each drive in %, then the other columns in mm, mm/s and %.
     pub fn figures(&self) -> Vec<(Option<f64>, usize)> {
         let drives = DRIVES.map(|(name, _)| (self.drives.get(name).map(|d| d.error_pct), 4));
         let others = [
