@@ -282,6 +282,10 @@ impl Pilot {
                 self.steer(twist);
                 return Ok(());
             }
+            (Planned::Rates(held), Followed::Rates(rates)) if held.len() == rates.len() => {
+                held.copy_from_slice(rates);
+                return Ok(());
+            }
             (_, Followed::Reference(reference)) => {
                 self.motion = Planned::Reference(Box::new(reference.clone()));
             }
