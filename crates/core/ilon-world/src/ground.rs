@@ -13,7 +13,7 @@ use rapier3d::prelude::*;
 
 use crate::contact::search::bounds::Bounds;
 use crate::contact::search::nearest::{Piece, SolidBox};
-use crate::contact::search::solid::Solid as ContactSolid;
+use crate::contact::search::solid::{Near, Solid as ContactSolid};
 use crate::engine::convert;
 
 pub use floor::{Floor, GroundBox, Patch, Relief};
@@ -143,13 +143,26 @@ impl Ground {
         !self.solids.is_empty()
     }
 
-    /// Whether the ground may reach into a box.
-    pub fn reaches(&self, bounds: &Bounds) -> bool {
-        let reaches = |solid: &Solid| match self.relief() {
-            Some(relief) if solid.shape.as_heightfield().is_some() => relief.reaches(bounds),
-            _ => solid.placed().bounds().meets(bounds),
-        };
-        self.has_plane && bounds.least_m.z <= 0.0 || self.solids.iter().any(reaches)
+    /// Passes the places where a solid within a box is nearer to the ground than this to `show`.
+    pub fn near(
+        &self,
+        (solid, bounds): (&ContactSolid<'_>, &Bounds),
+        within_m: f64,
+        mut show: impl FnMut(Near),
+    ) {
+        let around = bounds.grown(within_m);
+        if self.has_plane && around.least_m.z <= 0.0 {
+            solid.near_plane(within_m, &mut show);
+        }
+        for ground in &self.solids {
+            let reaches = match self.relief() {
+                Some(relief) if ground.shape.as_heightfield().is_some() => relief.reaches(&around),
+                _ => ground.placed().bounds().meets(&around),
+            };
+            if reaches {
+                solid.near(&ground.placed(), within_m, &mut show);
+            }
+        }
     }
 
     /// The distance of a robot's shape from the ground, in metres; zero or less if they touch, and

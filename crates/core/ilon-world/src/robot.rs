@@ -9,7 +9,6 @@ pub(crate) mod joints;
 pub(crate) mod payload;
 pub(crate) mod roller;
 pub(crate) mod servo;
-pub(crate) mod shapes;
 pub(crate) mod shared_robot;
 pub(crate) mod state;
 pub(crate) mod wheel;

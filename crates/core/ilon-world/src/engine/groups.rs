@@ -1,6 +1,5 @@
 //! Collision groups: the ground touches everything, parts of a robot never touch each other.
 
-use crate::ContactSolver;
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode};
 
 const fn groups(member: Group, filter: Group) -> InteractionGroups {
@@ -9,14 +8,6 @@ const fn groups(member: Group, filter: Group) -> InteractionGroups {
 
 /// The ground and everything else in the world.
 pub(crate) const GROUND: InteractionGroups = groups(Group::GROUP_1, Group::ALL);
-/// The groups whose contacts rapier solves: all in its own mode, otherwise none.
-pub(crate) fn solved(solver: ContactSolver) -> InteractionGroups {
-    match solver {
-        ContactSolver::Ilon => InteractionGroups::none(),
-        ContactSolver::Rapier => InteractionGroups::all(),
-    }
-}
-
 /// Rollers.
 pub(crate) const ROLLER: InteractionGroups = groups(Group::GROUP_2, Group::GROUP_1);
 /// Chassis.

@@ -4,17 +4,15 @@ use rapier3d::pipeline::{ContactModificationContext, PhysicsHooks};
 use rapier3d::prelude::*;
 
 use super::Ground;
-use crate::ContactSolver;
 use crate::engine::{convert, groups};
 
 /// Inserts the ground into a rapier world, whose frame is the floor's.
-pub(crate) fn insert_into(ground: &Ground, colliders: &mut ColliderSet, solver: ContactSolver) {
+pub(crate) fn insert_into(ground: &Ground, colliders: &mut ColliderSet) {
     let mut insert = |shape: &SharedShape, pose: Pose| {
         colliders.insert(
             ColliderBuilder::new(shape.clone())
                 .position(pose)
-                .collision_groups(groups::GROUND)
-                .solver_groups(groups::solved(solver)),
+                .collision_groups(groups::GROUND),
         );
     };
     if ground.has_plane {

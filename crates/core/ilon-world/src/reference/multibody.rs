@@ -13,7 +13,7 @@ use crate::robot::articulated::Articulated;
 use crate::robot::roller::{ARMATURE, RollerState};
 use crate::robot::shared_robot::SharedRobot;
 use crate::robot::state::State;
-use crate::{ContactSolver, MotorTorque, Settings};
+use crate::{MotorTorque, Settings};
 
 /// A robot in a rapier world of its own.
 #[derive(Clone)]
@@ -60,7 +60,7 @@ impl Reference {
         let gravity = convert::vector(&ground.gravity_in_floor(settings.gravity_m_s2));
         let narrow_phase = NarrowPhase::with_query_dispatcher(RollerDispatcher);
         let mut rapier = Engine::new(gravity, settings, narrow_phase);
-        ground::insert_into(ground, &mut rapier.colliders, ContactSolver::Rapier);
+        ground::insert_into(ground, &mut rapier.colliders);
         let (chassis, multibody, hubs) = assemble(&mut rapier, robot);
         let mut reference = Self {
             rapier,
@@ -245,8 +245,7 @@ fn assemble(
             .position(convert::pose(&(chassis_from_body * of.carrier_from_shape)))
             .density(0.0)
             .collision_groups(groups::CHASSIS)
-            .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
-            .solver_groups(groups::solved(ContactSolver::Rapier));
+            .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         rapier.insert_collider(collider, chassis);
     }
     let parts = shared.wheels.iter().zip(wheels);

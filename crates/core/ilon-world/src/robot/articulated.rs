@@ -15,7 +15,6 @@ use crate::motor_torque::WheelInertia;
 use crate::robot::energy::{kinetic_j, potential_j};
 use crate::robot::payload::{ActingPush, Payload};
 use crate::robot::servo::Servo;
-use crate::robot::shapes::Shapes;
 use crate::robot::shared_robot::{SharedRobot, tree_of};
 use crate::robot::state::State;
 use crate::robot::wheel::WheelBody;
@@ -125,8 +124,6 @@ pub(crate) struct BodyStep {
     pub loads: Loads,
     /// Work space for generalised forces.
     pub forces: Vec<f64>,
-    /// The shapes near the ground.
-    pub shapes: Shapes,
 }
 
 /// The results of the last step; within it the sums over its parts so far.
@@ -206,7 +203,6 @@ impl Articulated {
                 held_n_m_s2: vec![0.0; tree.joints().len()],
                 loads: Loads::none(&tree),
                 forces: vec![0.0; dofs],
-                shapes: Shapes::default(),
             },
             done: Done {
                 contacts: vec![WheelContact::default(); count],

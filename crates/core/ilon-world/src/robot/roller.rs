@@ -9,10 +9,11 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use ilon_robot::{Barrel, Roller, RollerForm, SolidOfRevolution, Wheel};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use parry3d::shape::SharedShape;
 
 use crate::contact::search::nearest::PlacedBarrel;
+use crate::contact::search::solid::Solid;
 use crate::contact::search::turned_profile::PlacedProfile;
 use crate::dynamics::LinkPose;
 use crate::engine::shapes::shape_of_roller;
@@ -206,6 +207,18 @@ impl RollerState {
             barrel,
             center_m: self.center_m(hub),
             axis: hub.rotation * self.axis_in_hub,
+        })
+    }
+
+    /// The shapes of its file in the pose of a hub, in the floor's frame; `None` for other rollers.
+    pub fn placed_shape(&self, hub: &LinkPose) -> Option<Solid<'_>> {
+        let shape = self.shape.as_ref()?;
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.angle_rad);
+        let rotation = UnitQuaternion::from_matrix(&hub.rotation);
+        let floor_from_hub = Isometry3::from_parts(hub.center_m.into(), rotation);
+        Some(Solid {
+            shape,
+            floor_from_shape: floor_from_hub * self.hub_from_roller * turned,
         })
     }
 

@@ -12,12 +12,9 @@ use crate::contact::reactions::reaction::Part;
 use crate::contact::reactions::wheel_contact::{Taken, WheelContact};
 use crate::contact::scene::Scenes;
 use crate::dynamics::ROOT_DOFS;
-use crate::ground::Ground;
 use crate::robot::articulated::Articulated;
 use crate::robot::drive::WheelDrive;
 use crate::robot::servo::Servo;
-use crate::robot::shapes::Placed;
-use crate::settings::NEAR;
 
 /// The largest increase of a contact's penetration over a step that advances with the mean rates,
 /// in wheel radii. A deeper contact has landed, and the step advances with the rates after it. 5 um
@@ -107,7 +104,6 @@ impl World {
             body.ask_motors(dt_s);
             let gravity = body.pulled_by(&gravity);
             body.move_freely(&gravity, dt_s);
-            body.find_shapes(&self.ground);
         }
         solver.react(self.scenes(dt_s));
         if self.turn_with_jumps(solver, &gravity, dt_s) {
@@ -509,23 +505,6 @@ impl Articulated {
         };
         reactions.sinks_m(index, dt_s) > SINKS * self.scale.length_m
             || self.passes_stops(mean, dt_s)
-    }
-
-    /// Finds the places where shapes handled by parry are near the ground, in the middle of the
-    /// step.
-    fn find_shapes(&mut self, ground: &Ground) {
-        if !self.is_robot() {
-            // `contact/search/free_bodies.rs` does this.
-            return;
-        }
-        self.step.shapes.find(&Placed {
-            robot: &self.robot,
-            chassis_mass: &self.chassis_mass,
-            wheels: &self.wheels,
-            state: &self.step.middle,
-            ground,
-            within_m: NEAR * self.scale.length_m,
-        });
     }
 
     /// Corrects the rates by the reactions of the step.

@@ -67,8 +67,9 @@ impl ReactionSolver {
     /// Finds the places where the bodies are near the ground and one another.
     pub(super) fn find(&mut self, scenes: Scenes<'_>) {
         for scene in scenes.each() {
-            scene.find_bodies(&mut self.found);
-            self.nearby.append(&mut self.found);
+            if scene.body.is_robot() {
+                scene.find_ground(&mut self.nearby);
+            }
             for wheel in 0..scene.robot.wheels.len() {
                 scene.find_wheel(wheel, &mut self.workspace, &mut self.found);
                 self.nearby.append(&mut self.found);

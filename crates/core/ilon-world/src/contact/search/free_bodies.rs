@@ -85,7 +85,7 @@ impl Scenes<'_> {
         // rapier finds contacts of coupled bodies with the ground and with one another.
         let is_coupled = own.scene.body.coupled().is_some();
         if !is_coupled {
-            find_ground(own, found);
+            own.scene.find_ground(found);
         }
         for other in self.each() {
             if other.body.is_robot() {
@@ -191,32 +191,31 @@ fn within_m(one: &Scene<'_>, other: &Scene<'_>) -> f64 {
     NEAR * one.scale.length_m.max(other.scale.length_m) + of(one) + of(other)
 }
 
-fn find_ground(own: FreePart<'_>, found: &mut Vec<Candidate>) {
-    let FreePart {
-        scene,
-        solid,
-        bounds,
-        ..
-    } = own;
-    let within_m =
-        NEAR * scene.scale.length_m + travel_m(scene.body, &scene.step.before, scene.dt_s);
-    let around = bounds.grown(within_m);
-    let first = found.len();
-    let mut add = |near: Near| found.push(candidate((scene, None), None, &near));
-    if scene.ground.is_solid_below() && around.least_m.z <= 0.0 {
-        solid.near_plane(within_m, &mut add);
-    }
-    for ground in scene.ground.solids() {
-        if ground.bounds().meets(&around) {
-            solid.near(&ground, within_m, &mut add);
+impl Scene<'_> {
+    /// Adds the places where the body's shapes are near the ground: those of a robot's chassis and
+    /// of the bodies on its joints, or that of a free body.
+    pub fn find_ground(&self, found: &mut Vec<Candidate>) {
+        let mut within_m = NEAR * self.scale.length_m;
+        if !self.body.is_robot() {
+            within_m += travel_m(self.body, &self.step.before, self.dt_s);
         }
+        let first = found.len();
+        let shapes = self.body.robot.shapes().iter();
+        for ((joint, solid), shape) in parts(self.body, &self.step.middle).zip(shapes) {
+            let add = |near: Near| {
+                found.push(Candidate {
+                    friction: shape.friction,
+                    ..candidate((self, joint), None, &near)
+                });
+            };
+            self.ground.near((&solid, &solid.bounds()), within_m, add);
+        }
+        thin(
+            (found, first),
+            self.step.middle.floor_from_chassis(),
+            2.0 * self.scale.length_m,
+        );
     }
-    let region_m = 2.0 * scene.scale.length_m;
-    thin(
-        (found, first),
-        scene.step.middle.floor_from_chassis(),
-        region_m,
-    );
 }
 
 fn find_between_chassis(a: &Scene<'_>, own: FreePart<'_>, found: &mut Vec<Candidate>) {
@@ -276,7 +275,8 @@ fn candidate(
     b: Option<(&Scene<'_>, Option<usize>)>,
     near: &Near,
 ) -> Candidate {
-    let turning = if near.is_corner {
+    // A shape of a robot turns about a place outside of it, and carries each of its points along.
+    let turning = if near.is_corner || a.body.is_robot() {
         let axes = frame(near.normal, Vector3::x());
         let of_b = b.map(|(scene, joint)| scene.gained_by_turning_m_s(joint, &near.place_m));
         let of_a = a.gained_by_turning_m_s(joint, &near.place_m);

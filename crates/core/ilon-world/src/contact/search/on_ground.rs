@@ -10,7 +10,7 @@ use crate::contact::search::bounds::Bounds;
 use crate::contact::search::candidate::{Candidate, Turning, UPRIGHT};
 use crate::contact::search::handover::{leave_out_handed_over, leave_out_higher};
 use crate::contact::search::nearest::{Nearest, Piece, PlacedBarrel, keep_nearest_of_surface};
-use crate::contact::search::thinning::thin;
+use crate::contact::search::solid::Near;
 use crate::contact::search::turned_profile::PlacedProfile;
 use crate::ground::HeightField;
 use crate::robot::roller::RollerState;
@@ -86,30 +86,6 @@ impl Scene<'_> {
             body: self.index,
             part,
         }
-    }
-
-    /// Fills `found` with the places of the chassis and of bodies on joints near the ground.
-    pub fn find_bodies(&self, found: &mut Vec<Candidate>) {
-        found.clear();
-        let shared = &self.body.robot;
-        self.step
-            .shapes
-            .of_bodies(shared, |of, place_m, normal, gap_m| {
-                let axes = frame(normal, Vector3::x());
-                let gained_m_s =
-                    along_frame(&axes, &self.gained_by_turning_m_s(of.joint, &place_m));
-                let between = (self.member(Part::of_body(of.joint)), Partner::Ground);
-                found.push(Candidate {
-                    turning: Turning::in_each_half(0.5 * gained_m_s),
-                    friction: of.friction,
-                    ..Candidate::new(between, (place_m, normal, gap_m))
-                });
-            });
-        thin(
-            (found, 0),
-            self.step.middle.floor_from_chassis(),
-            2.0 * self.scale.length_m,
-        );
     }
 
     /// Change of the velocity of a point of a joint's link, or of the chassis, over the step by its
@@ -448,22 +424,24 @@ impl Scene<'_> {
     }
 
     /// The places of rollers with the shapes of their file, as found by rapier.
+    /// Adds the places of the rollers with the shapes of their file.
     fn find_modelled(&self, wheel: usize, found: &mut Vec<Candidate>) {
         let body = &self.wheels[wheel];
         let hub = &self.step.middle.hubs()[wheel];
-        self.step
-            .shapes
-            .of_rollers(wheel, |index, place_m, normal, gap_m| {
-                let roller = &body.rollers[index];
-                let along = hub.rotation * roller.axis_in_hub;
-                let in_hub_m = hub.rotation.tr_mul(&(place_m - hub.center_m));
+        for (index, roller) in body.rollers.iter().enumerate() {
+            let Some(solid) = roller.placed_shape(hub) else {
+                continue;
+            };
+            let along = hub.rotation * roller.axis_in_hub;
+            let add = |near: Near| {
+                let in_hub_m = hub.rotation.tr_mul(&(near.place_m - hub.center_m));
                 let velocity = |state: &State| {
                     let hub = &state.hubs()[wheel];
                     let place_m = hub.place_m(&in_hub_m);
                     let (carried, per_spin) =
                         self.roller_velocity((wheel, roller), state, &place_m);
                     let spin_rad_s = roller.spin_rad_s(&state.hub_rate_in_hub(wheel));
-                    let axes = frame(normal, hub.rotation * roller.axis_in_hub);
+                    let axes = frame(near.normal, hub.rotation * roller.axis_in_hub);
                     along_frame(&axes, &(carried + spin_rad_s * per_spin))
                 };
                 let between = (self.member(Part::Roller(wheel, index)), Partner::Ground);
@@ -472,8 +450,11 @@ impl Scene<'_> {
                     along,
                     turning: Turning::in_each_half(0.5 * gained_m_s),
                     came_down: !roller.pressed && !roller.seized,
-                    ..Candidate::new(between, (place_m, normal, gap_m))
+                    ..Candidate::new(between, (near.place_m, near.normal, near.gap_m))
                 });
-            });
+            };
+            let within_m = NEAR * self.scale.length_m;
+            self.ground.near((&solid, &solid.bounds()), within_m, add);
+        }
     }
 }

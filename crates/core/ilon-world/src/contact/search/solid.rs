@@ -109,7 +109,13 @@ impl Solid<'_> {
             }
             Some(Piece::Ball(ball)) => offer(ball.center_m - Vector3::z() * ball.radius_m, false),
             Some(Piece::Cylinder(cylinder)) => cylinder.offer_lowest(RING, offer),
-            _ => {}
+            _ => {
+                let plane = Solid {
+                    shape: &SharedShape::halfspace(Vector::Z),
+                    floor_from_shape: Isometry3::identity(),
+                };
+                self.near_by_features(&plane, within_m, show);
+            }
         }
     }
 

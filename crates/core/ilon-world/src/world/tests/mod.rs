@@ -280,7 +280,7 @@ fn only_what_is_near_is_looked_at() {
         reactions: &world.reactions,
     };
     let (scene, mut found) = (scenes.of(0), Vec::new());
-    scene.find_bodies(&mut found);
+    scene.find_ground(&mut found);
     assert!(found.is_empty(), "{found:?}");
     for wheel in 0..robot.wheels.len() {
         scene.find_wheel(wheel, &mut Workspace::default(), &mut found);
