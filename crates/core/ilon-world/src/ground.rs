@@ -8,13 +8,11 @@ mod surface;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
-use parry3d::shape::{Shape, Triangle as ParryTriangle};
 use rapier3d::prelude::*;
 
 use crate::contact::search::bounds::Bounds;
 use crate::contact::search::nearest::{Piece, SolidBox};
 use crate::contact::search::solid::{Near, Solid as ContactSolid};
-use crate::engine::convert;
 
 pub use floor::{Floor, GroundBox, Patch, Relief};
 pub(crate) use height_field::HeightField;
@@ -165,37 +163,16 @@ impl Ground {
         }
     }
 
-    /// The distance of a robot's shape from the ground, in metres; zero or less if they touch, and
-    /// infinity if parry cannot compute it.
-    pub fn distance_m(&self, floor_from_shape: &Isometry3<f64>, shape: &SharedShape) -> f64 {
-        let in_rapier = convert::pose(floor_from_shape);
-        let plane = self.has_plane.then(|| SharedShape::halfspace(Vector::Z));
-        let plane = plane.iter().map(|plane| (Pose::IDENTITY, plane));
-        let solids = self.solids.iter().map(|solid| {
-            let pose = convert::pose(&solid.floor_from_solid);
-            (pose, &solid.shape)
-        });
-        let apart_m = |pose: &Pose, ground: &dyn Shape| {
-            parry3d::query::distance(pose, ground, &in_rapier, &**shape)
-                .map_or(f64::INFINITY, |found| found.distance)
+    /// The distance of a solid from the ground, in metres, negative inside; further away from
+    /// uneven ground a lower bound.
+    pub fn gap_m(&self, solid: &ContactSolid<'_>) -> f64 {
+        let of_plane_m = match self.has_plane {
+            true => solid.lowest_m(),
+            false => f64::INFINITY,
         };
-        let distances = plane
-            .chain(solids)
-            .map(|(pose, ground)| apart_m(&pose, &**ground));
-        let from_solids_m = distances.fold(f64::INFINITY, f64::min);
-        // parry does not support a height field as a whole.
-        let Some(relief) = self.relief() else {
-            return from_solids_m;
-        };
-        let solid = ContactSolid {
-            shape,
-            floor_from_shape: *floor_from_shape,
-        };
-        let from_relief_m = relief.gap_m(&solid.bounds(), |triangle, _| {
-            let corners = triangle.corners_m().map(|corner| convert::vector(&corner));
-            apart_m(&Pose::IDENTITY, &ParryTriangle::from(corners))
-        });
-        from_solids_m.min(from_relief_m)
+        self.solids()
+            .map(|ground| solid.gap_m(&ground))
+            .fold(of_plane_m, f64::min)
     }
 
     /// The acceleration of gravity in the floor's frame, in m/s^2, from its magnitude; tilted on a

@@ -51,9 +51,9 @@
 //! | springs, dampers and servos of joints | `robot/joints.rs`, `robot/servo.rs`; stops and couplings: `contact/reactions/joints.rs` |
 //! | motor and gear on a wheel, within a step | `motor_torque.rs`, `robot/drive.rs`, `contact/law/curve.rs` |
 //! | pushes, payloads, seized rollers | `world/disturbance.rs` |
-//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; their contacts: `contact/search/{free_bodies,solid}.rs` |
+//! | boxes, cylinders and spheres that can be pushed | `free.rs`, `world/free/`; their shapes: `contact/search/solid.rs` |
 //! | a program's user bodies, moved by rapier | `world/user_bodies/` |
-//! | the parts of a robot that parry finds near the ground | `robot/shapes.rs`; contacts of two robots: `contact/search/free_bodies.rs` |
+//! | chassis, bodies on joints and free bodies near the ground and one another | `contact/search/free_bodies.rs` |
 //! | data shared by worlds of one robot | `robot/shared_robot.rs` |
 //! | rapier moving everything, as a cross-check | `reference/` |
 //!

@@ -162,8 +162,10 @@ impl World {
         let mut bodies = Vec::with_capacity(1);
         for (robot, start) in robots {
             check::check(&robot, floor, settings)?;
-            let stands = standing::standing(&robot, floor, &ground, start)?;
-            bodies.push(Articulated::build(robot, &stands, settings));
+            let on_plane = standing::on_plane(&robot, start);
+            let mut body = Articulated::build(robot, &on_plane, settings);
+            body.raise(standing::raised_m(&body, floor, &ground)?);
+            bodies.push(body);
         }
         check::check_together(&bodies, &ground, settings)?;
         bodies

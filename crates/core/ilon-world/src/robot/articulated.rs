@@ -229,6 +229,15 @@ impl Articulated {
         }
     }
 
+    /// Moves it up, in metres.
+    pub fn raise(&mut self, up_m: f64) {
+        for state in self.states_mut() {
+            let mut pose = *state.floor_from_chassis();
+            pose.translation.z += up_m;
+            state.place(pose);
+        }
+    }
+
     /// Its current state and those of the last step, for moving it elsewhere.
     pub fn states_mut(&mut self) -> [&mut State; 4] {
         let step = &mut self.step;

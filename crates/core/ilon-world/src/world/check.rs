@@ -91,14 +91,7 @@ pub(super) fn check_links(body: &Articulated, ground: &Ground) -> Result<(), Wor
         let Some(joint) = joint else {
             continue;
         };
-        let bounds = solid.bounds();
-        let mut gap_m = match ground.is_solid_below() {
-            true => bounds.least_m.z,
-            false => f64::INFINITY,
-        };
-        for on_ground in ground.solids().filter(|of| of.bounds().meets(&bounds)) {
-            solid.near(&on_ground, shallow_m, |near| gap_m = gap_m.min(near.gap_m));
-        }
+        let gap_m = ground.gap_m(&solid);
         if gap_m < -shallow_m {
             let of = &body.robot.joints[joint];
             return Err(WorldError::NoPlaceToStand {

@@ -163,6 +163,7 @@ impl Triangle {
     }
 
     /// Its corners, in metres.
+    #[cfg(test)]
     pub fn corners_m(&self) -> [Vector3<f64>; 3] {
         self.corners_m
     }

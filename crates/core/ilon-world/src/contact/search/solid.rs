@@ -86,6 +86,42 @@ impl Solid<'_> {
         found.map_or(f64::INFINITY, |found| found.distance)
     }
 
+    /// Its distance from another one, in metres, negative inside; in f64 if they are near. For
+    /// uneven ground parry knows only what is near: further away the result is a lower bound.
+    pub fn gap_m(&self, other: &Self) -> f64 {
+        /// Below this distance parry's is not exact, in metres. Chosen.
+        const NEAR_M: f64 = 1e-4;
+        /// The distance within which uneven ground is searched, in metres. Chosen.
+        const LOOKS_M: f64 = 0.02;
+        let apart_m = self.distance_m(other);
+        if apart_m.is_finite() && apart_m > NEAR_M {
+            return apart_m;
+        }
+        let (within_m, else_m) = if apart_m.is_finite() {
+            (2.0 * NEAR_M, apart_m)
+        } else {
+            (LOOKS_M, LOOKS_M)
+        };
+        let mut gap_m = f64::INFINITY;
+        self.near(other, within_m, |near| gap_m = gap_m.min(near.gap_m));
+        if gap_m.is_finite() { gap_m } else { else_m }
+    }
+
+    /// The height of its lowest point, in metres.
+    pub fn lowest_m(&self) -> f64 {
+        let lowest_m = |shape: &dyn Shape, pose: &Pose| shape.compute_aabb(pose).mins.z;
+        let pose = convert::pose(&self.floor_from_shape);
+        // The box around a compound is not the least one.
+        match self.shape.as_compound() {
+            Some(compound) => {
+                let parts = compound.shapes().iter();
+                let lowest = parts.map(|(at, part)| lowest_m(&**part, &(pose * *at)));
+                lowest.fold(f64::INFINITY, f64::min)
+            }
+            None => lowest_m(&**self.shape, &pose),
+        }
+    }
+
     /// Passes the places nearer to the floor's plane than this to `show`.
     pub fn near_plane(&self, within_m: f64, mut show: impl FnMut(Near)) {
         let mut offer = |place_m: Vector3<f64>, is_corner: bool| {

@@ -12,14 +12,10 @@ use crate::free::FreeBody;
 use crate::robot::articulated::Articulated;
 use crate::world::World;
 use crate::world::free::islands::{bounds, bounds_of_parts};
-use crate::world::standing::{PUT_DOWN_M, next_lower_m};
+use crate::world::standing::lowered_m;
 
-/// Below this distance, positions are computed in f64, in metres. Chosen.
+/// A body nearer to what is beneath it than this lies on it, in metres. Chosen.
 const NEAR_M: f64 = 1e-4;
-/// The distance around a body within which uneven ground is searched, in metres. Chosen.
-const LOOKS_M: f64 = 0.02;
-/// The most steps of lowering a body by the distance to whatever is nearest. Chosen.
-const MOST_LOWERED: usize = 500;
 /// The largest overlap of a body at its start, in its unit of length: the rounding of heights.
 /// Chosen.
 const ROUNDED: f64 = 1e-3;
@@ -78,26 +74,11 @@ impl World {
         let own = self.bounds_at(built, at(0.0));
         let beneath = self.tops_m(&own, others).fold(0.0, f64::max);
         let from_m = beneath - own.least_m.z + NEAR_M;
-        let (mut free_m, mut lower_m) = (from_m, f64::NEG_INFINITY);
-        for _ in 0..MOST_LOWERED {
-            if free_m - lower_m <= PUT_DOWN_M {
-                break;
-            }
-            let gap_m = self.nearest((built, others), at(free_m)).0;
-            if gap_m < PUT_DOWN_M || !gap_m.is_finite() {
-                break;
-            }
-            let Some(next_m) = next_lower_m(free_m, lower_m, gap_m) else {
-                break;
-            };
-            if self.nearest((built, others), at(next_m)).0 <= 0.0 {
-                lower_m = next_m;
-            } else {
-                free_m = next_m;
-            }
-        }
+        let gap_m = |height_m: f64| self.nearest((built, others), at(height_m)).0;
+        let is_clear = |height_m: f64| gap_m(height_m) > 0.0;
+        let (free_m, lower_m) = lowered_m((from_m, f64::NEG_INFINITY), gap_m, is_clear);
         // Without anything beneath it, it falls.
-        let lies = lower_m.is_finite() || self.nearest((built, others), at(free_m)).0 < NEAR_M;
+        let lies = lower_m.is_finite() || gap_m(free_m) < NEAR_M;
         if lies { free_m } else { from_m }
     }
 
@@ -125,19 +106,14 @@ impl World {
         let Some(own) = solid_at(built, middle_m) else {
             return nearest;
         };
-        if self.ground.is_solid_below() {
-            own.near_plane(f64::INFINITY, |near| nearest.0 = nearest.0.min(near.gap_m));
-        }
-        for solid in self.ground.solids() {
-            nearest.0 = nearest.0.min(gap_m(&own, &solid));
-        }
+        nearest.0 = self.ground.gap_m(&own);
         let (piece, bounds) = (own.piece(), own.bounds());
         for body in others {
             let mut least_m = nearest.0;
             for solid in solids(body, &body.state) {
                 // Those further away by their bounding boxes are skipped.
                 if solid.bounds().apart_m(&bounds) < least_m {
-                    least_m = least_m.min(gap_m(&own, &solid));
+                    least_m = least_m.min(own.gap_m(&solid));
                 }
             }
             if let Some(piece) = &piece {
@@ -167,23 +143,6 @@ fn solid_at(built: &Articulated, middle_m: Vector3<f64>) -> Option<Solid<'_>> {
     let mut solid = solids(built, &built.state).next()?;
     solid.floor_from_shape.translation.vector += middle_m - built.state.center_m();
     Some(solid)
-}
-
-/// The distance between two solids, in metres; in f64 if they are near. For uneven ground parry
-/// knows only what is near: further away the result is a lower bound.
-fn gap_m(own: &Solid<'_>, other: &Solid<'_>) -> f64 {
-    let apart_m = own.distance_m(other);
-    if apart_m.is_finite() && apart_m > NEAR_M {
-        return apart_m;
-    }
-    let (within_m, else_m) = if apart_m.is_finite() {
-        (2.0 * NEAR_M, apart_m)
-    } else {
-        (LOOKS_M, LOOKS_M)
-    };
-    let mut gap_m = f64::INFINITY;
-    own.near(other, within_m, |near| gap_m = gap_m.min(near.gap_m));
-    if gap_m.is_finite() { gap_m } else { else_m }
 }
 
 /// The distance between the rollers of a robot and a piece, in metres.

@@ -1,7 +1,7 @@
 //! Landings, tilted robots, robots on their side: properties of contacts in any pose.
 
 use ilon_robot::{Pose as PlanarPose, Robot};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::standing::clearance_m;
 use super::{World, shipped};
@@ -23,10 +23,7 @@ fn place(world: &mut World, rotation: UnitQuaternion<f64>, clear_m: f64) {
     pose.rotation = rotation;
     pose.translation.z = 1.0;
     world.bodies[0].state.place(pose);
-    let body_from_chassis = Isometry3::from(world.bodies[0].chassis_mass.center_of_mass_m);
-    let floor_from_body = pose * body_from_chassis.inverse();
-    pose.translation.z +=
-        clear_m - clearance_m(&world.bodies[0].robot, &world.ground, &floor_from_body);
+    pose.translation.z += clear_m - clearance_m(&world.bodies[0], &world.ground);
     world.bodies[0].state.place(pose);
 }
 
