@@ -367,7 +367,7 @@ impl Simulation {
         let twins = &trace.header().twins;
         if self.is_untried && has_remedies(self.scenario(), &summary) {
             self.warnings.push(
-                "the run is long, so advice was not tried; help: `ilon explain` with this scenario tries it"
+                "to save time no advice was tried; help: `ilon explain` with this scenario tries it"
                     .to_owned(),
             );
         }

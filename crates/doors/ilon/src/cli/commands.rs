@@ -29,7 +29,7 @@ struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold; 2 bad input; 3 nothing was expected; 129, 130, 143 interrupted.";
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 an expectation did not hold (`check`); 2 bad input; 3 nothing was expected; 129, 130, 143 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -146,7 +146,12 @@ pub fn sentences(comparison: &Comparison) -> Vec<String> {
         return Vec::new();
     };
     let sentence = |(index, run): (usize, &ComparedRun)| {
-        let mut what = of_motion(&first.summary, &run.summary);
+        // What a guidance commands follows from the run: no share of that says how well it went.
+        let is_open = |run: &ComparedRun| run.trace.header.open_loop;
+        let mut what = match is_open(first) && is_open(run) {
+            true => of_motion(&first.summary, &run.summary),
+            false => Vec::new(),
+        };
         let headlines: Vec<&str> = quantities::headlines(&run.summary)
             .iter()
             .map(|q| q.key)
@@ -266,7 +271,8 @@ mod tests {
         assert!((weight(&compared, quantity, 1) - expected).abs() < 1e-12);
     }
 
-    /// The achieved motion comes first, though another figure differs more.
+    /// The achieved motion comes first, though another figure differs more; not where a guidance
+    /// commands it, whose command follows from the run.
     #[test]
     fn what_was_reached_is_told_first() {
         let compared = comparison(|summary| {
@@ -275,7 +281,11 @@ mod tests {
         });
         let mut runs = compared.runs;
         runs[0].summary.twist_ratio_asked.vy = Some(0.98);
-        let compared = Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs");
+        let mut compared = Comparison::of(runs, &["one".into(), "two".into()]).expect("two runs");
+        assert!(!sentences(&compared)[0].contains("of the command"));
+        for run in &mut compared.runs {
+            run.trace.header.open_loop = true;
+        }
         let said = &sentences(&compared)[0];
         assert!(
             said.starts_with("<b>two</b>, compared with one: to the left it reaches <b>100.0 %</b> of the command instead of 98.0 %; "),

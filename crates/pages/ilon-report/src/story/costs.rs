@@ -4,7 +4,7 @@ use ilon_trace::effects::floor;
 use ilon_trace::slip::WheelSlip;
 use ilon_trace::{Fault, FaultKind, Header, JointTravel, Summary, WheelHeader};
 
-use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE, Slipped};
+use super::events::{Event, EventKind, LEAST_SLIDE_M, SLIDING_SHARE};
 use super::phrases::list;
 use crate::page::escape;
 use crate::text::{angle, energy, energy_to, length, percent, time};
@@ -149,19 +149,18 @@ fn without_slides(
             "No wheel slid by {far} or more at a time; shorter slides cost <b>{cost}</b>{of_work}"
         ),
     };
+    let of_work = if costs { "" } else { of_work };
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, who)| {
         format!("; <b>{}</b>{of_work} went into {who}", energy(rubbed_j))
     });
     format!("{under_wheels}{rubbed}.")
 }
 
+/// A smaller share of creep in all slip is not reported beside slides.
+const LEAST_CREEP: f64 = 0.1;
+
 /// Reports which wheels slid, when, and the cost, with the cost of new rollers.
-pub(super) fn slipping(
-    summary: &Summary,
-    header: &Header,
-    events: &[Event],
-    slipped: &Slipped,
-) -> Option<String> {
+pub(super) fn slipping(summary: &Summary, header: &Header, events: &[Event]) -> Option<String> {
     let slip_j = summary.energy.slip_j?;
     let rubbing = rubbing(summary, header);
     let of_work = of_what_was_put_in(summary, header, slip_j);
@@ -217,15 +216,25 @@ pub(super) fn slipping(
             length(slid_m)
         ));
     }
-    let share = match slipped.between_j([from_s, until_s]) / slip_j {
+    let lost_j = |of: &mut dyn Iterator<Item = &Event>| of.map(|slide| slide.lost_j).sum::<f64>();
+    let share = match lost_j(&mut together.iter().map(|slide| **slide)) / slip_j {
         0.999.. => "all".to_owned(),
         share => percent(share),
     };
+    let creep_j = under_wheels_j(summary) - lost_j(&mut slides.iter().copied());
+    let creep = (creep_j > LEAST_J.max(LEAST_CREEP * slip_j)).then(|| {
+        let scrub = match header.wheels.iter().any(WheelHeader::has_tyre) {
+            true => ", shorter slides, and scrub across the tyres' width",
+            false => " and shorter slides",
+        };
+        format!(" {} of it was creep{scrub}.", energy(creep_j))
+    });
+    let creep = creep.unwrap_or_default();
     let rubbed = rubbing.map_or_else(String::new, |(rubbed_j, what)| {
         format!(" {} of it went into {what}.", energy(rubbed_j))
     });
     Some(format!(
-        "Sliding cost <b>{}</b>{of_work}, {share} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{rubbed}{hand_over}",
+        "Sliding cost <b>{}</b>{of_work}, {share} of it <b>from {:.2} to {}</b>, when {who} slid by up to {}{each}.{creep}{rubbed}{hand_over}",
         energy_to(slip_j, floor("slip_energy_j", summary, header)),
         from_s,
         time(until_s),
@@ -397,7 +406,7 @@ mod tests {
             wheel.energy_j = under_wheels_j;
             summary.wheels = vec![wheel];
             let header = Header::default();
-            slipping(&summary, &header, &[], &Slipped::default()).expect("what slid is known")
+            slipping(&summary, &header, &[]).expect("what slid is known")
         };
         assert_eq!(said(0.4, 0.09, 0.09), "No wheel lost grip.");
         assert_eq!(
@@ -411,7 +420,28 @@ mod tests {
         assert_eq!(
             said(1.0, 0.5, 2.0),
             "No wheel slid by 2 mm or more at a time; shorter slides cost <b>0.50 J</b> of the 10.00 J that the motors put in; \
-             <b>1.50 J</b> of the 10.00 J that the motors put in went into friction of its body."
+             <b>1.50 J</b> went into friction of its body."
+        );
+        // A wheel that loses 0.5 J in a slide of a second, of 2 J in all: what the others and its
+        // creep lost meanwhile is not the slide's.
+        let mut summary = Summary::default();
+        summary.energy.motor_j = Some(10.0);
+        summary.energy.slip_j = Some(2.0);
+        let mut wheel = WheelSlip::default();
+        wheel.energy_j = 2.0;
+        summary.wheels = vec![wheel];
+        let slide = Event {
+            from_s: 1.0,
+            until_s: 2.0,
+            kind: EventKind::Slide(0),
+            text: "front slides 4.00 mm at up to 5.00 mm/s".to_owned(),
+            slid_m: 4e-3,
+            lost_j: 0.5,
+        };
+        assert_eq!(
+            slipping(&summary, &Header::default(), &[slide]).expect("what slid is known"),
+            "Sliding cost <b>2.00 J</b> of the 10.00 J that the motors put in, 25.0 % of it <b>from 1.00 to 2.00 s</b>, \
+             when <b>front</b> slid by up to 4.00 mm. 1.50 J of it was creep and shorter slides."
         );
         // Rounding of two sums is no rubbing.
         assert_eq!(said(0.4, 0.09, 0.09 + 1e-3), "No wheel lost grip.");

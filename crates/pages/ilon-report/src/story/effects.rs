@@ -65,7 +65,10 @@ fn untold(rest: &[&Ablation]) -> Option<String> {
     ];
     let counts = counts.iter().filter(|(count, _)| *count > 0);
     let counts: Vec<String> = counts
-        .map(|(count, did)| format!("{count} more {did}"))
+        .map(|(count, did)| {
+            let plural = if *count > 1 { "s" } else { "" };
+            format!("{count} more cause{plural} {did}")
+        })
         .collect();
     (!counts.is_empty()).then(|| format!("{}.", counts.join("; ")))
 }
@@ -230,7 +233,7 @@ fn together(ablations: &[Ablation]) -> Option<String> {
     let floor_m = floor_x_m.max(floor_y_m);
     (over_m > FLOORS * floor_m && over_m > TOLD_TOGETHER * whole_m).then(|| {
         format!(
-            "All of them together moved its end by <b>{}</b>. They act on each other: the sum of their single effects differs from that by <b>{}</b>.",
+            "All these causes together moved the robot's end by <b>{}</b>. They act on each other: the sum of their single effects differs from that by <b>{}</b>.",
             length_known(whole_m, floor_m),
             length_known(over_m, floor_m)
         )
@@ -260,6 +263,9 @@ fn of_idle(idle: &[&Ablation]) -> Option<String> {
     (!names.is_empty()).then(|| {
         let names = list(&names);
         match floor_m > ROUGHLY_KNOWN_M {
+            false if floor_m == 0.0 => {
+                format!("{} <b>made no difference</b> at all.", capital(&names))
+            }
             false => format!(
                 "{} <b>made no difference</b>: less than {}.",
                 capital(&names),
@@ -438,10 +444,13 @@ mod tests {
         for (errors, count) in [
             (
                 &[0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 2.0][..],
-                "2 more made less difference; 1 more helped.",
+                "2 more causes made less difference; 1 more cause helped.",
             ),
-            (&[0.5, 2.0, 0.5, 0.5, 0.5], "1 more helped."),
-            (&[0.5, 0.5, 0.5, 0.5, 0.5], "1 more made less difference."),
+            (&[0.5, 2.0, 0.5, 0.5, 0.5], "1 more cause helped."),
+            (
+                &[0.5, 0.5, 0.5, 0.5, 0.5],
+                "1 more cause made less difference.",
+            ),
         ] {
             for open_loop in [false, true] {
                 let lines = said(open_loop, errors);

@@ -13,9 +13,10 @@ mod slope;
 mod spells;
 mod touches;
 
-use ilon_trace::{Guidance, Header, Settings, Summary};
+use ilon_trace::{Change, Guidance, Header, Settings, Summary, Twin};
 
 pub(crate) use budget::{Budget, Integrator, OffCourse, PARTS, Standing};
+use events::SLIDING_SHARE;
 pub(crate) use events::{Event, EventKind, Watch};
 pub(crate) use measured::{Measured, apart};
 
@@ -80,11 +81,15 @@ impl Story {
         let known = |key: &str| ilon_trace::effects::floor(key, summary, header);
         let ended = known("position_error_final_m").zip(known("heading_error_final_rad"));
         lines.extend(tracking(summary, &start, ended));
-        lines.extend(
-            budget
-                .as_ref()
-                .map(|b| excursion(b, &start, header, known("position_error_max_m"))),
-        );
+        let slid = summary.friction_used_max >= Some(SLIDING_SHARE);
+        lines.extend(budget.as_ref().map(|budget| {
+            excursion(
+                (budget, slid),
+                &start,
+                header,
+                known("position_error_max_m"),
+            )
+        }));
         match header.twins.is_empty() {
             true => {
                 let purpose = on_purpose(header, summary.duration_s);
@@ -107,7 +112,7 @@ impl Story {
                 costs::landings(summary, header),
                 costs::off_the_ground(summary),
                 costs::joints(header, summary),
-                costs::slipping(summary, header, &events, &watch.slipped),
+                costs::slipping(summary, header, &events),
                 costs::saturation(summary, header, &events),
                 costs::reckoning(header, summary),
             ];
@@ -259,9 +264,20 @@ fn believed(header: &Header) -> Option<String> {
     ))
 }
 
-/// Reports the largest error and its parts.
-fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f64>) -> String {
+/// Reports the largest error and its parts, of a run in which a wheel `slid`. Where runs without
+/// the causes were made, these say what each did, and no parts are named.
+fn excursion(
+    (budget, slid): (&Budget, bool),
+    start: &Start,
+    header: &Header,
+    floor_m: Option<f64>,
+) -> String {
     let length = |x_m: f64| length_to(x_m, floor_m);
+    let is_told = |twin: &Twin| matches!(twin.change, Change::Without(_));
+    let parts = match header.twins.iter().any(is_told) {
+        true => String::new(),
+        false => shares((budget, slid), header, &length),
+    };
     let after = match (start.settled_s > 0.0, start.has_arrived) {
         (false, _) => "",
         (true, true) => " after it had arrived",
@@ -271,48 +287,45 @@ fn excursion(budget: &Budget, start: &Start, header: &Header, floor_m: Option<f6
         "The largest position error{after} was <b>{}</b> at <b>{}</b>.{}",
         length(budget.error_m),
         time(budget.at_s),
-        shares(budget, header, &length)
+        parts
     )
 }
 
-/// Returns the parts of the error, the largest first. Under a passive law, which pulls the robot
-/// like a spring and commands no wheel rates, the forces that stretch the spring cause the error.
-fn shares(budget: &Budget, header: &Header, length: &dyn Fn(f64) -> String) -> String {
+/// Returns the two largest parts of the error on either side. They are terms of a sum, not the
+/// effects of causes: the run without a cause differs in other terms too. Under a passive law,
+/// which pulls the robot like a spring and commands no wheel rates, the forces that stretch the
+/// spring cause the error.
+fn shares(
+    (budget, slid): (&Budget, bool),
+    header: &Header,
+    length: &dyn Fn(f64) -> String,
+) -> String {
     let mut grew: Vec<(&str, f64)> = PARTS.into_iter().zip(budget.parts_m).collect();
     grew.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let causes: Vec<String> = grew
-        .iter()
-        .filter(|(_, m)| *m > 0.15 * budget.error_m)
-        .take(2)
-        .map(|(name, m)| format!("{} added {}", in_words(name, budget, header), length(*m)))
-        .collect();
-    if causes.is_empty() {
+    let least_m = 0.15 * budget.error_m;
+    let term = |(name, m): &(&str, f64)| {
+        let sign = if *m < 0.0 { "−" } else { "+" };
+        format!(
+            "{} {sign}{}",
+            in_words(name, (budget, slid), header),
+            length(m.abs())
+        )
+    };
+    let to_it = grew.iter().filter(|(_, m)| *m > least_m).take(2);
+    let from_it = grew.iter().rev().filter(|(_, m)| *m < -least_m).take(2);
+    let terms: Vec<String> = to_it.chain(from_it).map(term).collect();
+    if terms.is_empty() {
         return String::new();
     }
-    let back = grew
-        .iter()
-        .rev()
-        .filter(|(_, m)| *m < -0.15 * budget.error_m);
-    let back: String = back
-        .take(2)
-        .map(|(name, m)| match *name == PARTS[0] && !header.storage {
-            true => format!("; the guidance asked for {} back", length(-m)),
-            false => format!(
-                "; {} took {} back",
-                in_words(name, budget, header),
-                length(-m)
-            ),
-        })
-        .collect();
     format!(
-        " From {} on {}{back}.",
+        " Its largest terms from {} on: {}.",
         time(budget.from_s),
-        causes.join(", ")
+        terms.join(", ")
     )
 }
 
 /// Returns a part of the budget as text.
-fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
+fn in_words<'a>(part: &'a str, (budget, slid): (&Budget, bool), header: &Header) -> &'a str {
     /// Wheels count as ahead of their targets, or behind them, for this share of the servo term.
     const CLEARLY: f64 = 0.5;
     let servo_m = budget.parts_m[4];
@@ -321,9 +334,10 @@ fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
             "forces against the spring of the passive law"
         }
         "correction by guidance" => "the guidance's corrections",
-        "slip" => "sliding contacts",
+        "slip" if slid => "sliding contacts",
+        "slip" => "creeping contacts",
         "geometry" => by_kind(header, "the tyres' width", "the rollers' geometry"),
-        "lift-off" => "wheels in the air, or with little load,",
+        "lift-off" => "wheels in the air, or with little load",
         "conflict" => "wheels that contradict each other",
         "servo" if budget.ahead_m > CLEARLY * servo_m.abs() => {
             "wheels that run ahead of their targets"
@@ -332,7 +346,7 @@ fn in_words<'a>(part: &'a str, budget: &Budget, header: &Header) -> &'a str {
         "servo" => "wheels that are off their targets",
         "compensation" => shortfall::compensation(header),
         "belief" => "what the controller believes of the robot",
-        "incline" => "the incline, whose way is longer than on a map,",
+        "incline" => "the incline, whose way is longer than on a map",
         other => other,
     }
 }
@@ -456,16 +470,23 @@ mod tests {
             rest_m: 0.0,
         };
         let start = Start::of(&[(0.0, 0.5), (8.0, 3.0)], &Settings::default());
-        let said = plain(&excursion(&budget, &start, &Header::default(), None));
+        let said = plain(&excursion(
+            (&budget, true),
+            &start,
+            &Header::default(),
+            None,
+        ));
         assert_eq!(
             said,
-            "The largest position error was 3.000 m at 8.00 s. From 0.00 s on saturation added 16.000 m; the guidance asked for 13.000 m back."
+            "The largest position error was 3.000 m at 8.00 s. Its largest terms from 0.00 s on: saturation +16.000 m, the guidance's corrections −13.000 m."
         );
     }
 
-    /// Of 20 mm that contacts slid, lagging wheels took 12 mm back: 8 mm are left.
+    /// Of 20 mm that contacts slid, or crept where none lost its grip, lagging wheels took 12 mm
+    /// back: 8 mm are left. Terms of a sum are no effects of causes: if the run was repeated
+    /// without some, these are told instead.
     #[test]
-    fn what_took_an_error_back_is_told_beside_what_added_it() {
+    fn terms_of_either_sign_are_told_unless_causes_are() {
         let mut parts_m = [0.0; PARTS.len()];
         let slip = PARTS
             .iter()
@@ -482,10 +503,25 @@ mod tests {
             rest_m: 0.0,
         };
         let length = |x_m: f64| length_to(x_m, None);
-        assert_eq!(
-            plain(&shares(&budget, &Header::default(), &length)),
-            " From 0.00 s on sliding contacts added 20.00 mm; wheels that lag their targets took 12.00 mm back."
-        );
+        for (slid, contacts) in [(true, "sliding contacts"), (false, "creeping contacts")] {
+            assert_eq!(
+                plain(&shares((&budget, slid), &Header::default(), &length)),
+                format!(
+                    " Its largest terms from 0.00 s on: {contacts} +20.00 mm, wheels that lag their targets −12.00 mm."
+                )
+            );
+        }
+        let start = Start::of(&[(0.0, 0.0)], &Settings::default());
+        let mut header = Header::default();
+        header.twins.push(Twin {
+            change: Change::Without(Default::default()),
+            figures: Default::default(),
+            apart: None,
+            poses: Vec::new(),
+            error: None,
+        });
+        let said = plain(&excursion((&budget, true), &start, &header, None));
+        assert_eq!(said, "The largest position error was 8.00 mm at 5.00 s.");
     }
 
     #[test]

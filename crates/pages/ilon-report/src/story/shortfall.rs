@@ -25,6 +25,8 @@ const LEAST_DRIFT: f64 = 5e-3;
 /// command.
 const LEAST_STRETCH_S: f64 = 0.5;
 const SETTLE_S: f64 = 0.3;
+/// A motion that varies by more than this share of what was asked has a mean that it rarely has.
+const UNSTEADY: f64 = 0.2;
 /// Largest number of stretches reported before the last.
 const MOST_STRETCHES: usize = 4;
 /// A component of the motion is driven from this share of the whole on, and from this speed on, in
@@ -40,6 +42,8 @@ struct Stretch {
     time_s: f64,
     /// Displacements in the body frame: of the robot, and of each term of the ledger.
     moved: Twist,
+    /// The least and the largest of each component of the robot's twist in a row.
+    range: Option<[Twist; 2]>,
     terms: Terms,
     /// Deviation of the wheels from their targets, in rad, summed over all; the part with a motor
     /// at its limit, the part of that with a wheel at its rate limit, the part in which dry
@@ -89,6 +93,17 @@ impl Stretch {
         let real = before.truth.pose.displacement_to(&record.truth.pose);
         let terms = Terms::between(before, record);
         self.moved = self.moved + real;
+        let now = real.scaled(1.0 / span_s.max(f64::MIN_POSITIVE));
+        let [least, most] = self.range.unwrap_or([now; 2]);
+        let each = |pick: fn(f64, f64) -> f64, one: Twist| {
+            let [x, y, turn] = [
+                pick(one.vx_m_s, now.vx_m_s),
+                pick(one.vy_m_s, now.vy_m_s),
+                pick(one.omega_rad_s, now.omega_rad_s),
+            ];
+            Twist::new(x, y, turn)
+        };
+        self.range = Some([each(f64::min, least), each(f64::max, most)]);
         self.terms = self
             .terms
             .zip(&terms, |sum, term| sum + term.scaled(span_s));
@@ -279,11 +294,11 @@ pub(super) fn veered(header: &Header, means: &Means) -> Option<String> {
         false => side(ahead_m, "ahead of", "behind"),
     };
     Some(format!(
-        "By {} it had turned off its command, by <b>{}</b> to the {}, and it ended <b>{}</b> {where_to} where the command leads.",
+        "It ended <b>{}</b> {where_to} where the command leads: until {} it had turned by <b>{}</b> to the {} of it.",
+        length(far_m),
         time(header.measure_from_s.min(last.t_s)),
         angle(means.veered_rad.abs()),
-        side(means.veered_rad, "left", "right"),
-        length(far_m)
+        side(means.veered_rad, "left", "right")
     ))
 }
 
@@ -405,16 +420,21 @@ pub(super) fn sentences(header: &Header, means: &Means, with_shares: bool) -> Ve
     }
     let earlier = means.earlier(header);
     if means.window.time_s <= 0.0 && earlier.is_empty() {
-        let from = time(header.measure_from_s);
-        return vec![format!(
-            "No mean velocities: they start at {from}, after rest and ramp, and the run ends before."
-        )];
+        return vec![
+            "No mean velocities: the run ends too soon after the robot's rest and ramp.".to_owned(),
+        ];
     }
     let is_schedule = !earlier.is_empty();
     let mut lines: Vec<String> = earlier
         .iter()
         .take(MOST_STRETCHES)
-        .flat_map(|stretch| of_stretch(header, stretch, with_shares, is_schedule))
+        .flat_map(|stretch| {
+            let settled = Stretch {
+                from_s: stretch.from_s + SETTLE_S,
+                ..**stretch
+            };
+            of_stretch(header, &settled, with_shares, is_schedule)
+        })
         .collect();
     if earlier.len() > MOST_STRETCHES {
         let more = earlier.len() - MOST_STRETCHES;
@@ -477,7 +497,14 @@ fn of_stretch(
             }
             continue;
         }
-        let direction = when(axis.direction(base));
+        let mut direction = when(axis.direction(base));
+        let swing = |[least, most]: [Twist; 2]| of(most) - of(least);
+        if stretch.range.map_or(0.0, swing) > UNSTEADY * base.abs() {
+            direction += &match is_schedule {
+                true => ", on average,".to_owned(),
+                false => format!(", on average from {} on,", time(stretch.from_s)),
+            };
+        }
         let (unit, did) = (axis.unit, axis.did(real, base));
         if !with_shares {
             lines.push(format!(
@@ -649,6 +676,44 @@ mod tests {
         );
     }
 
+    /// Half of the time at 0.3 m/s, then still before a wall: the mean is told as one, with the
+    /// time from which it is one.
+    #[test]
+    fn a_mean_that_the_robot_rarely_has_is_told_as_a_mean() {
+        let header = Header {
+            open_loop: true,
+            measure_from_s: 1.5,
+            measure_to_s: 3.5,
+            ..Header::default()
+        };
+        let mut means = Means::default();
+        let (mut ledger, mut x_m) = (ilon_trace::Ledger::default(), 0.0);
+        for row in 0..=350 {
+            let t_s = 0.01 * f64::from(row);
+            let real_m_s = if t_s < 2.5 { 0.3 } else { 0.0 };
+            let ahead = |v: f64| Twist::new(v, 0.0, 0.0);
+            let mut record = Record {
+                t_s,
+                ledger,
+                command_twist_in_body: ahead(0.3),
+                granted_twist_in_body: ahead(0.3),
+                twist_target_ideal: ahead(0.3),
+                twist_ideal: ahead(0.3),
+                twist_contact: ahead(0.3),
+                ..Record::default()
+            };
+            record.truth.pose.x_m = x_m;
+            record.truth.twist_in_body = ahead(real_m_s);
+            ledger.count(&ilon_trace::ledger::Chain::held(&record, 0.01), [0.0; 2]);
+            x_m += 0.01 * real_m_s;
+            means.add(&header, &record, &[]);
+        }
+        let lines = sentences(&header, &means, true);
+        let words = "<b>Ahead</b>, on average from 1.50 s on, it reached 0.1500 m/s";
+        assert!(lines[0].starts_with(words), "{lines:?}");
+        assert!(said(0.3, 0.3, 0.294, true)[0].starts_with("<b>Ahead</b> it reached 0.2940 m/s"));
+    }
+
     #[test]
     fn what_is_shown_as_zero_goes_no_other_way() {
         let lines = said(0.3, 0.3, -1e-5, true);
@@ -801,7 +866,8 @@ mod tests {
             panic!("one stretch moves: {lines:?}");
         };
         for words in [
-            "From 1.00 to 3.00 s <b>ahead</b> the command was 2.0000 m/s",
+            // Means begin 0.3 s after the command.
+            "From 1.30 to 3.00 s <b>ahead</b> the command was 2.0000 m/s",
             "reached 1.0000 m/s: <b>50.0 %</b>",
             "The motors' rate limit takes 50.0 %",
         ] {

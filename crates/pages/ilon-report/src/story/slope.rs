@@ -74,11 +74,14 @@ pub(super) fn sentence(
     }
     let mut causes = Vec::new();
     if slid_m > LEAST_CREPT_M && slid_m > MOSTLY * ledger.slip.path_m {
+        // By creep of the contacts, or by play of the rollers; faster while the robot drives.
+        let rests = summary.travelled_m < 2.0 * (slid_m + gave_m.max(0.0));
         let rate_mm_s = 1e3 * slid_m / summary.duration_s.max(1e-9);
-        // By creep of the contacts, or by play of the rollers.
+        let at = rests.then(|| format!(", at {rate_mm_s:.3} mm/s"));
         causes.push(format!(
-            "it crept <b>{}</b> downhill, at {rate_mm_s:.3} mm/s",
-            length(slid_m)
+            "it crept <b>{}</b> downhill{}",
+            length(slid_m),
+            at.unwrap_or_default()
         ));
     }
     // Turning wheels lag for other reasons.

@@ -11,8 +11,8 @@ pub(super) struct Spell {
     /// Integral of the given value over time.
     pub sum: f64,
     pub largest: f64,
-    /// An energy counter at its start, and now.
-    pub energy_j: [f64; 2],
+    /// The energy of its rows.
+    pub energy_j: f64,
 }
 
 /// Joins rows into spans.
@@ -22,20 +22,21 @@ pub(super) struct Spells {
 }
 
 impl Spells {
-    /// Adds a row that fulfils the condition, with a value that holds for a period.
-    pub fn add(&mut self, t_s: f64, period_s: f64, value: f64, energy_j: [f64; 2]) {
+    /// Adds a row that fulfils the condition, with a value's mean over a period and its
+    /// largest, and its energy.
+    pub fn add(&mut self, t_s: f64, period_s: f64, [value, largest]: [f64; 2], energy_j: f64) {
         match self.found.last_mut() {
             Some(last) if t_s - last.until_s <= GAP_S => {
                 last.until_s = t_s;
                 last.sum += value * period_s;
-                last.largest = last.largest.max(value);
-                last.energy_j[1] = energy_j[1];
+                last.largest = last.largest.max(largest);
+                last.energy_j += energy_j;
             }
             _ => self.found.push(Spell {
                 from_s: (t_s - period_s).max(0.0),
                 until_s: t_s,
                 sum: value * period_s,
-                largest: value,
+                largest,
                 energy_j,
             }),
         }

@@ -67,7 +67,7 @@ impl Touches {
         for (sample, (spells, work_j)) in record.bodies.iter().zip(before) {
             let before_j = std::mem::replace(work_j, sample.work_j);
             if sample.push_n > 0.0 {
-                spells.add(t_s, dt_s, sample.push_n, [before_j, sample.work_j]);
+                spells.add(t_s, dt_s, [sample.push_n; 2], sample.work_j - before_j);
             }
         }
     }
@@ -78,7 +78,7 @@ impl Touches {
         let of_body = of_all.flat_map(|(spells, body)| {
             let say = |spell: &Spell| {
                 let most_n = spell.largest;
-                let took = took(spell.energy_j[1] - spell.energy_j[0], None);
+                let took = took(spell.energy_j, None);
                 let text = format!(
                     "the robot presses on `{}` with up to {most_n:.1} N; {took}",
                     body.name
