@@ -278,8 +278,13 @@ fn budget_section(shown: &RunInput, summary: &Summary, story: &Story) -> Section
         let twist = tables::twist_table(&shown.trace, summary);
         side_by_side(&twist) + &integral
     } else {
+        let is_off = summary.position_error_final_m > Some(story::UNREMARKABLE_M);
+        let without = match is_off {
+            true => "The robot was still on its way to its reference at the end.",
+            false => "Once at its reference, the robot was never more than a millimetre off.",
+        };
         let worst = story.budget.as_ref().map_or_else(
-            || "<p class=\"lead\">Once at its reference, the robot was never more than a millimetre off.</p>\n".to_owned(),
+            || format!("<p class=\"lead\">{without}</p>\n"),
             |budget| {
                 let error = motion::error_around(shown, budget);
                 page::grid(&[balance::budget(budget), error])

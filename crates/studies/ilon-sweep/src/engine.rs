@@ -319,12 +319,22 @@ impl<'s> Sweep<'s> {
         let minimum = minimise.search(study.axes().len(), study.file().seed, &spare, trial)?;
         let keys = study.axes().iter().map(|axis| axis.key.clone());
         let values: BTreeMap<String, Value> = keys.zip(values_on(study, &minimum.place)).collect();
+        let first = |trial: u64| trial * u64::from(study.file().repetitions);
+        let run = minimum.trial.map(first);
+        let best = self
+            .store
+            .rows()
+            .into_iter()
+            .find(|row| Some(row.run) == run);
+        let figure = |quantity: &String| best.as_ref()?.figure(figure_index(quantity)?);
+        let bounded = minimise.subject_to.keys();
+        let bounded = bounded.filter_map(|quantity| Some((quantity.clone(), figure(quantity)?)));
         Ok(MinimumAt {
             quantity: minimise.quantity.clone(),
             values,
-            run: minimum
-                .trial
-                .map(|trial| trial * u64::from(study.file().repetitions)),
+            run,
+            subject_to: bounded.collect(),
+            notes: best.as_ref().map_or_else(Vec::new, |row| row.notes.clone()),
             minimum,
         })
     }

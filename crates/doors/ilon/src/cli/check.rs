@@ -161,10 +161,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })?;
     let checked = pool.install(check_all);
     if let Some(path) = &arguments.junit {
-        file::write_text(path, &junit::xml(&checked)?)?;
+        file::write_text(path, &junit::xml(&checked, &settings)?)?;
     }
     if let Some(path) = &arguments.markdown {
-        add_to(path, &outcome::markdown(&checked))?;
+        add_to(path, &outcome::markdown(&checked, &settings))?;
     }
     if arguments.json {
         console::data(&outcome::json(&checked)?)?;
@@ -374,7 +374,7 @@ fn run_and_judge(
             let before = Summary::of_rows(&baseline, &Default::default())?;
             let before_it = (&before, baseline.header());
             changed = judge_changes(&run.scenario.expect, &run.summary, before_it);
-            moved = outcome::moved(&run.summary, &before);
+            moved = outcome::moved(&run.summary, before_it);
         }
         // Where only changes of figures are bounded, no signal is compared.
         if changes.is_empty() || !run.scenario.expect.tolerances.is_empty() {

@@ -381,6 +381,18 @@ fn first_bounds_keep_the_file_and_test_something() {
         written.contains("slip_energy_j") && !written.contains("friction_used_max"),
         "{written}"
     );
+    // With motors at their limit no run could exceed a bound above it.
+    folder.scenario("fast.toml", "");
+    let fast = folder
+        .read("fast.toml")
+        .replace("vx_m_s = 0.2", "vx_m_s = 1.5");
+    folder.write("fast.toml", &fast);
+    let printed = ended_with(0, &folder.ilon(&["check", "fast.toml", "--init"]));
+    let written = folder.read("fast.toml");
+    assert!(
+        written.contains("slip_energy_j") && !written.contains("wheel_torque_max_n_m"),
+        "{printed}"
+    );
     let too_wide = ["check", "fresh.toml", "--update", "1e308"];
     assert!(ended_with(2, &folder.ilon(&too_wide)).contains("from 0 to 10,"));
     let per_cent = ["check", "fresh.toml", "--init", "50"];
@@ -397,10 +409,14 @@ fn a_failure_can_be_repeated_and_leaves_nothing_once_it_holds() {
     let check =
         |further: &[&str]| folder.ilon(&[&["check", path, "--keep", "kept"], further].concat());
     let said = ended_with(1, &check(&[]));
-    assert!(
-        said.contains("to see it: ilon run 'a b/x.toml'\n"),
-        "{said}"
-    );
+    let commands = "to see it: ilon run 'a b/x.toml'\n         why: ilon explain 'a b/x.toml'\n";
+    assert!(said.contains(commands), "{said}");
+    let files = ["--junit", "j.xml", "--markdown", "s.md"];
+    ended_with(1, &check(&files));
+    for file in ["j.xml", "s.md"] {
+        let written = folder.read(file);
+        assert!(written.contains("why: ilon explain"), "{written}");
+    }
     assert!(said.contains(" % short)"), "{said}");
     assert!(folder.path("kept/x/summary.json").exists());
     ended_with(0, &check(&["--set", "expect.end_x_m.min=-1.0"]));
@@ -538,7 +554,7 @@ fn a_change_is_bounded_against_a_baseline() {
         .lines()
         .find(|line| line.contains("sliding speed, largest"));
     assert!(
-        slid.is_some_and(|line| line.ends_with("was 0.00")),
+        slid.is_some_and(|line| line.ends_with("was 0.00 mm/s")),
         "{said}"
     );
     ended_with(0, &folder.ilon(&slower));

@@ -39,7 +39,19 @@ pub fn answers(study: &Study, findings: &Findings) -> Vec<Answer> {
         Question::Table { .. } => {}
     }
     // What a note says of a varied key limits all that follows.
-    let (of_keys, others): (Vec<String>, Vec<String>) = notes(findings).partition(|note| {
+    let notes: Vec<String> = match &findings.minimum {
+        // What is said of other points of a search is of no use at the best one.
+        Some(MinimumAt {
+            run: Some(run),
+            notes,
+            ..
+        }) => notes
+            .iter()
+            .map(|note| format!("Note of run {run}: {}.", note.trim_end_matches('.')))
+            .collect(),
+        _ => notes(findings).collect(),
+    };
+    let (of_keys, others): (Vec<String>, Vec<String>) = notes.into_iter().partition(|note| {
         let mut keys = study.columns().iter();
         keys.any(|column| note.contains(&format!("`{}`", column.key)))
     });
@@ -526,6 +538,7 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
         quantity,
         values,
         run,
+        subject_to,
         minimum,
         ..
     } = at_minimum;
@@ -539,11 +552,15 @@ fn least(minimise: &Minimise, at_minimum: &MinimumAt) -> String {
     };
     let bests = minimum.by_start.iter().flatten();
     let near = bests.filter(|best| (*best - value).abs() <= 0.01 * value.abs());
+    let kept: Vec<String> = (subject_to.iter())
+        .map(|(quantity, value)| format!("{} {}", named(quantity), value_of(quantity, *value)))
+        .collect();
+    let kept = (!kept.is_empty()).then(|| format!(", with {}", kept.join(", ")));
     let mut text = format!(
         "{} is least, {}, at {} (run {run}); {} of {} searches came within 1 % of it, in {} points.",
         capital(&named(quantity)),
         value_of(quantity, value),
-        at(values),
+        at(values) + &kept.unwrap_or_default(),
         near.count(),
         minimum.by_start.len(),
         minimum.trials

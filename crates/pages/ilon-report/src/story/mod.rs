@@ -32,7 +32,7 @@ const MOST_LINES: usize = 5;
 const MOST_OF_A_KIND: usize = 4;
 
 /// Smaller position errors are not reported, in metres.
-const UNREMARKABLE_M: f64 = 1e-3;
+pub(crate) const UNREMARKABLE_M: f64 = 1e-3;
 
 /// The report's statements about a run.
 pub(crate) struct Story {

@@ -113,6 +113,12 @@ pub struct MinimumAt {
     pub values: BTreeMap<String, Value>,
     /// Number of the best run, the first of its repetitions.
     pub run: Option<u64>,
+    /// The bounded quantities of that run, in SI units.
+    #[serde(default)]
+    pub subject_to: BTreeMap<String, f64>,
+    /// The notes of that run.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Result of the search.
     #[serde(flatten)]
     pub minimum: Minimum,

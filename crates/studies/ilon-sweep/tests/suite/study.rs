@@ -430,7 +430,8 @@ fn a_minimum_is_found_on_the_robot_within_its_bound() {
     // The largest torque grows with the ramp's steepness: the least error of the wheel rates within
     // a bound on torque.
     let text = "[axes]\nwheel_loop.bandwidth_rad_s = { from = 5, to = 200, scale = \"log\" }\n[minimise]\n\
-                quantity = \"wheel_rate_error_rms_rad_s\"\nstarts = 2\nevaluations = 12\ntolerance = 0.01\n";
+                quantity = \"wheel_rate_error_rms_rad_s\"\nstarts = 2\nevaluations = 12\ntolerance = 0.01\n\
+                subject_to = { wheel_torque_max_n_m = { max = 1.5 } }\n";
     let store = Store::in_memory();
     let findings = run(&folder.study(text).unwrap(), &store);
     let minimum = findings.minimum.unwrap();
@@ -445,6 +446,14 @@ fn a_minimum_is_found_on_the_robot_within_its_bound() {
         Some(least),
         "the best of all that was tried"
     );
+    // The bounded figure and the notes are those of the best run.
+    let rows = store.rows();
+    let best = rows.iter().find(|row| Some(row.run) == minimum.run);
+    let best = best.expect("the best run has a row");
+    let torque = figure_index("wheel_torque_max_n_m").and_then(|index| best.figure(index));
+    let bounded = minimum.subject_to.get("wheel_torque_max_n_m").copied();
+    assert!(torque.is_some_and(|n_m| n_m <= 1.5));
+    assert_eq!((bounded, &minimum.notes), (torque, &best.notes));
     // Faster loops follow better: the minimum is in the upper part of the range.
     assert!(minimum.minimum.place[0] > 0.5, "{minimum:?}");
 }

@@ -9,10 +9,10 @@ use crate::cli::fault;
 
 /// One test case per scenario: failures are expectations that did not hold, errors are scenarios
 /// that could not run. A scenario without expectations is skipped: it is no test.
-pub(super) fn xml(checked: &[Checked]) -> Result<String, Failure> {
+pub(super) fn xml(checked: &[Checked], settings: &str) -> Result<String, Failure> {
     let mut suite = TestSuite::new("ilon check");
     for one in checked {
-        let mut case = TestCase::new(one.label.as_str(), status(one));
+        let mut case = TestCase::new(one.label.as_str(), status(one, settings));
         case.set_classname(one_line(&one.path.display().to_string()));
         case.set_time(one.took);
         suite.add_test_case(case);
@@ -29,7 +29,7 @@ pub(super) fn xml(checked: &[Checked]) -> Result<String, Failure> {
     Ok(xml.replacen(&format!(" skipped=\"{skipped}\""), "", 1))
 }
 
-fn status(one: &Checked) -> TestCaseStatus {
+fn status(one: &Checked, settings: &str) -> TestCaseStatus {
     let non_success = |kind, message: &str| {
         let mut status = TestCaseStatus::non_success(kind);
         status.set_message(one_line(message));
@@ -58,7 +58,8 @@ fn status(one: &Checked) -> TestCaseStatus {
                 };
                 let mut status = non_success(NonSuccessKind::Failure, &message);
                 // One line per bound: viewers show the body unchanged.
-                let lines = judged.moved.iter().chain(&failures).map(String::as_str);
+                let lines = judged.moved.iter().chain(&failures).cloned();
+                let lines = lines.chain(one.what_next(settings));
                 status.set_description(lines.collect::<Vec<_>>().join("\n"));
                 status
             }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ilon_trace::{Convergence, Summary, quantities, to_microseconds};
+use ilon_trace::{Convergence, Header, Summary, quantities, to_microseconds};
 
 use super::update::Update;
 use crate::cli::converge;
@@ -198,6 +198,18 @@ impl Checked {
         self.result_lines(settings) + &self.convergence_lines()
     }
 
+    /// The commands that show what failed, and why; for a study there are no causes to try.
+    pub fn what_next(&self, settings: &str) -> Vec<String> {
+        let path = shell(&self.path.display().to_string());
+        let command = |verb: &str| format!("ilon {verb} {path}{settings}");
+        let commands = match &self.result {
+            Ended::Judged(judged) if judged.is_study => vec![("to see it", command("sweep"))],
+            _ => vec![("to see it", command("run")), ("why", command("explain"))],
+        };
+        let said = |(what, command): (&str, String)| format!("{what}: {}", one_line(&command));
+        commands.into_iter().map(said).collect()
+    }
+
     /// The figures that move at half the step, below the line of its result.
     fn convergence_lines(&self) -> String {
         let table = match &self.result {
@@ -237,10 +249,9 @@ impl Checked {
                     let line = folded(line).replace('\n', "\n             ");
                     text.push_str(&format!("         {line}\n"));
                 }
-                let verb = if judged.is_study { "sweep" } else { "run" };
-                let path = shell(&self.path.display().to_string());
-                let command = format!("ilon {verb} {path}{settings}");
-                text.push_str(&format!("         to see it: {}\n", one_line(&command)));
+                for line in self.what_next(settings) {
+                    text.push_str(&format!("         {line}\n"));
+                }
                 text.push_str(&judged.changes());
                 text
             }
@@ -300,7 +311,7 @@ pub(super) fn totals(checked: &[Checked]) -> Table {
 
 /// The result of each scenario as Markdown for the summary of a job: failures and moved figures
 /// below their scenario.
-pub(super) fn markdown(checked: &[Checked]) -> String {
+pub(super) fn markdown(checked: &[Checked], settings: &str) -> String {
     let mut text = "| scenario | result |\n|---|---|\n".to_owned();
     for one in checked {
         let count = one.count();
@@ -310,6 +321,9 @@ pub(super) fn markdown(checked: &[Checked]) -> String {
             Ended::Judged(judged) => {
                 cells.extend(judged.moved.iter().cloned());
                 cells.extend(judged.failures());
+                if count == Count::Failed {
+                    cells.extend(one.what_next(settings));
+                }
             }
             Ended::Refused(error) => cells.push(one_line(&error.to_string()).into_owned()),
             Ended::Skipped => {}
@@ -341,7 +355,7 @@ fn in_cell(text: &str) -> String {
 
 /// The headline figures of a run that differ from its baseline's, in per cent; first the runs'
 /// durations, if they differ. A change below the last shown digit, or below 0.05 %, is not listed.
-pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
+pub(super) fn moved(summary: &Summary, (baseline, header): (&Summary, &Header)) -> Vec<String> {
     let figures = quantities::headlines(summary).into_iter();
     let lines = figures.filter_map(|quantity| {
         let (now, before) = (quantity.shown(summary)?, quantity.shown(baseline)?);
@@ -359,10 +373,16 @@ pub(super) fn moved(summary: &Summary, baseline: &Summary) -> Vec<String> {
             true => String::new(),
             false => format!(" ({percent:+.1} %)"),
         };
-        let words = quantity.words();
+        let known = quantity.value(baseline).map_or(0.0, |value| {
+            quantities::known_to(quantity, value, baseline, header)
+        });
+        let counts = match change <= known * quantity.unit.per_si {
+            true => ", within its accuracy",
+            false => "",
+        };
+        let (words, unit) = (quantity.words(), quantity.unit.symbol);
         Some(format!(
-            "{words}: {new} {}, was {old}{share}",
-            quantity.unit.symbol
+            "{words}: {new} {unit}, was {old} {unit}{share}{counts}"
         ))
     });
     let [lasts_s, lasted_s] = [summary, baseline].map(|of| to_microseconds(of.duration_s));

@@ -111,7 +111,11 @@ fn begun(
         let known = known_to(quantity, measured, summary, header).max(least);
         let margin = margin * measured.abs();
         let room = known.max(margin);
-        let Some(bound) = first_bound(quantity, measured, room) else {
+        let most = match quantity.key {
+            "wheel_torque_max_n_m" => strongest_n_m(header),
+            key => limits(key).map(|limits| limits.most),
+        };
+        let Some(bound) = first_bound(quantity, measured, (room, most)) else {
             continue;
         };
         let widened = match known > margin {
@@ -166,15 +170,26 @@ fn begun(
     Ok([text, changes, String::new()])
 }
 
+/// The limit of the strongest motor, which no torque exceeds, in N m; `None` if one has no limit.
+fn strongest_n_m(header: &Header) -> Option<f64> {
+    let limits = header.wheels.iter().map(|wheel| wheel.torque_limit_n_m);
+    let limits: Option<Vec<f64>> = limits.collect();
+    limits?.into_iter().reduce(f64::max)
+}
+
 /// A bound with some room; `None` for a share whose bound no run could exceed.
-fn first_bound(quantity: &Quantity, measured: f64, room: f64) -> Option<InlineTable> {
+fn first_bound(
+    quantity: &Quantity,
+    measured: f64,
+    (room, greatest): (f64, Option<f64>),
+) -> Option<InlineTable> {
     let [least, most] = [
         rounded(measured - room, f64::floor),
         rounded(measured + room, f64::ceil),
     ];
     let is_two_sided = quantity.key.contains("ratio") || quantity.key == RATE;
     let limits = limits(quantity.key);
-    if limits.is_some_and(|limits| most >= limits.most) {
+    if greatest.is_some_and(|greatest| most >= greatest) {
         return None;
     }
     let mut bound = InlineTable::new();
