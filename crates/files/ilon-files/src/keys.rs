@@ -120,6 +120,11 @@ pub fn place_of(document: &DeTable<'_>, key: &str) -> Option<(Vec<String>, Range
 
 /// The most similar known name, if it is similar enough to be meant.
 pub fn nearest<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    /// No name is as long. Chosen.
+    const LONGEST: usize = 200;
+    if unknown.len() > LONGEST {
+        return None;
+    }
     // A Jaro-Winkler similarity above 0.75 covers swapped, missing and doubled letters in names of
     // this length, and little else. In short names a single letter counts more: `rn` for `run`.
     let is_slip = |name: &str| unknown.len() > 1 && strsim::osa_distance(unknown, name) == 1;
@@ -284,12 +289,17 @@ impl<'s> Checker<'s> {
             ));
         }
         let item_schema = alternatives.iter().find_map(|schema| schema.get("items"));
+        let Some(item_schema) = item_schema else {
+            return Ok(());
+        };
         for (index, item) in items.iter().enumerate() {
-            self.path.push(index.to_string());
-            if let Some(item_schema) = item_schema {
-                let fault = self.value(item, item_schema).err();
-                self.faults.extend(fault);
+            // More are not reported, and each costs a search for the keys that were meant.
+            if self.faults.len() >= MOST_FAULTS {
+                break;
             }
+            self.path.push(index.to_string());
+            let fault = self.value(item, item_schema).err();
+            self.faults.extend(fault);
             self.path.pop();
         }
         Ok(())
@@ -389,6 +399,9 @@ impl<'s> Checker<'s> {
         entries.sort_by_key(|(key, _)| key.span().start);
         let mut has_unknown = false;
         for (key, value) in entries {
+            if self.faults.len() >= MOST_FAULTS {
+                break;
+            }
             self.path.push(key.get_ref().to_string());
             let schema = known
                 .iter()
@@ -415,12 +428,15 @@ impl<'s> Checker<'s> {
             .flatten()
             .filter_map(Json::as_str);
         // An unknown key that is meant for a missing one says so.
-        let is_meant = |key: &str, name: &str| {
-            let names = || known.iter().map(|(known, _)| *known);
-            key == name || !names().any(|known| known == key) && nearest(key, names()) == Some(name)
-        };
+        let names = || known.iter().map(|(known, _)| *known);
+        let keys = || table.keys().map(|key| key.get_ref().as_ref());
+        let unknown = keys().filter(|key| !names().any(|known| known == *key));
+        let meant = unknown
+            .take(MOST_FAULTS)
+            .filter_map(|key| nearest(key, names()));
+        let meant: Vec<&str> = meant.collect();
         let missing: Vec<&str> = required
-            .filter(|name| !table.keys().any(|key| is_meant(key.get_ref(), name)))
+            .filter(|name| !meant.contains(name) && !keys().any(|key| key == *name))
             .collect();
         if missing.is_empty() {
             return Ok(());
