@@ -8,18 +8,34 @@ use crate::value::Value;
 use crate::variable::{Causality, Variable};
 use crate::{MARK, MODEL};
 
-/// The units, with their exponents of SI base units.
-const UNITS: [(&str, &str); 10] = [
+/// The units, with their factors and exponents of SI base units.
+const UNITS: [(&str, &str); 23] = [
     ("1", ""),
     ("s", "s=\"1\""),
     ("m", "m=\"1\""),
     ("rad", "rad=\"1\""),
+    ("deg", "rad=\"1\" factor=\"0.017453292519943295\""),
     ("kg", "kg=\"1\""),
+    ("Hz", "s=\"-1\""),
     ("m/s", "m=\"1\" s=\"-1\""),
     ("m/s2", "m=\"1\" s=\"-2\""),
     ("rad/s", "rad=\"1\" s=\"-1\""),
+    (
+        "deg/s",
+        "rad=\"1\" s=\"-1\" factor=\"0.017453292519943295\"",
+    ),
     ("N", "kg=\"1\" m=\"1\" s=\"-2\""),
+    ("N.s", "kg=\"1\" m=\"1\" s=\"-1\""),
+    ("N/m", "kg=\"1\" s=\"-2\""),
+    ("N.s/m", "kg=\"1\" s=\"-1\""),
     ("N.m", "kg=\"1\" m=\"2\" s=\"-2\""),
+    ("N.m.s", "kg=\"1\" m=\"2\" s=\"-1\""),
+    ("N.m.s2", "kg=\"1\" m=\"2\""),
+    ("N.m/rad", "kg=\"1\" m=\"2\" s=\"-2\" rad=\"-1\""),
+    ("N.m.s/rad", "kg=\"1\" m=\"2\" s=\"-1\" rad=\"-1\""),
+    ("kg.m2", "kg=\"1\" m=\"2\""),
+    ("kg/m3", "kg=\"1\" m=\"-3\""),
+    ("J", "kg=\"1\" m=\"2\" s=\"-2\""),
 ];
 
 /// Ties an instance to its description: another version of ilon, other variables or other start
@@ -60,7 +76,7 @@ pub fn description(name: &str, plant: &Plant, variables: &[Variable]) -> String 
         dt = resolved.physics_dt_s(),
     );
     // Writing to a `String` cannot fail.
-    for (unit, base) in UNITS.iter().chain(&[("J", "kg=\"1\" m=\"2\" s=\"-2\"")]) {
+    for (unit, base) in UNITS {
         let _ = writeln!(xml, "    <Unit name=\"{unit}\"><BaseUnit {base}/></Unit>");
     }
     let _ = write!(

@@ -30,7 +30,43 @@ pub struct Key {
     pub value: Value,
 }
 
+/// The units by the ends of keys, with the longer of two that fit first.
+const UNITS: [(&str, &str); 22] = [
+    ("stiffness_n_m", "N/m"),
+    ("_n_m_s_rad", "N.m.s/rad"),
+    ("_n_m_rad", "N.m/rad"),
+    ("_n_m_s2", "N.m.s2"),
+    ("_n_m_s", "N.m.s"),
+    ("_n_s_m", "N.s/m"),
+    ("_n_s", "N.s"),
+    ("_n_m", "N.m"),
+    ("_kg_m2", "kg.m2"),
+    ("_kg_m3", "kg/m3"),
+    ("_m_s2", "m/s2"),
+    ("_rad_s", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_m_s", "m/s"),
+    ("_per_s", "Hz"),
+    ("_hz", "Hz"),
+    ("_rad", "rad"),
+    ("_deg", "deg"),
+    ("_kg", "kg"),
+    ("_n", "N"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
 impl Key {
+    /// Its unit, by the end of the key; `None` for shares, counts, and whole numbers, to which FMI
+    /// gives no unit.
+    pub fn unit(&self) -> Option<&'static str> {
+        // A list's entries are in the unit of its key.
+        let is_place = |part: &&str| part.parse::<usize>().is_ok();
+        let key = self.path.rsplit('.').find(|part| !is_place(part))?;
+        let found = UNITS.iter().find(|(end, _)| key.ends_with(end));
+        (found.filter(|_| matches!(self.value, Value::Real(_)))).map(|(_, unit)| *unit)
+    }
+
     /// The setting that gives it another value.
     pub fn setting(&self, value: Value) -> Setting {
         let value = match value {

@@ -166,6 +166,18 @@ fn zipped(
     add("modelDescription.xml".to_owned(), xml.as_bytes())?;
     let (tuple, ending) = platform();
     add(format!("binaries/{tuple}/{MODEL}.{ending}"), binary)?;
+    // Where FMI 3.0 looks for the licences of a model.
+    let licenses = [
+        (
+            "license.txt",
+            "MIT, in LICENSE-MIT, or Apache 2.0, in LICENSE-APACHE, as you like\n",
+        ),
+        ("LICENSE-MIT", include_str!("../LICENSE-MIT")),
+        ("LICENSE-APACHE", include_str!("../LICENSE-APACHE")),
+    ];
+    for (name, text) in licenses {
+        add(format!("documentation/licenses/{name}"), text.as_bytes())?;
+    }
     for (path, bytes) in resources {
         let parts = path.components().filter_map(|part| match part {
             Component::Normal(part) => Some(part.to_string_lossy()),

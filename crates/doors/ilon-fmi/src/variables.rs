@@ -37,7 +37,8 @@ pub fn variables(plant: &Plant, keys: &[Key]) -> Vec<Variable> {
     for (index, key) in keys.iter().enumerate() {
         let about = format!("the scenario's key {}", key.path);
         let (slot, start) = (Slot::Key(index), key.value);
-        table.add(&key.name, &about, Causality::Parameter, None, start, slot);
+        let unit = key.unit();
+        table.add(&key.name, &about, Causality::Parameter, unit, start, slot);
     }
     outputs(&mut table, plant);
     table.0

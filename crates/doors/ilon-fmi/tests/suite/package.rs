@@ -34,6 +34,8 @@ fn what_is_unpacked_elsewhere_is_the_same_robot() {
         let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
         let there = folder.path().join(name);
         archive.extract(&there).unwrap();
+        let license = archive.by_name("documentation/licenses/LICENSE-APACHE");
+        assert!(license.unwrap().size() > 9_000, "the whole text");
         let mut xml = String::new();
         archive
             .by_name("modelDescription.xml")
@@ -56,6 +58,26 @@ fn what_is_unpacked_elsewhere_is_the_same_robot() {
             .map(|of| of.name.as_str())
             .collect();
         assert_eq!(described, held);
+        // Parameters have the unit of their key, and each unit is defined.
+        let units = root.descendants().filter(|node| node.has_tag_name("Unit"));
+        let defined: Vec<_> = units.filter_map(|unit| unit.attribute("name")).collect();
+        for of in root.descendants() {
+            let unit = of.attribute("unit");
+            assert!(unit.is_none_or(|unit| defined.contains(&unit)), "{unit:?}");
+            let is_real = of.has_tag_name("Float64");
+            match of.attribute("name").unwrap_or_default() {
+                name if is_real && name.starts_with("scenario.") && name.ends_with("_m") => {
+                    assert!(
+                        ["m", "N.m", "N/m", "N.s/m"].contains(&unit.unwrap()),
+                        "{name}"
+                    );
+                }
+                name if name.starts_with("scenario.") && name.ends_with(".friction") => {
+                    assert_eq!(unit, None);
+                }
+                _ => {}
+            }
+        }
         assert!(Instance::open(&there.join("resources"), "{0}").is_err());
         // The archive holds no path of this machine.
         let text = std::fs::read_to_string(there.join("resources/scenario.toml")).unwrap();
