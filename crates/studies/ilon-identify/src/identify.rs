@@ -311,6 +311,9 @@ fn models(study: &Study) -> Vec<ModelFile> {
     if is_steered(&study.robot) {
         let free = ["radius_m", "lever_m", "steering_deg.*"];
         models.push(model("radius, lever and steering angles", &free));
+        let free = ["radius_m.*", "lever_m", "steering_deg.*"];
+        let name = "each wheel's radius and steering angle, and lever";
+        models.push(model(name, &free));
     }
     models
 }

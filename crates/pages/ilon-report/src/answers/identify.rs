@@ -464,7 +464,7 @@ fn to_know_more(found: &Identified) -> Option<String> {
     }
     if found.intervals_over == "stretches" {
         wishes.push(
-            "drive six runs or more: the intervals do not include differences between runs"
+            "fit six runs or more: the intervals do not include differences between runs"
                 .to_owned(),
         );
     }

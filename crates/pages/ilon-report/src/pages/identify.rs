@@ -24,7 +24,11 @@ pub fn html(found: &Identified) -> String {
     let mut sections = vec![Section {
         id: "parameters",
         title: "What was found",
-        lead: "Each value with the interval in which it lies with 95 %.".to_owned(),
+        lead: match found.series.len() {
+            0 | 1 => "Each value with its 95 % interval, for runs like these.".to_owned(),
+            _ => "Each value with its 95 % interval, for runs like these. Where series by themselves differ by more, something changed between them."
+                .to_owned(),
+        },
         body: page::table(&tables::parameters(found)) + &page::table(&tables::series(found)),
     }];
     if !found.residual.is_empty() {

@@ -155,6 +155,26 @@ fn a_module_that_stands_otherwise_is_found_with_its_angle() {
     assert!(others.iter().all(|off| off.abs() < 1e-2), "{others:?}");
 }
 
+/// Wheels of four radii on modules with four zeros: by default both are found together, and the
+/// lever is not drawn off its place by what one radius cannot explain.
+#[test]
+fn radii_and_zeros_of_modules_are_found_together_without_being_asked_for() {
+    let mut modules = corners([0.25, 0.2], 0.05, 0.0);
+    let truth = [(0.0505, 1.5), (0.0497, -0.8), (0.0502, 0.4), (0.0499, -1.1)];
+    for (module, (radius_m, zero_deg)) in modules.iter_mut().zip(truth) {
+        (module.radius_m, module.zero_deg) = (radius_m, zero_deg);
+    }
+    let log = table(&modules, swerves, 40.0);
+    let found = study("swerve4.urdf", &modules, &log, "").unwrap();
+    assert_is(&found, "lever_m", libm::hypot(0.25, 0.2));
+    for (module, (radius_m, zero_deg)) in modules.iter().zip(truth) {
+        let of = |what: &str| format!("{what}.{}_drive", module.name);
+        assert_is(&found, &of("radius_m"), radius_m);
+        let zero = found.parameters[&of("steering_deg")].value;
+        assert!((zero - zero_deg).abs() < 1e-2, "{zero} {zero_deg}");
+    }
+}
+
 /// Hubs 45 mm to the left of their axes, as in the file: what they turn by steering is no motion of
 /// the robot, and nothing is left to fit.
 #[test]
