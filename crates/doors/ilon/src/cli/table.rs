@@ -15,6 +15,8 @@ pub(super) struct Table {
 #[derive(Debug)]
 enum Line {
     Heading(String),
+    /// The heads of columns, which do not widen them beyond their longest word.
+    Heads(Vec<String>),
     Row {
         name: String,
         values: Vec<String>,
@@ -36,9 +38,9 @@ impl Table {
 
     /// Adds a table of text with its headings.
     pub fn of(&mut self, table: &ilon_report::page::Table) {
-        let heads = table.head.iter().skip(1).map(String::as_str);
-        let heads: Vec<&str> = heads.filter(|head| !head.is_empty()).collect();
-        self.heading(&format!("{}: {}", table.title, heads.join(", ")));
+        self.heading(&table.title);
+        let heads = table.head.iter().skip(1);
+        self.heads(heads.map(String::as_str));
         for row in &table.rows {
             if let Some((name, words)) = row.split_first() {
                 self.words(name, words);
@@ -52,12 +54,16 @@ impl Table {
         columns: &[Column<'_, T>],
         things: impl IntoIterator<Item = (&'n str, T)>,
     ) {
-        let names: Vec<String> = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
-        self.words("", &names);
+        self.heads(columns.iter().map(|(name, _)| *name));
         for (name, thing) in things {
             let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(&thing)).collect();
             self.words(name, &cells);
         }
+    }
+
+    fn heads<'h>(&mut self, heads: impl Iterator<Item = &'h str>) {
+        let heads = heads.map(|head| one_line(head).into_owned());
+        self.lines.push(Line::Heads(heads.collect()));
     }
 
     /// Adds a row of one number; a dash if it does not apply.
@@ -109,6 +115,21 @@ impl Table {
     }
 }
 
+/// The words of a text in lines of at most this many characters, or of one word.
+fn folded_to(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// Removes the sign of a zero, with or without a unit.
 fn unsigned_zero(text: String) -> String {
     let number = text.split(' ').next().unwrap_or_default();
@@ -124,8 +145,18 @@ impl fmt::Display for Table {
         let rows = || {
             self.lines.iter().filter_map(|line| match line {
                 Line::Row { name, values, .. } => Some((name, values)),
-                Line::Heading(_) => None,
+                Line::Heading(_) | Line::Heads(_) => None,
             })
+        };
+        let heads = || {
+            self.lines.iter().filter_map(|line| match line {
+                Line::Heads(heads) => Some(heads),
+                _ => None,
+            })
+        };
+        let longest_word = |head: &String| {
+            let words = head.split(' ').map(|word| word.chars().count());
+            words.max().unwrap_or(0)
         };
         let name_width = rows()
             .map(|(name, _)| name.chars().count())
@@ -134,11 +165,10 @@ impl fmt::Display for Table {
         let columns = rows().map(|(_, values)| values.len()).max().unwrap_or(0);
         let widths: Vec<usize> = (0..columns)
             .map(|column| {
-                rows()
-                    .filter_map(|(_, values)| values.get(column))
-                    .map(|value| value.chars().count())
-                    .max()
-                    .unwrap_or(0)
+                let values = rows().filter_map(|(_, values)| values.get(column));
+                let values = values.map(|value| value.chars().count());
+                let of_heads = heads().filter_map(|heads| heads.get(column));
+                values.chain(of_heads.map(longest_word)).max().unwrap_or(0)
             })
             .collect();
         for (index, line) in self.lines.iter().enumerate() {
@@ -148,6 +178,23 @@ impl fmt::Display for Table {
                         writeln!(f)?;
                     }
                     writeln!(f, "{text}")?;
+                }
+                Line::Heads(heads) => {
+                    let folded = heads.iter().zip(&widths);
+                    let folded: Vec<Vec<String>> = folded
+                        .map(|(head, width)| folded_to(head, *width))
+                        .collect();
+                    let tall = folded.iter().map(Vec::len).max().unwrap_or(0);
+                    for line in (0..tall).rev() {
+                        let mut text = format!("  {:name_width$}", "");
+                        for (lines, width) in folded.iter().zip(&widths) {
+                            // The last line of each stands in the last of all.
+                            let index = lines.len().checked_sub(line + 1);
+                            let word = index.map_or("", |index| lines[index].as_str());
+                            text.push_str(&format!("  {word:>width$}"));
+                        }
+                        writeln!(f, "{}", text.trim_end())?;
+                    }
                 }
                 Line::Row { name, values, unit } => {
                     let mut text = format!("  {name:name_width$}");
@@ -168,6 +215,22 @@ impl fmt::Display for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A head of several words stands above its column in as many lines as its values are narrow.
+    #[test]
+    fn heads_stand_above_their_columns() {
+        let mut table = Table::new();
+        let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+        table.of(&ilon_report::page::Table {
+            title: "causes".to_owned(),
+            head: words(&["cause", "apart by up to", "at"]),
+            rows: vec![words(&["the push", "1 mm", "5.02 s"])],
+        });
+        assert_eq!(
+            table.to_string(),
+            "causes\n            apart\n            by up\n               to      at\n  the push   1 mm  5.02 s\n"
+        );
+    }
 
     #[test]
     fn a_zero_has_no_sign() {
