@@ -78,7 +78,7 @@ impl fmt::Display for WrongHands {
         };
         write!(
             f,
-            "their handedness does not fit their places: the lever with which they turn the robot is {:.1} mm; with {change} it is {:.1} mm",
+            "their handedness does not fit their places: the lever with which they turn the robot is {:.1} mm; with {change} it is {:.1} mm; change the wheels on the robot, or their angles in the file",
             1e3 * self.lever_m,
             1e3 * self.fitting_lever_m
         )

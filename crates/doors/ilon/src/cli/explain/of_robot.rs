@@ -76,7 +76,8 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
                 true => String::new(),
                 false => unseen(&ranked),
             };
-            format!("{anyway}{}{unseen}", fits(&ranked, is_nothing))
+            let next = another_motion(&ranked, &seen, &healthy).unwrap_or_default();
+            format!("{anyway}{}{next}{unseen}", fits(&ranked, is_nothing))
         }
     };
     console::lines(&tables)?;
@@ -259,6 +260,31 @@ fn fits(ranked: &[(Suspect, Option<Fit>)], is_nothing: bool) -> Table {
         );
     }
     table
+}
+
+/// The motions that were not measured, if the two best suspects explain nearly the same.
+fn another_motion(
+    ranked: &[(Suspect, Option<Fit>)],
+    seen: &[Seen],
+    healthy: &[Option<Drift>],
+) -> Option<String> {
+    /// Shares that differ by less are as good. Chosen.
+    const AS_GOOD: f64 = 0.15;
+    let mut fits = ranked.iter().filter_map(|(_, fit)| *fit);
+    let (best, second) = (fits.next()?, fits.next()?);
+    let is_close = second.share >= LEAST_OF_IT && (best.share - second.share).abs() < AS_GOOD;
+    let all = MOTIONS.iter().zip(healthy).enumerate();
+    let open = all.filter(|(index, (_, healthy))| {
+        // Of motions that were not simulated it is not known whether the robot drives them.
+        healthy.is_none() && seen.iter().all(|one| one.motion != *index)
+    });
+    let open: Vec<String> = open.map(|(_, (name, _))| format!("`{name}`")).collect();
+    (is_close && !open.is_empty()).then(|| {
+        format!(
+            "\nto tell causes this close apart, measure another motion too, with one more --seen: {}\n",
+            open.join(", ")
+        )
+    })
 }
 
 /// The suspects that do nothing in the motions with an observation, as these are simulated: a weak
