@@ -327,7 +327,7 @@ pub fn causes_table(title: &str, ablations: &[&Ablation]) -> Table {
         let cells = [
             Some(name.to_owned()),
             known_m(one.apart.most_m, one.floor[0]),
-            one.moves().then(|| time(one.apart.most_at_s)),
+            known_m(one.apart.most_m, one.floor[0]).map(|_| time(one.apart.most_at_s)),
             known_m(one.apart.ahead_m, end_floor_m),
             known_m(one.apart.left_m, end_floor_m),
             turned,

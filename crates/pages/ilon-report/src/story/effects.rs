@@ -31,7 +31,10 @@ pub(super) fn sentences(header: &Header, summary: &Summary, posture: &Posture) -
         helped.then(b.apart.most_m.total_cmp(&a.apart.most_m))
     });
     let (told, idle): (Vec<&Ablation>, Vec<&Ablation>) = singles.iter().partition(|one| {
-        one.moves() || figure(one).is_some() || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M
+        one.moves()
+            || ends_elsewhere(one)
+            || figure(one).is_some()
+            || one.differs() && one.floor[0] < ROUGHLY_KNOWN_M
     });
     let mut lines: Vec<String> = told
         .iter()
@@ -106,7 +109,7 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
             false => format!("Without {cause} the largest position error would have been {told}."),
         };
     }
-    if one.moves() {
+    if one.moves() || ends_elsewhere(one) {
         return of_way(one, &cause, is_first);
     }
     format!(
@@ -115,6 +118,14 @@ fn of_cause(one: &Ablation, posture: &Posture, is_first: bool) -> String {
         least(one.floor[0]),
         figure(one).map_or_else(String::new, |figure| format!("; {figure}"))
     )
+}
+
+/// Whether the end of the run, which may be known better than its way, differs significantly.
+fn ends_elsewhere(one: &Ablation) -> bool {
+    let [floor_m, floor_rad] = one.end_floor.map(|floor| FLOORS * floor);
+    let apart = &one.apart;
+    let moved_m = apart.ahead_m.abs().max(apart.left_m.abs());
+    moved_m > floor_m || apart.turned_rad.abs() > floor_rad
 }
 
 /// Returns the figure that a cause changed most, as text: of the costs, else of what the robot saw.
@@ -502,6 +513,27 @@ mod tests {
             said.starts_with(
                 "The wind moved the robot by up to 50 mm at 1.00 s, and put the robot 23 mm to the left"
             ),
+            "{said}"
+        );
+    }
+
+    /// The way is known to 10 mm, the end to a hundredth: 5 mm there are told, though they are no
+    /// part of what can be told of the way.
+    #[test]
+    fn an_end_that_is_known_better_than_the_way_is_told() {
+        let half = Apart {
+            most_m: 0.01,
+            left_m: 1e-5,
+            ..Apart::default()
+        };
+        let without = Apart {
+            most_m: 0.02,
+            left_m: 5e-3,
+            ..Apart::default()
+        };
+        let said = said_of("faults.0", half, without, 0.0);
+        assert!(
+            said.starts_with("The wind put the robot 5.00 mm to the left at the end"),
             "{said}"
         );
     }
