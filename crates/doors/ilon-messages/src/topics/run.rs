@@ -483,6 +483,8 @@ mod tests {
     #[test]
     fn every_wheel_has_topics_that_ros_takes() {
         let names = ["front left", "front/left", "1st", "", "front_left", "räd"];
+        let long = wheel_topics(&["a".repeat(300)]);
+        assert!(long[0].force.len() <= 247, "{}", long[0].force);
         let topics = wheel_topics(&names.map(str::to_owned));
         let slips: Vec<&str> = topics.iter().map(|topic| topic.slip.as_str()).collect();
         assert_eq!(
