@@ -36,8 +36,9 @@ pub fn identify<'py>(
         let found = match &out {
             None => tape.fit().or_raise(py)?,
             Some(out) => py
-                .detach(|| cli::fit_tape_into(out, &tape))
-                .map_err(|fault| explained(py, "ScenarioError", &fault))?,
+                .detach(|| cli::fit_tape(&tape, out, "another path"))
+                .map_err(|fault| explained(py, "ScenarioError", &fault))?
+                .0,
         };
         return as_python(py, &found);
     }
@@ -45,7 +46,7 @@ pub fn identify<'py>(
         .detach(|| Study::from_toml(&text, &path, &files))
         .or_raise(py)?;
     if let Some(out) = &out {
-        cli::may_hold_identified(out, &study)
+        cli::refuse_identify_inputs(out, &study, "another path")
             .map_err(|fault| explained(py, "ScenarioError", &fault))?;
     }
     let found = until_interrupted(
@@ -62,7 +63,7 @@ pub fn identify<'py>(
         |_, ()| Ok(()),
     )?;
     if let Some(out) = &out {
-        py.detach(|| cli::write_identified(out, &study, &found))
+        py.detach(|| cli::claim_and_write_identified(&study, &found, out))
             .map_err(|fault| explained(py, "TraceError", &fault))?;
     }
     as_python(py, &found)
