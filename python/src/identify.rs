@@ -35,10 +35,11 @@ pub fn identify<'py>(
     if let Some(tape) = Tape::from_toml(&text, &path, &files).or_raise(py)? {
         let found = match &out {
             None => tape.fit().or_raise(py)?,
-            Some(out) => py
-                .detach(|| cli::fit_tape(&tape, out, "another path"))
-                .map_err(|fault| explained(py, "ScenarioError", &fault))?
-                .0,
+            Some(out) => {
+                py.detach(|| cli::fit_tape(&tape, out, "another path"))
+                    .map_err(|fault| explained(py, "ScenarioError", &fault))?
+                    .0
+            }
         };
         return as_python(py, &found);
     }

@@ -33,11 +33,7 @@ pub fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<()
 ///
 /// # Errors
 /// If they cannot be written.
-pub fn write_study(
-    study: &Study,
-    store: &Store,
-    findings: &Findings,
-) -> Result<(), Failure> {
+pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Failure> {
     ilon_sweep::write_results(study, store, findings)?;
     if let Some(folder) = store.folder() {
         let rows = store.rows();
