@@ -26,14 +26,19 @@ impl<'py> Options<'_, 'py> {
             .map_err(|_| PyTypeError::new_err(format!("`{name}` is {value}, which it cannot be")))
     }
 
-    /// A finite number that is at least `least`.
-    fn number(&self, name: &str, least: f64) -> PyResult<f64> {
+    /// A finite number above 0, or of at least 0.
+    fn number(&self, name: &str, may_be_zero: bool) -> PyResult<f64> {
         let number: f64 = self.get(name)?;
-        if number.is_finite() && number >= least {
+        if number.is_finite() && (number > 0.0 || may_be_zero && number == 0.0) {
             return Ok(number);
         }
+        let range = if may_be_zero {
+            "of at least 0"
+        } else {
+            "above 0"
+        };
         Err(PyValueError::new_err(format!(
-            "`{name}` is {number}; give a finite number of at least {least}"
+            "`{name}` is {number}; give a finite number {range}"
         )))
     }
 
@@ -62,8 +67,8 @@ impl<'py> Options<'_, 'py> {
             )));
         }
         let start_off = (
-            self.number("start_off_m", 0.0)?,
-            self.number("start_off_rad", 0.0)?,
+            self.number("start_off_m", true)?,
+            self.number("start_off_rad", true)?,
         );
         Ok(Task {
             steps: (episode_s / control_dt_s).round().max(1.0) as u64,
@@ -74,7 +79,7 @@ impl<'py> Options<'_, 'py> {
             action_scale: self.get::<Option<_>>("action_scale")?.unwrap_or_default(),
             preview_s,
             weights: self.weights()?,
-            fail_at_m: self.number("fail_at_m", f64::MIN_POSITIVE)?,
+            fail_at_m: self.number("fail_at_m", false)?,
             start_off,
             any_phase: self.get("any_phase")?,
             drawn: self.drawn()?,

@@ -187,8 +187,12 @@ impl Task {
         let is_scale =
             |scale: &f64| scale.is_finite() && (*scale > 0.0 || is_chosen && *scale == 0.0);
         if !self.action_scale.iter().all(is_scale) {
+            let fault = match is_chosen {
+                true => "nothing says what an action of 1 is: the motors have no limits".to_owned(),
+                false => format!("`action_scale` is {:?}", self.action_scale),
+            };
             return Err(Error::invalid(
-                "nothing says what an action of 1 is: the motors have no limits",
+                fault,
                 "give `action_scale`, one number above 0 for each number of an action",
             ));
         }
