@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the pictures of README and docs, and holds what README and docs quote against what the program says today.
 
-    docs/pictures.py ILON            pictures anew, and the sentences quoted; needs Chromium
+    docs/pictures.py ILON            pictures anew, and the sentences quoted; needs Chromium and Pillow
     docs/pictures.py --check ILON    exit 1 where a page quotes something else than the program says; needs nothing
 
 ILON is the program, such as target/release/ilon. Chromium is `chromium`, or what ILON_CHROMIUM names.
@@ -9,11 +9,9 @@ ILON is the program, such as target/release/ilon. Chromium is `chromium`, or wha
 
 import os
 import re
-import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -70,76 +68,21 @@ def pictures(ilon, folder):
     for k in range(12):
         frames.append(Path(folder) / f"frame{k:03}.png")
         screenshot(f"{page}#t={3.8 + 0.34 * k:.2f}", frames[-1], 520, 300)
-    (docs / "run.png").write_bytes(animation(frames, 0.34))
+    animation(frames, 0.34, docs / "run.png")
 
 
-def chunk(kind, data):
-    """A chunk of a PNG file."""
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def animation(frames, period_s, out):
+    """An animated PNG of screenshots, in the colours that serve all of them best, so that it stays small."""
+    from PIL import Image
 
-
-def pixels(path):
-    """Width, height and rows of red, green and blue of a screenshot: eight bits, not interlaced."""
-    data, at, packed = path.read_bytes(), 8, b""
-    while at < len(data):
-        size, kind = struct.unpack(">I4s", data[at : at + 8])
-        body = data[at + 8 : at + 8 + size]
-        if kind == b"IHDR":
-            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
-        elif kind == b"IDAT":
-            packed += body
-        at += size + 12
-    assert depth == 8 and colour in (2, 6), "a screenshot has eight bits of colour"
-    step = 3 if colour == 2 else 4
-    raw, rows, above = zlib.decompress(packed), [], bytearray(width * step)
-    for y in range(height):
-        begin = y * (width * step + 1)
-        row = bytearray(raw[begin + 1 : begin + 1 + width * step])
-        unfilter(raw[begin], row, above, step)
-        rows.append(row)
-        above = row
-    if step == 4:
-        rows = [bytearray(b for k, b in enumerate(row) if k % 4 < 3) for row in rows]
-    return width, height, rows
-
-
-def unfilter(kind, row, above, step):
-    """Undoes the filter of a row of a PNG file, in place."""
-    for k in range(len(row)) if kind else ():
-        left = row[k - step] if k >= step else 0
-        corner = above[k - step] if k >= step else 0
-        if kind == 1:
-            guess = left
-        elif kind == 2:
-            guess = above[k]
-        elif kind == 3:
-            guess = (left + above[k]) // 2
-        else:
-            paeth = left + above[k] - corner
-            guess = min((left, above[k], corner), key=lambda x: abs(paeth - x))
-        row[k] = (row[k] + guess) & 255
-
-
-def animation(frames, period_s):
-    """An animated PNG of screenshots, with fewer shades, so that it stays small."""
-    shades = bytes(min(255, (x + 4) // 8 * 8) for x in range(256))
-    out, number = [b"\x89PNG\r\n\x1a\n"], 0
-    for index, path in enumerate(frames):
-        width, height, rows = pixels(path)
-        packed = zlib.compress(b"".join(b"\0" + row.translate(shades) for row in rows), 9)
-        if index == 0:
-            out.append(chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)))
-            out.append(chunk(b"acTL", struct.pack(">II", len(frames), 0)))
-        delay = struct.pack(">HH", round(1000 * period_s), 1000)
-        out.append(chunk(b"fcTL", struct.pack(">IIIII", number, width, height, 0, 0) + delay + b"\0\0"))
-        number += 1
-        if index == 0:
-            out.append(chunk(b"IDAT", packed))
-        else:
-            out.append(chunk(b"fdAT", struct.pack(">I", number) + packed))
-            number += 1
-    out.append(chunk(b"IEND", b""))
-    return b"".join(out)
+    shots = [Image.open(path).convert("RGB") for path in frames]
+    width, height = shots[0].size
+    sheet = Image.new("RGB", (width, height * len(shots)))
+    for k, shot in enumerate(shots):
+        sheet.paste(shot, (0, height * k))
+    palette = sheet.quantize(256, kmeans=8)
+    first, *others = [shot.quantize(palette=palette, dither=Image.Dither.NONE) for shot in shots]
+    first.save(out, save_all=True, append_images=others, duration=round(1000 * period_s), optimize=True)
 
 
 def sentences(ilon, page, folder):

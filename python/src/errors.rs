@@ -1,7 +1,8 @@
 //! Errors as Python exceptions, with the whole text of the command line.
 
 use ilon::Error;
-use ilon::cli::{Explained, explain};
+use ilon::cli::explain;
+use miette::Diagnostic;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
@@ -31,11 +32,12 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
         Error::Diverged { .. } => "DivergedError",
         _ => "ScenarioError",
     };
-    explained(py, class, &explain(error))
+    explained(py, class, error)
 }
 
 /// An exception of a class of `ilon.errors`, with the command's explanation.
-pub fn explained(py: Python<'_>, class: &str, fault: &Explained) -> PyErr {
+pub fn explained(py: Python<'_>, class: &str, error: &dyn Diagnostic) -> PyErr {
+    let fault = explain(error);
     instance(
         py,
         class,

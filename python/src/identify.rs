@@ -35,9 +35,11 @@ pub fn identify<'py>(
     if let Some(tape) = Tape::from_toml(&text, &path, &files).or_raise(py)? {
         let found = match &out {
             None => tape.fit().or_raise(py)?,
-            Some(out) => py
-                .detach(|| cli::fit_tape_into(out, &tape))
-                .map_err(|fault| explained(py, "ScenarioError", &fault))?,
+            Some(out) => {
+                py.detach(|| cli::fit_tape(&tape, out, "another path"))
+                    .map_err(|fault| explained(py, "ScenarioError", &fault))?
+                    .0
+            }
         };
         return as_python(py, &found);
     }
@@ -45,7 +47,7 @@ pub fn identify<'py>(
         .detach(|| Study::from_toml(&text, &path, &files))
         .or_raise(py)?;
     if let Some(out) = &out {
-        cli::may_hold_identified(out, &study)
+        cli::refuse_identify_inputs(out, &study, "another path")
             .map_err(|fault| explained(py, "ScenarioError", &fault))?;
     }
     let found = until_interrupted(
@@ -62,7 +64,7 @@ pub fn identify<'py>(
         |_, ()| Ok(()),
     )?;
     if let Some(out) = &out {
-        py.detach(|| cli::write_identified(out, &study, &found))
+        py.detach(|| cli::claim_and_write_identified(&study, &found, out))
             .map_err(|fault| explained(py, "TraceError", &fault))?;
     }
     as_python(py, &found)

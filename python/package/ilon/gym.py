@@ -71,23 +71,12 @@ def _options(
     randomise: Mapping[str, tuple[float, float]] | None = None,
     threads: int | None = None,
 ) -> Track:
-    options = {
-        "settings": settings,
-        "folder": folder,
-        "sandbox": sandbox,
-        "action": action,
+    # All arguments by their names.
+    options = locals() | {
         "action_scale": None if action_scale is None else [float(scale) for scale in action_scale],
         "preview_s": [float(ahead_s) for ahead_s in preview_s],
-        "episode_s": episode_s,
         "reward": {**REWARD, **(reward or {})},
-        "fail_at_m": float(fail_at_m),
-        "start_off_m": float(start_off_m),
-        "start_off_rad": float(start_off_rad),
-        "any_phase": any_phase,
         "randomise": dict(randomise or {}),
-        "threads": threads,
-        "num_envs": num_envs,
-        "autoreset": autoreset,
         # Without a seed, every environment differs.
         "seed": int(np.random.SeedSequence().generate_state(1, np.uint64)[0]) % _SEEDS,
     }

@@ -69,7 +69,7 @@ impl Rows {
         }
         let store = match folder {
             Some(folder) => {
-                cli::may_hold_study(&folder, &study)
+                cli::refuse_study_inputs(&folder, &study, "another path")
                     .map_err(|fault| explained(py, "ScenarioError", &fault))?;
                 py.detach(|| Store::open(&folder, &study, shard))
                     .or_raise(py)?

@@ -126,8 +126,7 @@ impl Track {
         let resolved = resolve_for(&scenario, &robot, Driver::Own).or_raise(py)?;
         scenario.run.duration_s = resolved.scenario().run.duration_s;
         let text = scenario.to_toml().or_raise(py)?;
-        let mut task = Task::new(scenario, text, robot, action);
-        options.apply(&mut task)?;
+        let task = options.task(scenario, text, robot, action)?;
         let task = task.completed(&resolved).or_raise(py)?;
         let count = options.get::<usize>("num_envs")?;
         if count == 0 {

@@ -1,10 +1,14 @@
 //! Options of the task from Python.
 
+use std::collections::BTreeMap;
+
+use ilon::Scenario;
+use ilon::robot::Robot;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::task::{Task, Weights};
+use super::task::{Action, Task, Weights};
 
 /// Options of the task, by name; the Python package passes all of them.
 pub struct Options<'a, 'py>(pub &'a Bound<'py, PyDict>);
@@ -22,92 +26,116 @@ impl<'py> Options<'_, 'py> {
             .map_err(|_| PyTypeError::new_err(format!("`{name}` is {value}, which it cannot be")))
     }
 
-    /// A finite number that is at least `least`.
-    fn number(&self, name: &str, least: f64) -> PyResult<f64> {
+    /// A finite number above 0, or of at least 0.
+    fn number(&self, name: &str, may_be_zero: bool) -> PyResult<f64> {
         let number: f64 = self.get(name)?;
-        if number.is_finite() && number >= least {
+        if number.is_finite() && (number > 0.0 || may_be_zero && number == 0.0) {
             return Ok(number);
         }
+        let range = if may_be_zero {
+            "of at least 0"
+        } else {
+            "above 0"
+        };
         Err(PyValueError::new_err(format!(
-            "`{name}` is {number}; give a finite number of at least {least}"
+            "`{name}` is {number}; give a finite number {range}"
         )))
     }
 
-    /// Applies all options to a task except those of its constructor.
+    /// A task of a scenario, not yet completed.
     ///
     /// # Errors
     /// If an option is of another type, or out of range.
-    pub fn apply(&self, task: &mut Task) -> PyResult<()> {
-        let control_dt_s = task.scenario.run.control_dt_s;
-        if let Some(episode_s) = self.get::<Option<f64>>("episode_s")? {
-            if !(episode_s.is_finite() && episode_s >= control_dt_s) {
-                return Err(PyValueError::new_err(format!(
-                    "`episode_s` is {episode_s}; give at least a control period, {control_dt_s} s"
-                )));
-            }
-            task.steps = (episode_s / control_dt_s).round() as u64;
+    pub fn task(
+        &self,
+        scenario: Scenario,
+        text: String,
+        robot: Robot,
+        action: Action,
+    ) -> PyResult<Task> {
+        let (control_dt_s, duration_s) = (scenario.run.control_dt_s, scenario.run.duration_s);
+        let episode_s = self.get::<Option<f64>>("episode_s")?.unwrap_or(duration_s);
+        if !(episode_s.is_finite() && episode_s >= control_dt_s) {
+            return Err(PyValueError::new_err(format!(
+                "`episode_s` is {episode_s}; give at least a control period, {control_dt_s} s"
+            )));
         }
-        task.preview_s = self.get("preview_s")?;
-        if let Some(wild) = task
-            .preview_s
-            .iter()
-            .find(|s| !(s.is_finite() && **s > 0.0))
-        {
+        let preview_s: Vec<f64> = self.get("preview_s")?;
+        if let Some(wild) = preview_s.iter().find(|s| !(s.is_finite() && **s > 0.0)) {
             return Err(PyValueError::new_err(format!(
                 "`preview_s` holds {wild}; give seconds above 0"
             )));
         }
-        if let Some(scale) = self.get::<Option<Vec<f64>>>("action_scale")? {
-            task.action_scale = scale;
-        }
-        task.fail_at_m = self.number("fail_at_m", f64::MIN_POSITIVE)?;
-        task.start_off = (
-            self.number("start_off_m", 0.0)?,
-            self.number("start_off_rad", 0.0)?,
+        let start_off = (
+            self.number("start_off_m", true)?,
+            self.number("start_off_rad", true)?,
         );
-        task.any_phase = self.get("any_phase")?;
-        self.weights(&mut task.weights)?;
-        self.drawn(&mut task.drawn)?;
-        Ok(())
+        Ok(Task {
+            steps: (episode_s / control_dt_s).round().max(1.0) as u64,
+            text,
+            scenario,
+            robot,
+            action,
+            action_scale: self.get::<Option<_>>("action_scale")?.unwrap_or_default(),
+            preview_s,
+            weights: self.weights()?,
+            fail_at_m: self.number("fail_at_m", false)?,
+            start_off,
+            any_phase: self.get("any_phase")?,
+            drawn: self.drawn()?,
+            bounds: Vec::new(),
+            rate_limits_rad_s: Vec::new(),
+        })
     }
 
     /// The weights of the reward; the Python package has their defaults.
-    fn weights(&self, into: &mut Weights) -> PyResult<()> {
-        let given: Bound<'py, PyDict> = self.get("reward")?;
-        for (name, value) in given.iter() {
-            let name: String = name.extract()?;
-            let weight: Option<f64> = value.extract().map_err(|_| {
-                PyTypeError::new_err(format!("the reward `{name}` is {value}; give a number"))
-            })?;
-            let slot = match name.as_str() {
-                "alive" => {
-                    into.alive = weight.map(|weight| finite(&name, weight)).transpose()?;
-                    continue;
-                }
-                "position" => &mut into.position,
-                "heading" => &mut into.heading,
-                "action_change" => &mut into.action_change,
-                "energy" => &mut into.energy,
-                "slip" => &mut into.slip,
-                _ => {
-                    return Err(PyValueError::new_err(format!(
-                        "there is no reward `{name}`; there are alive, position, heading, action_change, energy and slip"
-                    )));
-                }
-            };
-            let weight = weight.ok_or_else(|| {
+    fn weights(&self) -> PyResult<Weights> {
+        const NAMES: [&str; 6] = [
+            "alive",
+            "position",
+            "heading",
+            "action_change",
+            "energy",
+            "slip",
+        ];
+        let given: BTreeMap<String, Bound<'py, PyAny>> = self.get("reward")?;
+        if let Some(name) = given.keys().find(|name| !NAMES.contains(&name.as_str())) {
+            return Err(PyValueError::new_err(format!(
+                "there is no reward `{name}`; there are {}",
+                NAMES.join(", ")
+            )));
+        }
+        let weight = |name: &str| match given.get(name).map(|of| of.extract::<Option<f64>>()) {
+            Some(Ok(Some(weight))) if !weight.is_finite() => Err(PyValueError::new_err(format!(
+                "the reward `{name}` is {weight}; give a finite number"
+            ))),
+            Some(Err(_)) => Err(PyTypeError::new_err(format!(
+                "the reward `{name}` is {}; give a number",
+                given[name]
+            ))),
+            weight => Ok(weight.and_then(Result::ok).flatten()),
+        };
+        let cost = |name: &str| {
+            weight(name)?.ok_or_else(|| {
                 PyTypeError::new_err(format!(
                     "the reward `{name}` is None, which only `alive` can be; give a number"
                 ))
-            })?;
-            *slot = finite(&name, weight)?;
-        }
-        Ok(())
+            })
+        };
+        Ok(Weights {
+            alive: weight("alive")?,
+            position: cost("position")?,
+            heading: cost("heading")?,
+            action_change: cost("action_change")?,
+            energy: cost("energy")?,
+            slip: cost("slip")?,
+        })
     }
 
     /// The keys that are drawn anew for each episode.
-    fn drawn(&self, into: &mut Vec<(String, f64, f64)>) -> PyResult<()> {
+    fn drawn(&self) -> PyResult<Vec<(String, f64, f64)>> {
         let given: Bound<'py, PyDict> = self.get("randomise")?;
+        let mut drawn = Vec::new();
         for (key, range) in given.iter() {
             let key: String = key.extract()?;
             let range: (f64, f64) = range.extract().map_err(|_| {
@@ -120,18 +148,8 @@ impl<'py> Options<'_, 'py> {
                     "`randomise` gives `{key}` {range:?}; give two finite numbers, the smaller first"
                 )));
             }
-            into.push((key, range.0, range.1));
+            drawn.push((key, range.0, range.1));
         }
-        Ok(())
+        Ok(drawn)
     }
-}
-
-/// A finite weight of the reward.
-fn finite(name: &str, weight: f64) -> PyResult<f64> {
-    if weight.is_finite() {
-        return Ok(weight);
-    }
-    Err(PyValueError::new_err(format!(
-        "the reward `{name}` is {weight}; give a finite number"
-    )))
 }

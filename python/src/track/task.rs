@@ -106,7 +106,8 @@ pub struct Task {
     pub robot: Robot,
     /// The meaning of an action's numbers.
     pub action: Action,
-    /// The value of an action of 1, in m/s and rad/s, rad/s or N m.
+    /// The value of an action of 1, in m/s and rad/s, rad/s or N m; empty before [`Task::completed`]
+    /// if it is not chosen.
     pub action_scale: Vec<f64>,
     /// Preview times of the path, in seconds.
     pub preview_s: Vec<f64>,
@@ -125,7 +126,7 @@ pub struct Task {
     /// Bounds of each observation: it lies between minus and plus this.
     pub bounds: Vec<f32>,
     /// The wheel rate limits, in rad/s.
-    rate_limits_rad_s: Vec<f64>,
+    pub rate_limits_rad_s: Vec<f64>,
 }
 
 /// A robot's deviation from its path.
@@ -138,7 +139,7 @@ pub struct Off {
 }
 
 impl Task {
-    /// Completes a task without `action_scale` and `bounds`.
+    /// Completes a task with its bounds and rate limits, and with `action_scale` if it is empty.
     ///
     /// # Errors
     /// If the scenario has no reference, or the value of an action of 1 is undefined.
@@ -186,8 +187,12 @@ impl Task {
         let is_scale =
             |scale: &f64| scale.is_finite() && (*scale > 0.0 || is_chosen && *scale == 0.0);
         if !self.action_scale.iter().all(is_scale) {
+            let fault = match is_chosen {
+                true => "nothing says what an action of 1 is: the motors have no limits".to_owned(),
+                false => format!("`action_scale` is {:?}", self.action_scale),
+            };
             return Err(Error::invalid(
-                "nothing says what an action of 1 is: the motors have no limits",
+                fault,
                 "give `action_scale`, one number above 0 for each number of an action",
             ));
         }
@@ -388,40 +393,4 @@ fn in_body(body: &Pose, from: &Pose, to: &Pose) -> [f64; 3] {
 fn turned(heading_rad: f64, x: f64, y: f64) -> (f64, f64) {
     let (sin, cos) = heading_rad.sin_cos();
     (cos * x + sin * y, cos * y - sin * x)
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Self {
-            alive: None,
-            position: 5.0,
-            heading: 1.0,
-            action_change: 0.05,
-            energy: 0.0,
-            slip: 0.0,
-        }
-    }
-}
-
-impl Task {
-    /// A task of a scenario, with all defaults.
-    pub fn new(scenario: Scenario, text: String, robot: Robot, action: Action) -> Self {
-        let run = &scenario.run;
-        Self {
-            steps: (run.duration_s / run.control_dt_s).round().max(1.0) as u64,
-            text,
-            scenario,
-            robot,
-            action,
-            action_scale: Vec::new(),
-            preview_s: Vec::new(),
-            weights: Weights::default(),
-            fail_at_m: 0.5,
-            start_off: (0.0, 0.0),
-            any_phase: true,
-            drawn: Vec::new(),
-            bounds: Vec::new(),
-            rate_limits_rad_s: Vec::new(),
-        }
-    }
 }

@@ -33,7 +33,6 @@ TOP_LEVEL = [
     "geometry_msgs/msg/WrenchStamped",
     "nav_msgs/msg/Odometry",
     "nav_msgs/msg/Path",
-    "rcl_interfaces/msg/Log",
     "rosgraph_msgs/msg/Clock",
     "sensor_msgs/msg/Imu",
     "sensor_msgs/msg/JointState",

@@ -28,6 +28,7 @@ mod view;
 
 use drive::PersonsDrive;
 pub use fault::Fault;
+use fault::{none_driven, none_open, of_page};
 
 /// A request.
 #[derive(Debug, Deserialize)]
@@ -138,7 +139,7 @@ impl Door {
     /// a newline.
     pub fn ask(&mut self, request: &[u8]) -> Vec<u8> {
         let answered = serde_json::from_slice(request)
-            .map_err(|error| Fault::of_page(format!("the page asks for nothing known: {error}")))
+            .map_err(|error| of_page(format!("the page asks for nothing known: {error}")))
             .and_then(|request| self.answer(request));
         match answered {
             Ok(Reply::Said(said)) => json!({ "ok": said }).to_string().into_bytes(),
@@ -184,7 +185,7 @@ impl Door {
         self.running = None;
         let settings: Vec<Setting> = settings
             .iter()
-            .map(|text| text.parse().map_err(Fault::of_page))
+            .map(|text| text.parse().map_err(of_page))
             .collect::<Result<_, _>>()?;
         let files = self.files.iter();
         let files = FileAccess::of_memory(files.map(|(path, bytes)| (path.clone(), bytes.clone())));
@@ -224,8 +225,8 @@ impl Door {
     }
 
     fn steer(&mut self, twist: [f64; 3]) -> Result<Reply, Fault> {
-        let running = self.running.as_mut().ok_or_else(Fault::none_open)?;
-        let drive = running.drive.as_mut().ok_or_else(Fault::none_driven)?;
+        let running = self.running.as_mut().ok_or_else(none_open)?;
+        let drive = running.drive.as_mut().ok_or_else(none_driven)?;
         drive.steer(&mut running.simulation, twist)?;
         Ok(Reply::Said(Value::Null))
     }
@@ -233,15 +234,15 @@ impl Door {
     fn end_drive(&mut self) -> Result<Reply, Fault> {
         let Running {
             simulation, drive, ..
-        } = self.running.take().ok_or_else(Fault::none_open)?;
-        let drive = drive.ok_or_else(Fault::none_driven)?;
+        } = self.running.take().ok_or_else(none_open)?;
+        let drive = drive.ok_or_else(none_driven)?;
         Ok(Reply::Said(drive.end(&simulation)?))
     }
 
     fn advance(&mut self, periods: u32) -> Result<Reply, Fault> {
         let Running {
             simulation, drive, ..
-        } = self.running.as_mut().ok_or_else(Fault::none_open)?;
+        } = self.running.as_mut().ok_or_else(none_open)?;
         let control_dt_s = simulation.scenario().run.control_dt_s;
         // Up to the start of a control period, whose step is not taken yet.
         let passed = (simulation.progress().time_s / control_dt_s).round();
@@ -259,7 +260,7 @@ impl Door {
     }
 
     fn frame(&mut self) -> Result<Reply, Fault> {
-        let running = self.running.as_mut().ok_or_else(Fault::none_open)?;
+        let running = self.running.as_mut().ok_or_else(none_open)?;
         let trace = running.simulation.trace();
         let mut frame = Vec::new();
         let rows = trace.row_count();
@@ -275,7 +276,7 @@ impl Door {
     }
 
     fn finish(&mut self, command: String) -> Result<Reply, Fault> {
-        let Running { simulation, .. } = self.running.take().ok_or_else(Fault::none_open)?;
+        let Running { simulation, .. } = self.running.take().ok_or_else(none_open)?;
         self.finished = None;
         let run = simulation.run();
         run.trace.check_finite()?;
@@ -292,7 +293,7 @@ impl Door {
     }
 
     fn finished(&self) -> Result<&Finished, Fault> {
-        let none = || Fault::of_page("no run has been finished");
+        let none = || of_page("no run has been finished");
         self.finished.as_ref().ok_or_else(none)
     }
 
@@ -302,7 +303,7 @@ impl Door {
             Output::Report => ilon::cli::report_html(run, command).into_bytes(),
             Output::Trace => run.trace.to_parquet()?,
             Output::Summary => {
-                let text = serde_json::to_string_pretty(&run.summary).map_err(Fault::of_page)?;
+                let text = serde_json::to_string_pretty(&run.summary).map_err(of_page)?;
                 (text + "\n").into_bytes()
             }
             Output::Scenario => view::beside_its_files(&run.scenario)
@@ -312,12 +313,12 @@ impl Door {
     }
 
     fn compare(&self, name: String) -> Result<Reply, Fault> {
-        let none = || Fault::of_page("no run has been kept to compare with");
+        let none = || of_page("no run has been kept to compare with");
         let kept = self.kept.clone().ok_or_else(none)?;
         let Finished { run, .. } = self.finished()?;
         let paths = [&kept.name, &name].map(PathBuf::from);
         let comparison = Comparison::of(vec![kept, compared(run, name)], &paths);
-        let comparison = comparison.map_err(Fault::of_page)?;
+        let comparison = comparison.map_err(of_page)?;
         Ok(Reply::Bytes(html(&comparison).into_bytes()))
     }
 }

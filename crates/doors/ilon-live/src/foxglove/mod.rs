@@ -28,7 +28,7 @@ use foxglove::{
 };
 use ilon_messages::bag::{Durability, Qos};
 use ilon_messages::geometry_msgs::{Twist, TwistStamped};
-use ilon_messages::topics::Outlet;
+use ilon_messages::topics::{Outlet, RunTopics};
 use ilon_messages::{CdrError, Message};
 use serde::Deserialize;
 
@@ -38,7 +38,7 @@ use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
 use crate::session::{Row, Session};
 use crate::throttle::Throttle;
-use crate::topics::LiveTopics;
+use crate::topics::live_topics;
 use parameters::Panel;
 use playback::Playback;
 
@@ -75,7 +75,7 @@ pub enum FoxgloveError {
 pub struct Foxglove {
     handle: Option<WebSocketServerHandle>,
     channels: Channels,
-    topics: LiveTopics,
+    topics: RunTopics,
     panel: Arc<Panel>,
     playback: Arc<Playback>,
     desk: Mailbox,
@@ -90,7 +90,7 @@ impl Foxglove {
     /// # Errors
     /// [`FoxgloveError`].
     pub fn start(port: u16, session: &Session, desk: &Mailbox) -> Result<Self, FoxgloveError> {
-        let topics = LiveTopics::of(session, false);
+        let topics = live_topics(session, false);
         let latched = Arc::new(Latched::default());
         let mut channels = Channels {
             context: Context::new(),
@@ -163,11 +163,9 @@ impl Observer for Foxglove {
         }
         let mut record = *row.record;
         record.t_s -= began_s;
-        let row = Row {
-            record: &record,
-            ..row
-        };
-        if let Err(fault) = self.topics.row(row, &mut self.channels) {
+        let outlet = &mut self.channels;
+        let sent = (self.topics).row(&record, row.wheels, row.rollers_rad, outlet);
+        if let Err(fault) = sent {
             self.desk.say(fault.to_string());
         }
     }
@@ -193,7 +191,7 @@ impl Observer for Foxglove {
     }
 
     fn restarted(&mut self, session: &Session) {
-        self.topics = LiveTopics::of(session, false);
+        self.topics = live_topics(session, false);
         self.began_s = None;
         self.playback.restarted();
         self.look_due = Instant::now();

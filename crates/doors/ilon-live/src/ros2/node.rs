@@ -12,6 +12,7 @@ use ilon_messages::bag::Qos;
 use ilon_messages::geometry_msgs::{Twist, TwistStamped};
 use ilon_messages::sensor_msgs::JointState;
 use ilon_messages::std_msgs::Float64MultiArray;
+use ilon_messages::topics::RunTopics;
 use ilon_trace::{Record, WheelSample};
 use ros2_client::dds::rustdds::DomainParticipantBuilder;
 use ros2_client::{
@@ -31,7 +32,7 @@ use crate::observer::{Observer, Status};
 use crate::parameters::Parameters;
 use crate::session::{Row, Session};
 use crate::throttle::Throttle;
-use crate::topics::LiveTopics;
+use crate::topics::live_topics;
 
 /// Queue length of rows to publish; further ones are lost, with a note.
 const MOST_ROWS: usize = 256;
@@ -55,7 +56,7 @@ pub struct Ros2 {
 /// An event from the simulation to the thread.
 enum Event {
     Row(Box<OwnedRow>),
-    Restarted(Box<LiveTopics>),
+    Restarted(Box<RunTopics>),
     Say(String),
     Look,
     Stepped(RmwRequestId, Outcome),
@@ -78,7 +79,7 @@ impl Ros2 {
         network: Network,
         options: Options,
     ) -> Result<Self, Ros2Error> {
-        let topics = LiveTopics::of(session, options.controllers);
+        let topics = live_topics(session, options.controllers);
         let ends = Ends::new(session, &topics, &network, &options)?;
         let (sender, receiver) = mpsc::channel(MOST_ROWS);
         let heart = Heart {
@@ -144,7 +145,7 @@ impl Observer for Ros2 {
     }
 
     fn restarted(&mut self, session: &Session) {
-        let topics = LiveTopics::of(session, self.controllers);
+        let topics = live_topics(session, self.controllers);
         self.pass(Event::Restarted(Box::new(topics)));
     }
 
@@ -192,7 +193,7 @@ struct Ends {
 impl Ends {
     fn new(
         session: &Session,
-        topics: &LiveTopics,
+        topics: &RunTopics,
         network: &Network,
         options: &Options,
     ) -> Result<Self, Ros2Error> {
@@ -290,7 +291,7 @@ struct Heart {
 
 impl Heart {
     /// Runs until no further event can arrive.
-    fn beat(self, mut events: mpsc::Receiver<Event>, mut rows: LiveTopics) {
+    fn beat(self, mut events: mpsc::Receiver<Event>, mut rows: RunTopics) {
         let Self {
             ends,
             desk,
@@ -401,16 +402,12 @@ struct Voice<'a> {
 
 impl Voice<'_> {
     /// Publishes an event.
-    fn tell(&mut self, event: Event, rows: &mut LiveTopics) -> Result<(), Ros2Error> {
+    fn tell(&mut self, event: Event, rows: &mut RunTopics) -> Result<(), Ros2Error> {
         match event {
             Event::Row(row) => {
                 self.now_s.set(row.record.t_s);
-                let row = Row {
-                    record: &row.record,
-                    wheels: &row.wheels,
-                    rollers_rad: &row.rollers_rad,
-                };
-                return rows.row(row, self.topics);
+                let (wheels, rollers_rad) = (&row.wheels, &row.rollers_rad);
+                return rows.row(&row.record, wheels, rollers_rad, self.topics);
             }
             Event::Restarted(fresh) => *rows = *fresh,
             Event::Say(note) => self.topics.say(&note),

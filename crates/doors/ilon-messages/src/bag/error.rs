@@ -17,30 +17,6 @@ pub enum BagError {
         /// The system's error.
         source: io::Error,
     },
-    /// Another program is writing this bag.
-    #[error(
-        "{path} is being written by another program; wait for its end, or choose another folder"
-    )]
-    Busy {
-        /// The file of the bag.
-        path: PathBuf,
-    },
-    /// ROS 2 does not allow the topic's name.
-    #[error(
-        "\"{topic}\" cannot be the name of a topic: it takes a slash before each part, and in each part letters, digits and \
-         underscores, with no digit first, and at most {max} characters in all",
-        max = super::topic::MAX_LENGTH
-    )]
-    TopicName {
-        /// The name.
-        topic: String,
-    },
-    /// A topic was declared twice.
-    #[error("the topic {topic} has been declared already")]
-    DeclaredTwice {
-        /// Its name.
-        topic: String,
-    },
     /// A message was written to an undeclared topic, or to a topic of another type.
     #[error("the topic {topic} has not been declared for {type_name}")]
     NotDeclared {
@@ -56,14 +32,6 @@ pub enum BagError {
         topic: String,
         /// The reason.
         source: CdrError,
-    },
-    /// A time outside rosbag2's range.
-    #[error("the time {log_time_ns} ns of a message for {topic} does not fit into 63 bits")]
-    Time {
-        /// The name of the topic.
-        topic: String,
-        /// The time.
-        log_time_ns: u64,
     },
     /// The MCAP file could not be written, without an error of the system.
     #[error("could not write {path}: {reason}")]

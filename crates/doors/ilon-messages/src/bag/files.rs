@@ -14,6 +14,8 @@ pub(super) const UNFINISHED_FILE: &str = "bag_0.mcap.ilon-partial";
 pub(super) const METADATA: &str = "metadata.yaml";
 /// The metadata during writing.
 pub(super) const UNFINISHED_METADATA: &str = ".metadata.yaml.ilon-partial";
+/// All of them, of a bag finished or not.
+pub(super) const FILES: [&str; 4] = [FILE, UNFINISHED_FILE, METADATA, UNFINISHED_METADATA];
 
 /// Removes a file, if it exists.
 pub(super) fn remove_if_there(path: &Path) -> Result<(), BagError> {

@@ -5,10 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::BagError;
-use super::files::{FILE, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
-
-/// The files of an ilon bag, finished or not.
-const FILES: [&str; 4] = [FILE, UNFINISHED_FILE, METADATA, UNFINISHED_METADATA];
+use super::files::{FILE, FILES, UNFINISHED_FILE, remove_if_there};
 
 /// The first bytes of an MCAP file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";

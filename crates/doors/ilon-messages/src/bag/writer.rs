@@ -1,7 +1,7 @@
 //! Writing of bags, message by message.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use mcap::{WriteOptions, Writer};
 
 use crate::Message;
 
-use super::files::{FILE, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
+use super::files::{FILE, FILES, METADATA, UNFINISHED_FILE, UNFINISHED_METADATA, remove_if_there};
 use super::metadata::Metadata;
-use super::topic::{self, Topic};
+use super::topic::Topic;
 use super::{BagError, Qos};
 
 /// A chunk ends at this number of bytes, or at this duration, in ns: the largest loss of a killed
@@ -32,7 +32,6 @@ pub(super) const LIBRARY: &str = concat!("ilon ", env!("CARGO_PKG_VERSION"));
 /// index, which readers must scan from its start.
 pub struct BagWriter {
     folder: PathBuf,
-    /// The file, locked while open.
     mcap: Writer<BufWriter<File>>,
     topics: BTreeMap<String, Topic>,
     /// The first and last time of a message, in ns.
@@ -49,22 +48,21 @@ struct Chunk {
 }
 
 impl BagWriter {
-    /// Starts a bag in a folder, which is created if missing. An existing bag is replaced.
+    /// Starts a bag in a folder, which is created if missing. An existing bag is replaced. No other
+    /// writer may use the folder meanwhile.
     ///
     /// Its messages are in the file `bag_0.mcap`.
     ///
     /// # Errors
     ///
-    /// The folder or its files cannot be created, or another program is writing this bag.
+    /// The folder or its files cannot be created.
     pub fn create(folder: &Path) -> Result<Self, BagError> {
         fs::create_dir_all(folder).map_err(BagError::io(folder))?;
-        let path = folder.join(UNFINISHED_FILE);
-        let growing = claim(&path)?;
-        must_be_plain(&folder.join(FILE))?;
-        for older in [FILE, METADATA, UNFINISHED_METADATA] {
+        for older in FILES {
             remove_if_there(&folder.join(older))?;
         }
-        growing.set_len(0).map_err(BagError::io(&path))?;
+        let path = folder.join(UNFINISHED_FILE);
+        let growing = File::create(&path).map_err(BagError::io(&path))?;
         let mcap = WriteOptions::new()
             .profile("ros2")
             .library(LIBRARY)
@@ -84,22 +82,12 @@ impl BagWriter {
         })
     }
 
-    /// Declares a topic with messages of type `M`.
+    /// Declares a topic with messages of type `M`, once, under a full name that ROS 2 accepts.
     ///
     /// # Errors
     ///
-    /// ROS 2 does not allow the name, the topic is already declared, or the file cannot be written.
+    /// The file cannot be written.
     pub fn declare<M: Message>(&mut self, topic: &str, qos: Qos) -> Result<(), BagError> {
-        if !topic::is_name(topic) {
-            return Err(BagError::TopicName {
-                topic: topic.into(),
-            });
-        }
-        if self.topics.contains_key(topic) {
-            return Err(BagError::DeclaredTwice {
-                topic: topic.into(),
-            });
-        }
         let metadata = BTreeMap::from([
             ("offered_qos_profiles".into(), qos.to_yaml()),
             ("topic_type_hash".into(), M::TYPE_HASH.into()),
@@ -121,15 +109,15 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Writes a message to a topic. Times may have any order, but increasing times make files small
-    /// and quick to read.
+    /// Writes a message to a topic, at a time of at most 63 bits. Times may have any order, but
+    /// increasing times make files small and quick to read.
     ///
     /// tf2 interprets a stamp of zero as "the latest": start a simulation's clock above it.
     ///
     /// # Errors
     ///
-    /// The topic is not declared for such messages, the message cannot be encoded, its time does
-    /// not fit into 63 bits, or the file cannot be written.
+    /// The topic is not declared for such messages, the message cannot be encoded, or the file
+    /// cannot be written.
     pub fn write<M: Message>(
         &mut self,
         topic: &str,
@@ -146,12 +134,6 @@ impl BagWriter {
                 type_name: M::TYPE_NAME,
             });
         };
-        if i64::try_from(log_time_ns).is_err() {
-            return Err(BagError::Time {
-                topic: topic.into(),
-                log_time_ns,
-            });
-        }
         message
             .encode_into(&mut self.encoded)
             .map_err(|source| BagError::Message {
@@ -236,41 +218,10 @@ impl std::fmt::Debug for BagWriter {
     }
 }
 
-/// Opens the file of a bag exclusively, without truncating it.
-fn claim(path: &Path) -> Result<File, BagError> {
-    must_be_plain(path)?;
-    let file = OpenOptions::new()
-        .create(true)
-        .write(true)
-        .truncate(false)
-        .open(path)
-        .map_err(BagError::io(path))?;
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(BagError::Busy { path: path.into() }),
-        // On a file system without locks no other writer waits for one either.
-        _ => Ok(file),
-    }
-}
-
-/// Checks that a path is a regular file, if it exists.
-fn must_be_plain(path: &Path) -> Result<(), BagError> {
-    match fs::metadata(path) {
-        Ok(found) if !found.is_file() => {
-            let source = io::Error::other("it is not a plain file");
-            Err(BagError::io(path)(source))
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Writes `metadata.yaml` atomically.
 fn write_metadata(folder: &Path, text: &str) -> io::Result<()> {
     let unfinished = folder.join(UNFINISHED_METADATA);
-    let written = fs::write(&unfinished, text)
-        .and_then(|()| File::open(&unfinished)?.sync_all())
-        .and_then(|()| fs::rename(&unfinished, folder.join(METADATA)));
-    if written.is_err() {
-        let _ = fs::remove_file(&unfinished);
-    }
-    written
+    fs::write(&unfinished, text)?;
+    File::open(&unfinished)?.sync_all()?;
+    fs::rename(&unfinished, folder.join(METADATA))
 }

@@ -6,7 +6,6 @@ pub mod builtin_interfaces;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 pub mod nav_msgs;
-pub mod rcl_interfaces;
 pub mod rosgraph_msgs;
 pub mod sensor_msgs;
 pub mod std_msgs;
@@ -20,7 +19,6 @@ const ALL: &[&[&Description]] = &[
     diagnostic_msgs::ALL,
     geometry_msgs::ALL,
     nav_msgs::ALL,
-    rcl_interfaces::ALL,
     rosgraph_msgs::ALL,
     sensor_msgs::ALL,
     std_msgs::ALL,

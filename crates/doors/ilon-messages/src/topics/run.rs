@@ -48,6 +48,8 @@ pub struct RunTopics {
     truth: String,
     /// Whether rollers turn.
     rollers: bool,
+    /// The topics of the commands in effect: of the twist, and of the wheels' rates.
+    command_topics: [&'static str; 2],
     /// Whether `odom -> base_link` is on `/tf`.
     has_odometry_frame: bool,
     /// Height, roll and pitch of the body frame at rest.
@@ -119,6 +121,7 @@ impl RunTopics {
             contacts_due_s: 0.0,
             diagnostics_due_s: DIAGNOSTICS_EVERY_S,
             rollers: run.roller_angles,
+            command_topics: ["/cmd_vel", "/robot_joint_commands"],
             has_odometry_frame: true,
             tf: TFMessage { transforms: tf },
             commands,
@@ -137,6 +140,13 @@ impl RunTopics {
         if std::mem::take(&mut self.has_odometry_frame) {
             self.tf.transforms.remove(0);
         }
+        self
+    }
+
+    /// Renames the topics of the commands in effect, of the twist and of the wheels' rates, where
+    /// their names are those of inputs.
+    pub fn with_command_topics(mut self, topics: [&'static str; 2]) -> Self {
+        self.command_topics = topics;
         self
     }
 
@@ -160,8 +170,9 @@ impl RunTopics {
         outlet.declare::<TFMessage>("/tf_static", Qos::reliable(1).transient_local())?;
         outlet.declare::<TFMessage>("/tf", Qos::reliable(100))?;
         outlet.declare::<JointState>("/joint_states", Qos::reliable(10))?;
-        outlet.declare::<JointState>("/robot_joint_commands", Qos::reliable(10))?;
-        outlet.declare::<TwistStamped>("/cmd_vel", Qos::reliable(10))?;
+        let [twist, rates] = self.command_topics;
+        outlet.declare::<JointState>(rates, Qos::reliable(10))?;
+        outlet.declare::<TwistStamped>(twist, Qos::reliable(10))?;
         outlet.declare::<Odometry>("/odom", Qos::reliable(10))?;
         outlet.declare::<Odometry>("/ground_truth/odom", Qos::reliable(10))?;
         outlet.declare::<PoseStamped>("/pose", Qos::reliable(10))?;
@@ -237,7 +248,7 @@ impl RunTopics {
             header: header(now, &base),
             twist: twist(record.command_twist_in_body),
         };
-        outlet.send("/cmd_vel", &command, time_ns)?;
+        outlet.send(self.command_topics[0], &command, time_ns)?;
         let frames = [&self.odom, &base].map(String::as_str);
         let mut odom = odometry(now, frames, &reckoned, record.twist_ideal, RECKONED);
         if let Some(said) = &record.reckoned {
@@ -367,7 +378,7 @@ impl RunTopics {
         outlet.send("/joint_states", &self.joints, time_ns)?;
         self.commands.header.stamp = now;
         fill(&mut self.commands.velocity, |wheel| wheel.target_rad_s);
-        outlet.send("/robot_joint_commands", &self.commands, time_ns)
+        outlet.send(self.command_topics[1], &self.commands, time_ns)
     }
 }
 
@@ -483,6 +494,8 @@ mod tests {
     #[test]
     fn every_wheel_has_topics_that_ros_takes() {
         let names = ["front left", "front/left", "1st", "", "front_left", "räd"];
+        let long = wheel_topics(&["a".repeat(300)]);
+        assert!(long[0].force.len() <= 247, "{}", long[0].force);
         let topics = wheel_topics(&names.map(str::to_owned));
         let slips: Vec<&str> = topics.iter().map(|topic| topic.slip.as_str()).collect();
         assert_eq!(

@@ -319,30 +319,11 @@ fn a_bag_replaces_an_older_one() {
 }
 
 #[test]
-fn two_writers_of_one_bag_do_not_mix() {
-    let folder = tempdir().unwrap();
-    let mut first = BagWriter::create(folder.path()).unwrap();
-    write_run(&mut first, 200);
-    let second = BagWriter::create(folder.path()).unwrap_err();
-    assert!(matches!(second, BagError::Busy { .. }), "{second}");
-    first.finish().unwrap();
-    assert!(BagWriter::create(folder.path()).is_ok());
-}
-
-#[test]
 fn what_cannot_be_written_is_refused_and_the_rest_is_kept() {
     let folder = tempdir().unwrap();
     let mut bag = BagWriter::create(folder.path()).unwrap();
     bag.declare::<Text>("/text", LATCHED).unwrap();
     let text = |data: &str| Text { data: data.into() };
-    assert!(matches!(
-        bag.declare::<Text>("/front left", LATCHED),
-        Err(BagError::TopicName { .. })
-    ));
-    assert!(matches!(
-        bag.declare::<Clock>("/text", LATCHED),
-        Err(BagError::DeclaredTwice { .. })
-    ));
     assert!(matches!(
         bag.write("/other", &text("a"), 1),
         Err(BagError::NotDeclared { .. })
@@ -350,10 +331,6 @@ fn what_cannot_be_written_is_refused_and_the_rest_is_kept() {
     assert!(matches!(
         bag.write("/text", &Clock::default(), 1),
         Err(BagError::NotDeclared { .. })
-    ));
-    assert!(matches!(
-        bag.write("/text", &text("a"), 1 << 63),
-        Err(BagError::Time { .. })
     ));
     let error = bag.write("/text", &text("a\0b"), 1).unwrap_err();
     assert!(matches!(

@@ -8,7 +8,7 @@ use ilon_sim::scenario::Step;
 use ilon_sim::{Scenario, Simulation};
 use serde_json::{Value, json};
 
-use super::fault::Fault;
+use super::fault::{Fault, of_page};
 
 /// The longest drive, in seconds; chosen.
 const LONGEST_S: f64 = 120.0;
@@ -49,7 +49,7 @@ impl PersonsDrive {
     /// Commands a twist (m/s, m/s, rad/s in the body frame) from the next control period on.
     pub fn steer(&mut self, simulation: &mut Simulation, asked: [f64; 3]) -> Result<(), Fault> {
         if !asked.iter().all(|part| part.is_finite()) {
-            return Err(Fault::of_page("a twist that is no number is not taken"));
+            return Err(of_page("a twist that is no number is not taken"));
         }
         let [vx, vy, omega] = asked;
         // Avoids negative zero, which text and hash distinguish from zero.
@@ -99,7 +99,7 @@ impl PersonsDrive {
     pub fn end(mut self, simulation: &Simulation) -> Result<Value, Fault> {
         let end_s = self.next_s(simulation);
         if end_s <= 0.0 {
-            return Err(Fault::of_page("the robot was not driven"));
+            return Err(of_page("the robot was not driven"));
         }
         self.hold(end_s, Twist::default());
         // A log ends with the time at which its last row ends.

@@ -57,9 +57,6 @@ impl Bag {
 fn failure(error: BagError) -> Failure {
     match error {
         BagError::Io { path, source } => Failure::write(&path, &source),
-        other => Failure::usage(
-            other.to_string(),
-            "wait for its end, or choose another folder with --out",
-        ),
+        other => Failure::usage(other.to_string(), "choose another folder with --out"),
     }
 }

@@ -4,22 +4,22 @@
 use std::path::Path;
 
 use ilon_formats::{LoadRobot, Spec, SpecOnTyres};
-use ilon_identify::tape::{Tape, TapeFit};
 use ilon_report as report;
 use ilon_robot::Robot;
-use ilon_sweep::{Findings, Row, Store, Study};
+use ilon_sweep::{Findings, Row, Study};
 use ilon_trace::Recorded;
 use miette::Diagnostic;
+use serde::Serialize;
 
 use super::failure::Failure;
 use super::output::OutputFolder;
-use super::{again, answer, context, fault, results};
+use super::{again, answer, context, fault};
 use crate::judge::judge;
 use crate::simulate::{Simulation, load_robot};
 use crate::{Error, Run, Scenario};
 
 /// An error with its explanation.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Explained {
     /// The message.
     pub message: String,
@@ -36,6 +36,12 @@ pub fn explain(error: &dyn Diagnostic) -> Explained {
         message: error.to_string(),
         help: error.help().map(|help| help.to_string()),
         shown: fault::plain(error, "settings"),
+    }
+}
+
+impl<E: Into<Error>> From<E> for Explained {
+    fn from(error: E) -> Self {
+        explain(&error.into())
     }
 }
 
@@ -61,8 +67,16 @@ pub fn generated(spec: &Path) -> Result<String, Error> {
 /// # Errors
 /// If the folder cannot be written to, is in use, or holds files of these names that no run has
 /// written.
-pub fn write_results(folder: &Path, run: &Run, command: &str) -> Result<(), Explained> {
-    write(folder, run, command).map_err(|failure| explain(&failure))
+pub fn write_results(folder: &Path, run: &Run, command: &str) -> Result<(), Failure> {
+    let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?.made_by(command);
+    let verdicts = judge(run);
+    let run = Run {
+        scenario: run.scenario.clone(),
+        trace: Recorded::Memory(run.trace.clone()),
+        summary: run.summary.clone(),
+        warnings: run.warnings.clone(),
+    };
+    folder.write_all(&run, &verdicts)
 }
 
 /// The report of a run as `ilon run` writes it, with its robot, expectations and provenance.
@@ -71,56 +85,6 @@ pub fn report_html(run: &Run, command: &str) -> String {
     let robot = load_robot(&run.scenario).ok();
     let context = context::of(run, robot.as_ref(), &judge(run), command);
     report::html_with(&run.trace, &run.summary, &context)
-}
-
-/// Checks that the results of a study, written into a folder, would replace none of its inputs, as
-/// `ilon sweep` does.
-///
-/// # Errors
-/// If they would.
-pub fn may_hold_study(folder: &Path, study: &Study) -> Result<(), Explained> {
-    results::refuse_study_inputs(folder, study, "another path").map_err(|failure| explain(&failure))
-}
-
-/// Writes the findings of a study into its results folder, as `ilon sweep` does, if its store has
-/// one.
-///
-/// # Errors
-/// If it cannot be written.
-pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Explained> {
-    results::write_study(study, store, findings).map_err(|failure| explain(&failure))
-}
-
-/// Checks that the results of an identification, written into a folder, would replace none of its
-/// inputs, as `ilon identify` does.
-///
-/// # Errors
-/// If they would.
-pub fn may_hold_identified(folder: &Path, study: &ilon_identify::Study) -> Result<(), Explained> {
-    results::refuse_identify_inputs(folder, study, "another path")
-        .map_err(|failure| explain(&failure))
-}
-
-/// Writes the results of an identification into a folder, as `ilon identify` does.
-///
-/// # Errors
-/// If the folder is in use or cannot be written to.
-pub fn write_identified(
-    folder: &Path,
-    study: &ilon_identify::Study,
-    found: &ilon_identify::Identified,
-) -> Result<(), Explained> {
-    results::claim_and_write_identified(study, found, folder).map_err(|failure| explain(&failure))
-}
-
-/// Fits runs measured by tape and writes what was found into a folder, as `ilon identify` does.
-///
-/// # Errors
-/// Those of the fit; if the folder is in use or cannot be written to.
-pub fn fit_tape_into(folder: &Path, tape: &Tape) -> Result<TapeFit, Explained> {
-    let written = results::fit_tape(tape, folder, "another path");
-    let written = written.map(|(found, _)| found);
-    written.map_err(|failure| explain(&failure))
 }
 
 /// The page of a study, as `ilon sweep` writes it.
@@ -132,16 +96,4 @@ pub fn study_page(study: &Study, rows: &[Row], findings: &Findings) -> String {
 /// The findings of a study, as `ilon sweep` prints them.
 pub fn study_words(study: &Study, findings: &Findings) -> String {
     answer::of_study(study, findings)
-}
-
-fn write(folder: &Path, run: &Run, command: &str) -> Result<(), Failure> {
-    let folder = OutputFolder::prepare(folder.to_owned(), "another path", &[])?.made_by(command);
-    let verdicts = judge(run);
-    let run = Run {
-        scenario: run.scenario.clone(),
-        trace: Recorded::Memory(run.trace.clone()),
-        summary: run.summary.clone(),
-        warnings: run.warnings.clone(),
-    };
-    folder.write_all(&run, &verdicts)
 }

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why a command fails: an error in the input, in the arguments, or in writing.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
-pub(super) enum Failure {
+pub enum Failure {
     /// An error of the simulation library about a scenario, a robot or a trace.
     #[error(transparent)]
     #[diagnostic(transparent)]

@@ -79,8 +79,11 @@ mod table;
 #[cfg(feature = "command")]
 pub use commands::{main, run_arguments};
 pub use embed::{
-    Explained, explain, fit_tape_into, generated, may_hold_identified, may_hold_study, report_html,
-    study_page, study_words, write_identified, write_results, write_study,
+    Explained, explain, generated, report_html, study_page, study_words, write_results,
 };
+pub use failure::Failure;
 #[cfg(feature = "command")]
 pub use interrupt::end_on_signals;
+pub use results::{
+    claim_and_write_identified, fit_tape, refuse_identify_inputs, refuse_study_inputs, write_study,
+};

@@ -6,7 +6,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use ilon_files::FileAccess;
 use ilon_trace::{Recorded, Recording, Summary, TraceError};
@@ -35,13 +34,6 @@ const RESOLVED: &str = "#: The scenario as ilon ran it, every default spelled ou
 /// The growing trace.
 const GROWING: &str = "trace.partial";
 
-/// Least simulated time in a part of a growing trace, in seconds; chosen.
-const PART_S: f64 = 1.0;
-
-/// Least wall-clock time between parts; chosen. Writing a part takes a few milliseconds, which
-/// would slow down runs far faster than real time.
-const BETWEEN_PARTS: Duration = Duration::from_millis(200);
-
 /// Largest summary that is read, in bytes; chosen.
 const SUMMARY_BYTES: u64 = 64 << 20;
 
@@ -59,34 +51,6 @@ pub(super) struct OutputFolder {
     /// The command line that made the results.
     command: String,
     _claim: ReservedOutput,
-}
-
-/// Decides when the recording is written as a part.
-#[derive(Debug)]
-pub(super) struct KeepingUp {
-    /// Simulated time already written, in seconds.
-    until_s: f64,
-    /// Wall-clock time of the last write.
-    written: Instant,
-}
-
-impl KeepingUp {
-    pub fn new() -> Self {
-        Self {
-            until_s: 0.0,
-            written: Instant::now(),
-        }
-    }
-
-    /// Writes what has been recorded since the last part, once it covers the least time.
-    pub fn keep_up(&mut self, time_s: f64, recording: &mut Recording) -> Result<(), Failure> {
-        if time_s >= self.until_s + PART_S && self.written.elapsed() >= BETWEEN_PARTS {
-            recording.keep()?;
-            self.until_s = time_s;
-            self.written = Instant::now();
-        }
-        Ok(())
-    }
 }
 
 /// The files that a scenario uses, itself first.

@@ -12,8 +12,12 @@ use super::failure::Failure;
 use super::json::pretty;
 use super::{again, reserve};
 
-/// Refuses a folder, named by an option, in which results would replace an input of the study.
-pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
+/// Refuses a folder, named by an option, in which the results of `ilon sweep` would replace an input
+/// of the study.
+///
+/// # Errors
+/// If they would.
+pub fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Result<(), Failure> {
     let scenarios = (0..study.scenario_names().count()).map(|index| study.scenario_path(index));
     let inputs: Vec<PathBuf> = std::iter::once(study.path())
         .chain(scenarios)
@@ -25,12 +29,11 @@ pub(super) fn refuse_study_inputs(out: &Path, study: &Study, option: &str) -> Re
     Ok(())
 }
 
-/// Writes the results and their page, if the store has a folder.
-pub(super) fn write_study(
-    study: &Study,
-    store: &Store,
-    findings: &Findings,
-) -> Result<(), Failure> {
+/// Writes the findings of a study and their page as `ilon sweep` does, if the store has a folder.
+///
+/// # Errors
+/// If they cannot be written.
+pub fn write_study(study: &Study, store: &Store, findings: &Findings) -> Result<(), Failure> {
     ilon_sweep::write_results(study, store, findings)?;
     if let Some(folder) = store.folder() {
         let rows = store.rows();
@@ -41,8 +44,12 @@ pub(super) fn write_study(
     Ok(())
 }
 
-/// Refuses a folder, named by an option, in which results would replace an input of the study.
-pub(super) fn refuse_identify_inputs(
+/// Refuses a folder, named by an option, in which the results of `ilon identify` would replace an
+/// input of the study.
+///
+/// # Errors
+/// If they would.
+pub fn refuse_identify_inputs(
     out: &Path,
     study: &ilon_identify::Study,
     option: &str,
@@ -55,8 +62,11 @@ pub(super) fn refuse_identify_inputs(
     Ok(())
 }
 
-/// Reserves a folder and writes all results into it.
-pub(super) fn claim_and_write_identified(
+/// Reserves a folder and writes all results into it, as `ilon identify` does.
+///
+/// # Errors
+/// If the folder is in use or cannot be written to.
+pub fn claim_and_write_identified(
     study: &ilon_identify::Study,
     found: &Identified,
     out: &Path,
@@ -65,9 +75,12 @@ pub(super) fn claim_and_write_identified(
     write_identified(study, found, out).map(drop)
 }
 
-/// Fits runs measured by tape, and writes what was found into a folder that `named` gave; returns it
-/// with its JSON.
-pub(super) fn fit_tape(tape: &Tape, out: &Path, named: &str) -> Result<(TapeFit, String), Failure> {
+/// Fits runs measured by tape, and writes what was found into a folder that `named` gave, as `ilon
+/// identify` does; returns it with its JSON.
+///
+/// # Errors
+/// Those of the fit; if the folder is in use or cannot be written to.
+pub fn fit_tape(tape: &Tape, out: &Path, named: &str) -> Result<(TapeFit, String), Failure> {
     let file = out.join("identified.json");
     reserve::not_an_input(&file, named, &tape.inputs())?;
     let _claim = reserve::folder(out, named)?;

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use super::failure::Failure;
 use super::kind::{Kind, kind, wants};
 use super::outcome::Outcome;
-pub(super) use one::Arguments;
+pub(super) use one::{Arguments, recorded};
 use one::{Told, load, one, out_folder, print_json};
 
 pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {

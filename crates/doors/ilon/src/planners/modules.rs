@@ -5,7 +5,7 @@ use ilon_control::{Kinematics, SpeedLimits, WheelLoads};
 use ilon_robot::Robot;
 use nalgebra::Vector2;
 
-use super::swerve::{PLANNERS_GRAVITY_M_S2, SHARE, corners, reaches_m, whole};
+use super::swerve::{SHARE, corners, whole};
 use super::{NoSwerve, Swerve};
 use crate::scenario::Scenario;
 
@@ -30,10 +30,7 @@ impl Swerve {
         let wheels = || robot.wheels.iter();
         let rates: Vec<f64> = wheels().map(|wheel| wheel.motor.velocity_rad_s).collect();
         let tops = SpeedLimits::new(&kinematics, &rates);
-        let (speed_m_s, yaw_rate_rad_s) = (tops.top_speed_range_m_s().0, tops.top_yaw_rate_rad_s());
-        if !(speed_m_s.is_finite() && yaw_rate_rad_s.is_finite()) {
-            return Err(NoSwerve::NoRateLimit);
-        }
+        let top = [tops.top_speed_range_m_s().0, tops.top_yaw_rate_rad_s()];
         let mut loads_n = vec![0.0; robot.wheels.len()];
         WheelLoads::new(robot, scenario.world.gravity_m_s2).fill_n(Vector2::zeros(), &mut loads_n);
         let friction = scenario.world.floor.friction();
@@ -42,20 +39,8 @@ impl Swerve {
             motor_n.min(friction * load_n)
         });
         let force_n = SHARE * each.fold(f64::INFINITY, f64::min);
-        let wheel_radius_m = robot.mean_wheel_radius_m();
-        Ok(Self {
-            name: robot.name.clone(),
-            mass_kg,
-            inertia_kg_m2,
-            modules_m,
-            wheel_radius_m,
-            friction: force_n / (0.25 * mass_kg * PLANNERS_GRAVITY_M_S2),
-            torque_n_m: force_n * wheel_radius_m,
-            speed_m_s,
-            yaw_rate_rad_s,
-            acceleration_box: box_within(&modules_m, force_n, (mass_kg, inertia_kg_m2)),
-            reach_m: reaches_m(robot),
-        })
+        let acceleration_box = box_within(&modules_m, force_n, (mass_kg, inertia_kg_m2));
+        Self::with(robot, force_n, top, acceleration_box)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::ros2_control::DriveParameters;
 use crate::simulate::Limits;
 
 /// Gravity in the planners' models, in m/s^2.
-pub(super) const PLANNERS_GRAVITY_M_S2: f64 = 9.8;
+const PLANNERS_GRAVITY_M_S2: f64 = 9.8;
 
 /// Share of the limits that is given to planners; chosen.
 pub(super) const SHARE: f64 = 0.9;
@@ -94,22 +94,35 @@ impl Swerve {
         let drive = DriveParameters::of(robot).ok().and_then(Result::ok);
         let share = drive.map_or_else(|| tops.share(turning), |drive| drive.share(turning));
         let yaw_rate_rad_s = 1.0 / share;
+        let force_n = SHARE * force_within_n(&modules_m, (whole.mass_kg, inertia_kg_m2), polytope);
+        let top = [speed_m_s, yaw_rate_rad_s];
+        Self::with(robot, force_n, top, limits.acceleration_box)
+    }
+
+    /// A robot whose modules push with a force, with its top speed and yaw rate and the box of its
+    /// accelerations.
+    pub(super) fn with(
+        robot: &Robot,
+        force_n: f64,
+        [speed_m_s, yaw_rate_rad_s]: [f64; 2],
+        acceleration_box: [f64; 3],
+    ) -> Result<Self, NoSwerve> {
         if !(speed_m_s.is_finite() && yaw_rate_rad_s.is_finite()) {
             return Err(NoSwerve::NoRateLimit);
         }
-        let force_n = SHARE * force_within_n(&modules_m, (whole.mass_kg, inertia_kg_m2), polytope);
+        let whole = whole(robot).ok_or(NoSwerve::NothingToGive)?;
         let wheel_radius_m = robot.mean_wheel_radius_m();
         Ok(Self {
             name: robot.name.clone(),
             mass_kg: whole.mass_kg,
-            inertia_kg_m2,
-            modules_m,
+            inertia_kg_m2: whole.inertia_kg_m2.m33,
+            modules_m: corners(robot)?,
             wheel_radius_m,
             friction: force_n / (0.25 * whole.mass_kg * PLANNERS_GRAVITY_M_S2),
             torque_n_m: force_n * wheel_radius_m,
             speed_m_s,
             yaw_rate_rad_s,
-            acceleration_box: limits.acceleration_box,
+            acceleration_box,
             reach_m: reaches_m(robot),
         })
     }
@@ -192,7 +205,7 @@ fn force_within_n(
 }
 
 /// The extent of the robot ahead, back, left and right, in metres.
-pub(super) fn reaches_m(robot: &Robot) -> [f64; 4] {
+fn reaches_m(robot: &Robot) -> [f64; 4] {
     [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()].map(|way| reach_m(robot, &way))
 }
 

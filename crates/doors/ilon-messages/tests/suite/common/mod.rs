@@ -65,7 +65,6 @@ pub fn codecs() -> BTreeMap<&'static str, Codec> {
         geometry_msgs: Point Vector3 Quaternion Pose PoseStamped PoseWithCovariance Twist TwistStamped TwistWithCovariance
             Transform TransformStamped Vector3Stamped Wrench WrenchStamped;
         nav_msgs: Odometry Path;
-        rcl_interfaces: Log;
         rosgraph_msgs: Clock;
         sensor_msgs: Imu JointState CompressedImage;
         std_msgs: Header String ColorRGBA MultiArrayDimension MultiArrayLayout Float64MultiArray;

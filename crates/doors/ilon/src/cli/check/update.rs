@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ilon_files::FileAccess;
 use ilon_trace::quantities::{Quantity, by_key, headlines, known_to, least_change, limits};
 use ilon_trace::{Header, Summary, number, significant};
-use toml_edit::{Document, InlineTable, Item, Key, TableLike, Value};
+use toml_edit::{Document, InlineTable, Item, Key, Value};
 
 use crate::cli::failure::Failure;
 use crate::judge::Verdict;
@@ -217,7 +217,9 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
             continue;
         };
         let room = (margin * measured.abs()).max(least_change(quantity));
-        let Some(bound) = bound_of(&document, name) else {
+        let expected = document.get("expect");
+        let bound = name.split('.').fold(expected, |item, part| item?.get(part));
+        let Some(bound) = bound.and_then(Item::as_table_like) else {
             left.push_str(&format!(
                 "         {name}: a bound on its change is left: change it by hand, or save the baseline anew\n"
             ));
@@ -270,15 +272,6 @@ fn updated(text: &str, verdicts: &[Verdict], margin: f64) -> Result<[String; 3],
         text.replace_range(place, &new);
     }
     Ok([text, changes, left])
-}
-
-/// The table of a bound, by the quantity's dotted name.
-fn bound_of<'d>(document: &'d Document<&str>, quantity: &str) -> Option<&'d dyn TableLike> {
-    let mut item = document.get("expect")?;
-    for part in quantity.split('.') {
-        item = item.as_table_like()?.get(part)?;
-    }
-    item.as_table_like()
 }
 
 /// A number to three digits, rounded away from the bounded value.

@@ -13,10 +13,11 @@ use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
 use crate::cli::json::pretty;
 use crate::cli::outcome::Outcome;
-use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
+use crate::cli::output::{self, OutputFolder, Report};
 use crate::cli::progress::Bar;
+use crate::cli::run::recorded;
 use crate::cli::table::Table;
-use crate::cli::{console, interrupt, open};
+use crate::cli::{console, open};
 use crate::simulate::Simulation;
 use crate::{Causes, Scenario};
 
@@ -31,13 +32,7 @@ pub(super) fn run(arguments: &Arguments, files: &FileAccess) -> Result<Outcome, 
     let simulation = Simulation::new(&scenario)?.explaining(Causes::All);
     let bar = Bar::new(&scenario.name);
     let recording = folder.begin(&simulation)?;
-    interrupt::leaves_trace(folder.growing());
-    let mut kept = KeepingUp::new();
-    let run = simulation.run_recorded(recording, |simulation, recording| {
-        bar.simulated(simulation.progress());
-        kept.keep_up(simulation.progress().time_s, recording)
-    })?;
-    bar.done();
+    let run = recorded(simulation, recording, &folder, &bar, &mut [])?;
     for warning in ilon_sim::gathered(&run.warnings) {
         bar.note(&format!("note: {warning}"));
     }

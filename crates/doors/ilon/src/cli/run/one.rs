@@ -1,10 +1,11 @@
 //! One scenario: simulated, written and printed.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use ilon_files::FileAccess;
 use ilon_trace::quantities::{self, GROUPS};
-use ilon_trace::{Quantity, Sink, Summary, to_microseconds};
+use ilon_trace::{Quantity, Recorded, Recording, Sink, Summary, to_microseconds};
 
 use crate::Scenario;
 use crate::cli::bag::Bag;
@@ -12,13 +13,20 @@ use crate::cli::converge::{self, Converge};
 use crate::cli::escape::{path_in_line, sentences};
 use crate::cli::failure::Failure;
 use crate::cli::options::{Detail, Sandbox, Settings, Twins};
-use crate::cli::output::{self, KeepingUp, OutputFolder, Report};
+use crate::cli::output::{self, OutputFolder, Report};
 use crate::cli::progress::Bar;
 use crate::cli::table::Table;
 use crate::cli::{console, interrupt, open};
 use crate::judge::judge_rows;
-use crate::simulate;
+use crate::simulate::{Run, Simulation};
 use ilon_sim::gathered;
+
+/// Least simulated time in a part of a growing trace, in seconds; chosen.
+const PART_S: f64 = 1.0;
+
+/// Least wall-clock time between parts; chosen. Writing a part takes a few milliseconds, which
+/// would slow down runs far faster than real time.
+const BETWEEN_PARTS: Duration = Duration::from_millis(200);
 
 /// Arguments of `ilon run`.
 #[derive(Debug, clap::Args)]
@@ -95,6 +103,30 @@ impl Told<'_> {
     }
 }
 
+/// Runs a simulation, whose recording begins in a folder and grows there in parts; the rows also go
+/// to other sinks.
+pub fn recorded(
+    simulation: Simulation,
+    recording: Recording,
+    folder: &OutputFolder,
+    bar: &Bar,
+    sinks: &mut [&mut dyn Sink],
+) -> Result<Run<Recorded>, Failure> {
+    interrupt::leaves_trace(folder.growing());
+    let (mut kept_s, mut kept) = (0.0, Instant::now());
+    let run = simulation.run_recorded_beside(recording, sinks, |simulation, recording| {
+        let progress = simulation.progress();
+        bar.simulated(progress);
+        if progress.time_s >= kept_s + PART_S && kept.elapsed() >= BETWEEN_PARTS {
+            recording.keep()?;
+            (kept_s, kept) = (progress.time_s, Instant::now());
+        }
+        Ok::<_, Failure>(())
+    })?;
+    bar.done();
+    Ok(run)
+}
+
 /// Simulates one scenario, writes and prints; returns its summary as JSON and as a value.
 pub fn one(
     path: &Path,
@@ -108,7 +140,7 @@ pub fn one(
     let bag = Bag::prepare(&folder, arguments.mcap, &inputs)?;
 
     // An unreadable robot is reported before the run is announced.
-    let simulation = simulate::Simulation::new(scenario)?.explaining(arguments.twins.causes());
+    let simulation = Simulation::new(scenario)?.explaining(arguments.twins.causes());
     let bar = Bar::new(&scenario.name);
     let foreseen = simulation.warnings().len();
     for warning in gathered(simulation.warnings()) {
@@ -120,15 +152,9 @@ pub fn one(
         bar.note(&format!("note: {fault}"));
     }
     let recording = folder.begin(&simulation)?;
-    interrupt::leaves_trace(folder.growing());
-    let mut kept = KeepingUp::new();
     let mut bag = bag.begin(&simulation)?;
     let mut sinks: Vec<&mut dyn Sink> = bag.iter_mut().map(|bag| bag as _).collect();
-    let run = simulation.run_recorded_beside(recording, &mut sinks, |simulation, recording| {
-        bar.simulated(simulation.progress());
-        kept.keep_up(simulation.progress().time_s, recording)
-    })?;
-    bar.done();
+    let run = recorded(simulation, recording, &folder, &bar, &mut sinks)?;
 
     let verdicts = judge_rows(&run)?;
     let report = if arguments.no_report {
