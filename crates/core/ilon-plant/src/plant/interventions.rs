@@ -263,7 +263,8 @@ impl Plant {
     /// removes it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a mass that is negative or NaN.
+    /// [`Error::Invalid`] for a mass that is negative or NaN, or under which the wheels would sink
+    /// into the ground by more than a tenth of their radius.
     pub fn carry(&mut self, mass_kg: f64) -> Result<(), Error> {
         self.carry_at(mass_kg, None)
     }
@@ -283,6 +284,8 @@ impl Plant {
                 "give a finite mass of 0 kg or more",
             ));
         }
+        let scenario = self.resolved().scenario();
+        scenario.check_payload(&self.plan.robot, mass_kg)?;
         let place_in_body_m = self.place_or_center(place_in_body_m);
         let payload = (mass_kg > 0.0).then(|| Payload::new(mass_kg, place_in_body_m));
         self.disturbances.carry(payload.transpose()?);

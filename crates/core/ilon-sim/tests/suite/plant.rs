@@ -525,6 +525,9 @@ fn a_load_that_is_put_down_is_gone_and_none_is_negative() {
         let error = laden.carry(mass_kg).expect_err("no load").to_string();
         assert!(error.contains("cannot carry"), "{error}");
     }
+    // Springs of the contacts carry 1e9 kg in the ground, as a scenario refuses it.
+    let error = laden.carry(1e9).expect_err("too heavy").to_string();
+    assert!(error.contains("would sink by"), "{error}");
 }
 
 #[test]

@@ -6,6 +6,9 @@ use super::objection::Objection;
 use crate::Error;
 use crate::scenario::{Body, Contacts, Fault, Scenario};
 
+/// The largest deflection of contacts, relative to a wheel's radius. Chosen.
+const TOO_DEEP: f64 = 0.1;
+
 impl Scenario {
     /// The longest physics step, in seconds, in which no free body can pass through what it meets,
     /// and the index of that body; `None` for bodies that do not move. In a step a body may move by
@@ -58,6 +61,38 @@ impl Scenario {
         }
     }
 
+    /// The depth by which the wheels sink into the ground under the robot's weight with a payload,
+    /// in metres, and as a share of their radius; `None` for contacts without a stiffness.
+    fn sinks(&self, robot: &Robot, payload_kg: f64) -> Option<[f64; 2]> {
+        let solver = &self.world.solver;
+        let scale = Scale::of(robot, self.world.gravity_m_s2);
+        let (Contacts::Ilon, Some(stiffness_n_m)) = (solver.contacts, solver.contact_stiffness_n_m)
+        else {
+            return None;
+        };
+        let load_kg = scale.load_kg + payload_kg / robot.wheels.len() as f64;
+        let sinks_m = load_kg * self.world.gravity_m_s2 / stiffness_n_m;
+        Some([sinks_m, sinks_m / scale.length_m])
+    }
+
+    /// Refuses a payload, in kg, under which the robot would be in the ground rather than on it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the wheels sink by more than a tenth of their radius.
+    pub fn check_payload(&self, robot: &Robot, payload_kg: f64) -> Result<(), Error> {
+        match self.sinks(robot, payload_kg) {
+            Some([sinks_m, share]) if share > TOO_DEEP => Err(Error::invalid(
+                format!(
+                    "the wheels would sink by {:.3} mm into the ground, {:.0} % of their radius, under a payload of {payload_kg} kg",
+                    1e3 * sinks_m,
+                    100.0 * share
+                ),
+                "give a lighter one, or set `world.solver.contact_stiffness_n_m` higher",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Remarks contacts that deflect far under the robot's weight with its heaviest payload.
     ///
     /// # Errors
@@ -67,13 +102,6 @@ impl Scenario {
         /// Relative to a wheel's radius: a larger deflection means rolling on a smaller wheel.
         /// Chosen.
         const DEEP: f64 = 0.01;
-        const TOO_DEEP: f64 = 0.1;
-        let solver = &self.world.solver;
-        let scale = Scale::of(robot, self.world.gravity_m_s2);
-        let (Contacts::Ilon, Some(stiffness_n_m)) = (solver.contacts, solver.contact_stiffness_n_m)
-        else {
-            return Ok(None);
-        };
         let payloads = self
             .faults
             .iter()
@@ -84,12 +112,15 @@ impl Scenario {
             });
         let heaviest = payloads.max_by(|one, other| one.1.total_cmp(&other.1));
         let payload_kg = heaviest.map_or(0.0, |(_, mass_kg)| mass_kg.max(0.0));
-        let load_kg = scale.load_kg + payload_kg / robot.wheels.len() as f64;
-        let sinks_m = load_kg * self.world.gravity_m_s2 / stiffness_n_m;
-        let share = sinks_m / scale.length_m;
-        if share < DEEP {
+        let solver = &self.world.solver;
+        let sinks = self
+            .sinks(robot, payload_kg)
+            .filter(|[_, share]| *share >= DEEP);
+        let (Some([sinks_m, share]), Some(stiffness_n_m)) = (sinks, solver.contact_stiffness_n_m)
+        else {
             return Ok(None);
-        }
+        };
+        let load_kg = sinks_m * stiffness_n_m / self.world.gravity_m_s2;
         let enough_n_m = stiffness_n_m * share / DEEP;
         let message = format!(
             "the wheels sink by {:.3} mm into the ground, {:.0} % of their radius, under {:.4} kg on each: \
