@@ -7,8 +7,11 @@ use toml::{Table, Value};
 use super::check::out_of_range;
 use crate::error::Fault;
 
+/// Whether a range has a number.
+type Holds = fn(f64) -> bool;
+
 /// Each range in words, with the keys that have it: the last part of a key, or the first and the last.
-const RANGES: [(fn(f64) -> bool, &str, &str); 7] = [
+const RANGES: [(Holds, &str, &str); 7] = [
     (
         |number| number > 0.0,
         "a finite number above 0",
