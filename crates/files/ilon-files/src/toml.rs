@@ -7,8 +7,8 @@
 use std::fmt;
 use std::ops::Range;
 
-use ::toml::Spanned;
 use ::toml::de::{DeString, DeTable, DeValue};
+use ::toml::{Spanned, Table, Value};
 use erased_serde::Serialize;
 use serde::de::value::{CowStrDeserializer, UnitDeserializer};
 use serde::de::{
@@ -74,6 +74,39 @@ pub fn decode_text<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Decode
 /// If TOML cannot represent it: a null in a list, or a key that is not text.
 pub fn encode(value: &dyn Serialize) -> Result<String, ::toml::ser::Error> {
     ::toml::to_string(value)
+}
+
+/// The values of a table by their dotted keys. What is no table is a value, and so is an empty one.
+pub fn flat(table: &Table) -> Vec<(String, Value)> {
+    flattened(table, false)
+}
+
+/// Like [`flat`], with the entries of a list by their indices.
+pub fn leaves(table: &Table) -> Vec<(String, Value)> {
+    flattened(table, true)
+}
+
+fn flattened(table: &Table, with_lists: bool) -> Vec<(String, Value)> {
+    fn gather(key: &str, value: &Value, with_lists: bool, found: &mut Vec<(String, Value)>) {
+        let mut below = |name: &dyn fmt::Display, value| {
+            gather(&format!("{key}.{name}"), value, with_lists, found);
+        };
+        match value {
+            Value::Table(inner) if !inner.is_empty() => {
+                inner.iter().for_each(|(name, value)| below(name, value));
+            }
+            Value::Array(items) if with_lists && !items.is_empty() => {
+                let items = items.iter().enumerate();
+                items.for_each(|(index, value)| below(&index, value));
+            }
+            value => found.push((key.to_owned(), value.clone())),
+        }
+    }
+    let mut found = Vec::new();
+    for (key, value) in table {
+        gather(key, value, with_lists, &mut found);
+    }
+    found
 }
 
 impl DecodeError {
@@ -524,6 +557,20 @@ mod tests {
         let text = encode(&all).expect("written");
         assert_eq!(text, ::toml::to_string(&all).expect("written"));
         assert_eq!(decode_text::<All>(&text), Ok(all));
+    }
+
+    /// Keys of tables are joined by dots, those of lists only where lists are asked for; what is
+    /// empty is a value.
+    #[test]
+    fn values_have_dotted_keys() {
+        let table = "a.b = 1\na.c = {}\nd = [{ e = 2 }, 3]\nf = []"
+            .parse()
+            .expect("TOML");
+        let keys = |found: Vec<(String, Value)>| found.into_iter().map(|(key, _)| key);
+        let [flat, leaves] = [flat(&table), leaves(&table)].map(keys);
+        assert_eq!(flat.collect::<Vec<_>>(), ["a.b", "a.c", "d", "f"]);
+        let leaves: Vec<_> = leaves.collect();
+        assert_eq!(leaves, ["a.b", "a.c", "d.0.e", "d.1", "f"]);
     }
 
     /// A text of 9 MB is refused before it is parsed.

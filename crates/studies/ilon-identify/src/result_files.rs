@@ -13,7 +13,8 @@ use crate::motion::Tracker;
 use crate::outcome::Identified;
 use crate::read_logs::read_run;
 use crate::steered::{has_column, steering_joints};
-use crate::study::{Study, flat};
+use crate::study::Study;
+use ilon_files::toml::flat;
 
 /// All result files; some apply only to some studies.
 pub const FILES: [&str; 5] = [

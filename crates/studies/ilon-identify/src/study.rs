@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_files::toml::flat;
 use ilon_robot::Robot;
 use ilon_sim::scenario::{Scenario, Setting, read_text, read_toml};
 use ilon_sim::{Error, load_robot};
@@ -186,20 +187,4 @@ pub(crate) fn robot_of(
         .collect();
     let text = scenario_text(robot);
     load_robot(&Scenario::from_text(&text, beside, &settings, files)?)
-}
-
-/// Returns the keys of nested tables, joined by dots.
-pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
-    let mut flat_keys = Vec::new();
-    for (key, value) in table {
-        match value {
-            Value::Table(inner) => flat_keys.extend(
-                flat(inner)
-                    .into_iter()
-                    .map(|(below, value)| (format!("{key}.{below}"), value)),
-            ),
-            value => flat_keys.push((key.clone(), value.clone())),
-        }
-    }
-    flat_keys
 }

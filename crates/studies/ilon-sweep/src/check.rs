@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use ilon_files::FileAccess;
+use ilon_files::toml::flat;
 use miette::NamedSource;
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
@@ -11,7 +12,7 @@ use toml::{Table, Value};
 use crate::axis::{Axis, Values, grid_points};
 use crate::axis_syntax::{axes_of, range};
 use crate::base::Base;
-use crate::file::{Keep, MOST_RUNS, Method, SEED, StudyFile, flat};
+use crate::file::{Keep, MOST_RUNS, Method, SEED, StudyFile};
 use crate::row::figure_names;
 use crate::sample::{MOST_SOBOL_POINTS, runs_a_point};
 use ilon_sim::scenario::{Bound, Scenario, Setting, nearest, read_toml};

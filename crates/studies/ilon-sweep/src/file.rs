@@ -350,18 +350,3 @@ fn gather<T: DeserializeOwned>(
     }
     Ok(())
 }
-
-/// Returns the values of a table by their dotted keys.
-pub(crate) fn flat(table: &Table) -> Vec<(String, Value)> {
-    let mut found = Vec::new();
-    for (key, value) in table {
-        match value {
-            Value::Table(inner) if !inner.is_empty() => {
-                let inner = flat(inner).into_iter();
-                found.extend(inner.map(|(name, value)| (format!("{key}.{name}"), value)));
-            }
-            value => found.push((key.clone(), value.clone())),
-        }
-    }
-    found
-}

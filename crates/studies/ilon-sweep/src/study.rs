@@ -5,13 +5,14 @@ mod fingerprint;
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_files::toml::flat;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::axis::{Axis, Values, grid_points, text_of};
 use crate::base::Base;
 use crate::check::{self, Draft};
-use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile, flat};
+use crate::file::{Find, Method, Minimise, SEED, ShareBound, StudyFile};
 use crate::robots::Robots;
 use crate::row::{Row, Task};
 use crate::sample::{Sample, generator, unit};

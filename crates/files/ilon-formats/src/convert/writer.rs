@@ -7,10 +7,9 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use roxmltree::Node;
 
 use super::assembled::Assembled;
-use crate::generate::elements::attribute as escaped;
+use crate::generate::elements::{attribute as escaped, inertia as inertia_element, origin};
 use crate::urdf::Origin;
 use crate::xml;
-use ilon_robot::roll_pitch_yaw;
 
 /// Where a slide without limits ends, in metres: nothing goes as far. Chosen.
 pub(super) const FAR_M: f64 = 100.0;
@@ -108,11 +107,7 @@ impl Writer {
         self.origin(link_from_inertial);
         let _ = write!(self.out, "<mass value=\"{mass_kg}\"/>");
         if let Some(i) = inertia {
-            let _ = write!(
-                self.out,
-                "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
-                i.m11, i.m12, i.m13, i.m22, i.m23, i.m33
-            );
+            self.out.push_str(&inertia_element(i));
         }
         self.out.push_str("</inertial>\n");
     }
@@ -205,12 +200,6 @@ impl Writer {
         if *pose == Isometry3::identity() {
             return;
         }
-        let p = pose.translation.vector;
-        let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
-        let _ = write!(
-            self.out,
-            "<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>",
-            p.x, p.y, p.z
-        );
+        self.out.push_str(&origin(pose));
     }
 }

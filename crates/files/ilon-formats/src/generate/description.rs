@@ -5,12 +5,10 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::ops::Range;
 
-use ilon_robot::roll_pitch_yaw;
 use nalgebra::{Isometry3, UnitQuaternion};
 use roxmltree::Document;
 
-use super::elements::attribute;
-use super::elements::spheres_of;
+use super::elements::{attribute, origin, spheres_of};
 use super::slices_of;
 use crate::model::{Robot, RobotDescription, Roller, RollerForm, SolidOfRevolution, Wheel};
 use crate::urdf::{Edit, UrdfText, child, link_tree};
@@ -144,12 +142,6 @@ fn slices(turned: &SolidOfRevolution, link_from_roller: &Isometry3<f64>) -> Stri
         );
         shown
     })
-}
-
-fn origin(pose: &Isometry3<f64>) -> String {
-    let [x, y, z]: [f64; 3] = pose.translation.vector.into();
-    let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
-    format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
 }
 
 /// A text as an attribute's value, in its quotes.

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use nalgebra::Vector3;
+use ilon_robot::roll_pitch_yaw;
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::model::Barrel;
 use crate::spec::{ChassisShape, ChassisSpec};
@@ -12,6 +13,21 @@ pub(super) fn cylinder(radius_m: f64, length_m: f64) -> String {
         "<cylinder radius=\"{}\" length=\"{}\"/>",
         num(radius_m),
         num(length_m)
+    )
+}
+
+/// Where something is, with all digits.
+pub(crate) fn origin(pose: &Isometry3<f64>) -> String {
+    let [x, y, z]: [f64; 3] = pose.translation.vector.into();
+    let [roll, pitch, yaw] = roll_pitch_yaw(&pose.rotation.to_rotation_matrix());
+    format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
+}
+
+/// An inertia, with all digits.
+pub(crate) fn inertia(i: &Matrix3<f64>) -> String {
+    format!(
+        "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
+        i.m11, i.m12, i.m13, i.m22, i.m23, i.m33
     )
 }
 

@@ -8,6 +8,7 @@ mod changed;
 mod check;
 mod described;
 mod on_tyres;
+mod ranges;
 mod reading;
 mod suspension;
 

@@ -9,11 +9,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::check::{
-    failing, faults_of_chassis, length_of_wheel, not_negative, out_of_range, positive, refused,
-};
+use super::check::{out_of_range, refused};
 use super::reading::{placed, read};
-use super::{ChassisSpec, MAX_BYTES, exactly};
+use super::{ChassisSpec, MAX_BYTES, exactly, ranges};
 use crate::error::{Fault, RobotError};
 use crate::files::FileAccess;
 
@@ -182,66 +180,22 @@ impl SpecOnTyres {
     /// The values that are out of their ranges, by their keys. What a tyre can be made of is
     /// checked by then.
     fn faults(&self) -> Vec<Fault> {
-        let mut faults = faults_of_chassis(&self.chassis);
-        let t = &self.tyres;
-        let lengths = [("tyres.radius_m", t.radius_m), ("tyres.width_m", t.width_m)];
-        faults.extend(failing(lengths, length_of_wheel));
-        let positives = [
-            ("tyres.mass_kg", t.mass_kg),
-            ("tyres.motor_effort_n_m", t.motor_effort_n_m),
-            ("tyres.motor_velocity_rad_s", t.motor_velocity_rad_s),
-        ];
-        faults.extend(failing(positives, positive));
-        let losses = [
-            ("tyres.damping_n_m_s", t.damping_n_m_s),
-            ("tyres.friction_n_m", t.friction_n_m),
-        ];
-        faults.extend(failing(losses, not_negative));
+        let mut faults = ranges::faults(self);
         faults.extend(self.faults_of_steering());
-        let radii = self.wheels.iter().enumerate();
-        let radii = radii.filter_map(|(index, wheel)| Some((index, wheel.radius_m?)));
-        faults.extend(radii.filter_map(|(index, radius_m)| {
-            length_of_wheel(&format!("wheels.{index}.radius_m"), radius_m).err()
-        }));
-        for (index, caster) in self.casters.iter().enumerate() {
-            let key = |of: &str| format!("casters.{index}.{of}");
-            for (of, value_m) in [
-                ("radius_m", caster.radius_m),
-                ("width_m", caster.width_m),
-                ("trail_m", caster.trail_m),
-            ] {
-                faults.extend(length_of_wheel(&key(of), value_m).err());
-            }
-            for (of, value_kg) in [
-                ("mass_kg", caster.mass_kg),
-                ("fork_mass_kg", caster.fork_mass_kg),
-            ] {
-                faults.extend(positive(&key(of), value_kg).err());
-            }
-        }
         faults.extend(self.faults_of_names());
         faults
     }
 
     fn faults_of_steering(&self) -> Vec<Fault> {
-        let Some(steering) = &self.steering else {
-            let steered = self
-                .wheels
-                .iter()
-                .enumerate()
-                .filter(|(_, wheel)| wheel.steered);
-            let range = "false where there is no `[steering]`";
-            return steered
-                .map(|(index, _)| out_of_range(&format!("wheels.{index}.steered"), true, range))
-                .collect();
-        };
-        let positives = [
-            ("steering.fork_mass_kg", steering.fork_mass_kg),
-            ("steering.effort_n_m", steering.effort_n_m),
-            ("steering.velocity_rad_s", steering.velocity_rad_s),
-            ("steering.limit_deg", steering.limit_deg.unwrap_or(1.0)),
-        ];
-        failing(positives, positive).collect()
+        if self.steering.is_some() {
+            return Vec::new();
+        }
+        let steered = self.wheels.iter().enumerate();
+        let steered = steered.filter(|(_, wheel)| wheel.steered);
+        let range = "false where there is no `[steering]`";
+        steered
+            .map(|(index, _)| out_of_range(&format!("wheels.{index}.steered"), true, range))
+            .collect()
     }
 
     /// The faults of the wheels' names.

@@ -111,11 +111,17 @@ impl Meshes {
     }
 }
 
-fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
-    let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
-    if is_lfs_pointer(&bytes) {
-        return Err(LFS_POINTER.to_owned());
+/// The bytes of a mesh file, of which there may be as many.
+pub(super) fn bytes(path: &Path, files: &FileAccess, most: u64) -> Result<Vec<u8>, String> {
+    let bytes = files.read(path, most).map_err(|e| e.to_string())?;
+    match is_lfs_pointer(&bytes) {
+        true => Err(LFS_POINTER.to_owned()),
+        false => Ok(bytes),
     }
+}
+
+fn read(path: &Path, files: &FileAccess) -> Result<Vec<Point3<f64>>, String> {
+    let bytes = bytes(path, files, MAX_BYTES)?;
     let vertices = match kind(path).as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(&bytes)?,
@@ -183,7 +189,7 @@ pub(super) fn open_stl(bytes: &mut [u8]) -> Result<(), String> {
 
 /// Rejects an OBJ file that is no text, or whose faces have too few points or impossible indices,
 /// which its reader would multiply. They count from 1, or backwards from the last one so far.
-pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
+fn check_obj(bytes: &[u8]) -> Result<(), String> {
     /// A file of 64 MB contains fewer of anything.
     const MOST: i64 = 1_000_000_000;
     const KINDS: [&str; 3] = ["v", "vt", "vn"];
@@ -223,16 +229,20 @@ pub(super) fn check_obj(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+/// The models of an OBJ file.
+pub(super) fn models(
+    bytes: &[u8],
+    options: &tobj::LoadOptions,
+) -> Result<Vec<tobj::Model>, String> {
     check_obj(bytes)?;
-    // Materials only set colours.
+    // Materials only set colours, and URDF has its own.
     let no_materials = |_: &Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(
-        &mut Cursor::new(bytes),
-        &tobj::LoadOptions::default(),
-        no_materials,
-    )
-    .map_err(|e| e.to_string())?;
+    let read = tobj::load_obj_buf(&mut Cursor::new(bytes), options, no_materials);
+    read.map(|(models, _)| models).map_err(|e| e.to_string())
+}
+
+fn obj(bytes: &[u8]) -> Result<Vec<Point3<f64>>, String> {
+    let models = models(bytes, &tobj::LoadOptions::default())?;
     Ok(models
         .iter()
         .flat_map(|model| model.mesh.positions.chunks_exact(3))

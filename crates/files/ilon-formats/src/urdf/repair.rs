@@ -17,7 +17,7 @@ use super::tree::{Motion, Tree};
 use super::urdf_text::{Edit, UrdfText};
 use super::{normalise, recognise};
 use crate::error::{Fault, RobotError, is_zero_size};
-use crate::generate::elements::attribute as escaped;
+use crate::generate::elements::{attribute as escaped, inertia};
 use crate::model::{Collision, MassProperties, Remark, Robot};
 use crate::options::LoadOptions;
 use crate::solid::Solid;
@@ -263,15 +263,12 @@ fn inertial_text(mass: &MassProperties) -> String {
 fn inertia_text(mass: &MassProperties, frame: &Isometry3<f64>) -> String {
     let i = mass.moved(&frame.inverse()).inertia_kg_m2;
     // Products caused by rounding become zero.
-    let product = |x: f64| if x.abs() < 1e-12 * i.trace() { 0.0 } else { x };
-    format!(
-        "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>",
-        i.m11,
-        product(i.m12),
-        product(i.m13),
-        i.m22,
-        product(i.m23),
-        i.m33
+    let least = 1e-12 * i.trace();
+    inertia(
+        &i.map_with_location(|row, column, x| match row != column && x.abs() < least {
+            true => 0.0,
+            false => x,
+        }),
     )
 }
 

@@ -596,6 +596,7 @@ fn all_faults_of_a_description_are_told_with_their_lines() {
 #[test_case("radius_m = 0.012", "radius_m = -0.012", &["radius_m = -0.012"]; "rollers without a size")]
 #[test_case("radius_m = 0.012", "radius_m = 0.002", &["radius_m = 0.002"]; "slender rollers")]
 #[test_case("radius_m = 0.012", "radius_m = -1\nbearings = \"bushings\"", &["radius_m = -1"]; "axles of such rollers")]
+#[test_case("[0.3, 0.3, 0.1]", "[0, 0.3, -0.1]", &["size_m", "size_m"]; "two sides of a box")]
 #[test_case("distance_m = 0.2", "distance_m = nan", &["distance_m"]; "a ring without a size")]
 #[test_case(
     "[wheels.ring]\ncount = 3\ndistance_m = 0.2\ngamma_deg = 0.0",

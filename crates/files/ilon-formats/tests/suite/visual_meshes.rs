@@ -179,6 +179,7 @@ fn what_is_seen_is_no_part_of_the_model() {
 #[test_case("package://nobody/a.stl", "", "nobody"; "of a package that is not there")]
 #[test_case("a.fbx", "fbx", "`.fbx` are not read"; "of another kind")]
 #[test_case("a.stl", "nothing", "cut short"; "cut short")]
+#[test_case("a.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n", "`git lfs pull` fetches it"; "not fetched")]
 #[test_case("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/-9223372036854775808\n", "a point that is not there"; "an index beyond all files")]
 #[test_case("a.obj", "", "no triangle"; "empty")]
 #[test_case("a.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no triangle"; "without area")]

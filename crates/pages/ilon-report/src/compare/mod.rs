@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use ilon_files::FileAccess;
+use ilon_files::toml::leaves;
 use ilon_trace::quantities::GROUPS;
 use ilon_trace::{Header, Quantity, Settings, Summary, Trace, TraceError, number};
 use serde::Serialize;
 use thiserror::Error;
+use toml::{Table, Value};
 
 mod figures;
 mod page;
@@ -258,7 +260,7 @@ fn robot(header: &Header) -> BTreeMap<String, String> {
 /// Returns the keys in which resolved scenarios differ, except their expectations, which do not
 /// change a run.
 pub(crate) fn settings_that_differ(scenarios: &[&str]) -> Vec<SettingRow> {
-    let keys: Vec<BTreeMap<String, String>> = scenarios.iter().map(|text| leaves(text)).collect();
+    let keys: Vec<_> = scenarios.iter().map(|text| values_by_key(text)).collect();
     rows_that_differ(&keys)
 }
 
@@ -285,44 +287,22 @@ fn rows_that_differ(keys: &[BTreeMap<String, String>]) -> Vec<SettingRow> {
 
 /// Returns the values of a TOML document by their dotted keys. For a path only the file name
 /// counts, because the same robot has different paths from different folders.
-fn leaves(text: &str) -> BTreeMap<String, String> {
-    let mut found = BTreeMap::new();
-    if let Ok(table) = text.parse::<toml::Table>() {
-        collect("", &toml::Value::Table(table), &mut found);
-    }
-    found
-}
-
-fn collect(key: &str, value: &toml::Value, found: &mut BTreeMap<String, String>) {
-    let inner = |name: &str| {
-        if key.is_empty() {
-            name.to_owned()
-        } else {
-            format!("{key}.{name}")
-        }
+fn values_by_key(text: &str) -> BTreeMap<String, String> {
+    let shown = |(key, value): (String, Value)| {
+        let text = match value {
+            // An empty list.
+            Value::Array(_) | Value::Table(_) => return None,
+            Value::String(path) if key.ends_with("file") => {
+                let name = Path::new(&path).file_name().unwrap_or_default();
+                name.to_string_lossy().into_owned()
+            }
+            Value::String(text) => text,
+            value => value.to_string(),
+        };
+        Some((key, text))
     };
-    match value {
-        toml::Value::Table(table) => {
-            for (name, value) in table {
-                collect(&inner(name), value, found);
-            }
-        }
-        toml::Value::Array(values) => {
-            for (index, value) in values.iter().enumerate() {
-                collect(&inner(&index.to_string()), value, found);
-            }
-        }
-        toml::Value::String(path) if key.ends_with("file") => {
-            let name = Path::new(path).file_name().unwrap_or_default();
-            found.insert(key.to_owned(), name.to_string_lossy().into_owned());
-        }
-        toml::Value::String(text) => {
-            found.insert(key.to_owned(), text.clone());
-        }
-        value => {
-            found.insert(key.to_owned(), value.to_string());
-        }
-    }
+    let table: Table = text.parse().unwrap_or_default();
+    leaves(&table).into_iter().filter_map(shown).collect()
 }
 
 /// The summary in a file; `None` if there is none.

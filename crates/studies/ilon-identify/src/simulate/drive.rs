@@ -15,7 +15,8 @@ use super::steady_drives::Course;
 use crate::log::Log;
 use crate::motion::{Window, window};
 use crate::ripple::{Stretches, ripple};
-use crate::study::{Study, flat};
+use crate::study::Study;
+use ilon_files::toml::flat;
 
 /// Settling time before the motion of a simulated drive counts, in seconds.
 const SETTLE_S: f64 = 0.7;

@@ -31,7 +31,8 @@ use self::residuals::{Scales, SimulatedLegs};
 use self::steady_drives::{Leg, legs};
 use crate::least_squares::{Minimum, Search};
 use crate::outcome::{Beside, Elsewhere, Simulation, Value};
-use crate::study::{Study, flat};
+use crate::study::Study;
+use ilon_files::toml::flat;
 
 /// Results of the fit by simulation.
 pub(crate) struct SimulationFit {

@@ -3,7 +3,8 @@
 use ilon_sim::Error;
 use toml::Value as Toml;
 
-use crate::study::{Simulate, flat};
+use crate::study::Simulate;
+use ilon_files::toml::flat;
 
 /// A free key with its range.
 pub(super) struct Free {

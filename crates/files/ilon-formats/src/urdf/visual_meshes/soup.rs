@@ -14,7 +14,7 @@ pub(super) type Triangle = [[f32; 3]; 3];
 
 /// Reads the triangles of a file.
 pub(super) fn read(path: &Path, files: &FileAccess) -> Result<Vec<Triangle>, String> {
-    let bytes = files.read(path, MAX_BYTES).map_err(|e| e.to_string())?;
+    let bytes = mesh::bytes(path, files, MAX_BYTES)?;
     let triangles = match mesh::kind(path).as_str() {
         "stl" => stl(bytes)?,
         "obj" => obj(&bytes)?,
@@ -45,17 +45,13 @@ fn stl(mut bytes: Vec<u8>) -> Result<Vec<Triangle>, String> {
 }
 
 fn obj(bytes: &[u8]) -> Result<Vec<Triangle>, String> {
-    mesh::check_obj(bytes)?;
-    // The file's materials only set colours, and URDF has its own.
-    let no_materials = |_: &Path| Ok(Default::default());
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_lines: true,
         ignore_points: true,
         ..tobj::LoadOptions::default()
     };
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
-        .map_err(|e| e.to_string())?;
+    let models = mesh::models(bytes, &options)?;
     let mut triangles = Vec::new();
     for model in &models {
         let point = |index: &u32| {
