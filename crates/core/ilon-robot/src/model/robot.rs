@@ -98,7 +98,8 @@ impl Robot {
 
     /// Returns the inertia on a joint while all others are at zero, except its followers: the mass
     /// along its axis in kg, or the inertia about it in kg m^2, of its body and everything that it
-    /// carries; with followers twice the energy at a rate of 1. Wheels count as points.
+    /// carries; with followers twice the energy at a rate of 1. Wheels turn freely on their
+    /// axles.
     ///
     /// # Panics
     /// If the robot has no such joint.
@@ -127,8 +128,12 @@ impl Robot {
         });
         let wheels = self.wheels.iter().filter(|wheel| hangs(wheel.carrier));
         let wheels = wheels.map(|wheel| {
-            let rollers_kg: f64 = wheel.rollers.iter().map(|roller| roller.mass_kg).sum();
-            about(wheel.hub.mass_kg + rollers_kg, wheel.position_m(), 0.0)
+            let mass = wheel.carried_mass(|_| false).moved(&wheel.body_from_hub);
+            let [axis, axle] = [joint.body_from_joint, wheel.body_from_hub]
+                .map(|body_from| body_from * Vector3::z());
+            let of = |axis: &Vector3<f64>| axis.dot(&(mass.inertia_kg_m2 * axis));
+            let own = of(&axis) - axis.dot(&axle).powi(2) * of(&axle);
+            about(mass.mass_kg, mass.center_of_mass_m, own)
         });
         bodies.sum::<f64>() + wheels.sum::<f64>()
     }

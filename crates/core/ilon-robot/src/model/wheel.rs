@@ -1,6 +1,6 @@
 //! Driven wheels.
 
-use nalgebra::{Isometry3, Unit, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Unit, Vector2, Vector3};
 
 use super::{
     Barrel, DriveTrain, Joint, MassProperties, MotorLimits, Roller, RollerForm, RollerSurface,
@@ -74,6 +74,26 @@ impl Wheel {
     pub fn roller_axis(&self) -> Vector2<f64> {
         let u_gamma = self.roller_rolling_direction();
         Vector2::new(-u_gamma.y, u_gamma.x)
+    }
+
+    /// Returns the mass of the hub and its rollers in the hub's frame, without the inertia of rollers
+    /// about their axles, except those that are `seized` by their index.
+    pub fn carried_mass(&self, seized: impl Fn(usize) -> bool) -> MassProperties {
+        let rollers = self.rollers.iter().enumerate();
+        let carried = rollers.map(|(index, roller)| {
+            let d = roller.axis_in_hub.into_inner();
+            let along = d * d.transpose();
+            let mut inertia_kg_m2 = roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
+            if seized(index) {
+                inertia_kg_m2 += roller.axial_inertia_kg_m2 * along;
+            }
+            MassProperties {
+                inertia_kg_m2,
+                ..MassProperties::point(roller.mass_kg, roller.center_in_hub_m)
+            }
+        });
+        let parts: Vec<MassProperties> = [self.hub.clone()].into_iter().chain(carried).collect();
+        MassProperties::merged(&parts).unwrap_or_else(|| self.hub.clone())
     }
 
     /// Returns how far the wheel reaches down from its centre at wheel angle zero, in metres: its

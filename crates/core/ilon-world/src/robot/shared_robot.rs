@@ -10,7 +10,6 @@ use parry3d::shape::SharedShape;
 use crate::dynamics::{Joint, Motion, Tree};
 use crate::engine::shapes::shape_of;
 use crate::robot::roller::{FixedRoller, RollerState};
-use crate::robot::wheel::carried_mass;
 
 /// A robot prepared for worlds: all worlds built from it share its constant parts, so that a
 /// thousand of them need only the memory of their states.
@@ -156,7 +155,7 @@ pub(crate) fn tree_of<'a>(
         motion: Motion::Turns,
         parent_from_link: carrier_from_body(above(wheel.carrier, robot.joints.len()))
             * wheel.body_from_hub,
-        mass: carried_mass(wheel, rollers),
+        mass: wheel.carried_mass(|index| rollers[index].seized),
         armature: wheel.drive.reflected_inertia_kg_m2(),
     };
     let hubs = robot.wheels.iter().zip(rollers).map(of_wheel);

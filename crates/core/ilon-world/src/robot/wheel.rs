@@ -3,8 +3,8 @@
 //! The mass of a roller and its inertia across its axis move with the hub and belong to the hub's
 //! body; the rest is a flywheel with its own rate (`roller`).
 
-use ilon_robot::{MassProperties, RollerSurface, Scale, Tread, Wheel};
-use nalgebra::{Matrix3, Vector3};
+use ilon_robot::{RollerSurface, Scale, Tread, Wheel};
+use nalgebra::Vector3;
 
 use crate::contact::law::tread::{Spring, TreadLaw};
 use crate::robot::roller::RollerState;
@@ -76,26 +76,6 @@ impl Surface {
             load_kg,
         }
     }
-}
-
-/// Mass properties of the hub body in its frame: the hub, and the part of each roller that moves
-/// with it, its mass and its inertia across its axis; all of a seized one.
-pub(crate) fn carried_mass(wheel: &Wheel, states: &[RollerState]) -> MassProperties {
-    let rollers = wheel.rollers.iter().zip(states);
-    let carried = rollers.map(|(roller, state)| {
-        let d = roller.axis_in_hub.into_inner();
-        let along = d * d.transpose();
-        let mut inertia_kg_m2 = roller.transverse_inertia_kg_m2 * (Matrix3::identity() - along);
-        if state.seized {
-            inertia_kg_m2 += roller.axial_inertia_kg_m2 * along;
-        }
-        MassProperties {
-            inertia_kg_m2,
-            ..MassProperties::point(roller.mass_kg, roller.center_in_hub_m)
-        }
-    });
-    let parts: Vec<MassProperties> = [wheel.hub.clone()].into_iter().chain(carried).collect();
-    MassProperties::merged(&parts).unwrap_or_else(|| wheel.hub.clone())
 }
 
 impl WheelBody {

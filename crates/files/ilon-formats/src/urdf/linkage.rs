@@ -21,8 +21,8 @@ use super::tree::{Motion, Tree};
 use crate::error::{Fault, RobotError};
 use crate::options::{JointOptions, RoleOption};
 use ilon_robot::{
-    Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, Remark, Robot, Scale,
-    Wheel,
+    Body, BodyJoint, Coupling, JointKind, JointRole, JointServo, JointSpring, MassProperties,
+    Remark, Robot, Scale, Wheel,
 };
 
 /// Longest chain of moving joints from the chassis to a wheel's own.
@@ -337,7 +337,7 @@ fn why_it_does_not_follow(tree: &Tree, joint: usize, roles: &[Option<Role>]) -> 
     let [lower, upper] = of.travel;
     let why = if of.motion == Motion::Other && !of.slides {
         "it floats or moves in a plane".to_owned()
-    } else if tree.links[of.child].mass.is_none() {
+    } else if !weighs(tree, joint) {
         let link = &tree.links[of.child].name;
         format!("it moves link `{link}`, which has no mass; give it an `<inertial>`")
     } else if lower >= upper {
@@ -381,6 +381,19 @@ pub(super) fn assemble(
             &[],
             &mut loading.remarks,
         );
+        if body.mass.is_none()
+            && let Some(share) = share_of_load(tree, *joint)
+        {
+            let words = format!(
+                "its link `{}` has no mass: it takes {:.0} % of what it carries, {:.3} g",
+                tree.links[of.child].name,
+                100.0 * LIGHT_SHARE,
+                1e3 * share.mass_kg
+            );
+            let subject = format!("joint `{}`", of.name);
+            loading.remarks.push(Remark::new(subject, words));
+            body.mass = Some(share);
+        }
         if body.mass.is_none() {
             let words = format!(
                 "it moves link `{}`, which has no mass: give it an `<inertial>`, or hold the joint",
@@ -426,6 +439,27 @@ pub(super) fn assemble(
         wheel.carrier = above.find_map(|at| linkage.place_of(at));
     }
     Ok((joints, couplings(tree, linkage)))
+}
+
+/// The share of what it carries that a moving link without mass takes: enough for the numbers, and
+/// too little to see. Chosen.
+const LIGHT_SHARE: f64 = 0.01;
+
+/// The mass of a moving link that has none: a share of all that hangs on it by other joints, where
+/// that is; `None` if nothing there weighs.
+fn share_of_load(tree: &Tree, joint: usize) -> Option<MassProperties> {
+    let load = tree.rigid_body(tree.joints[joint].child, |_| false).mass?;
+    Some(MassProperties {
+        mass_kg: LIGHT_SHARE * load.mass_kg,
+        inertia_kg_m2: LIGHT_SHARE * load.inertia_kg_m2,
+        ..load
+    })
+}
+
+/// Whether a joint moves anything that weighs.
+fn weighs(tree: &Tree, joint: usize) -> bool {
+    let child = tree.joints[joint].child;
+    tree.links[child].mass.is_some() || share_of_load(tree, joint).is_some()
 }
 
 /// Returns the joint that a joint of the tree mimics, if it exists.
@@ -490,8 +524,7 @@ fn default_role(
     if of.motion != Motion::Swinging || is_driven || of.travel[0] >= of.travel[1] {
         return None;
     }
-    let has_mass = tree.links[of.child].mass.is_some();
-    (balance(tree, joint, carried) && has_mass).then(|| Role {
+    (balance(tree, joint, carried) && weighs(tree, joint)).then(|| Role {
         role: JointRole::Free,
         damping: of.losses.damping_n_m_s,
         friction: of.losses.friction_n_m,
@@ -516,7 +549,7 @@ fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     of.motion == Motion::Turning
         && (given.iter().any(BareWheel::has_tyre) || names::is_called_caster(tree, joint))
         && casters::swivels_freely(tree, joint)
-        && tree.links[of.child].mass.is_some()
+        && weighs(tree, joint)
 }
 
 /// Whether a joint steers wheels on tyres: it turns about an upright axis, and carries nothing else
@@ -578,7 +611,7 @@ fn why_no_rocker(tree: &Tree, joint: usize, carried: &[usize]) -> Option<String>
         ));
     }
     let child = &tree.links[of.child];
-    child.mass.is_none().then(|| {
+    (!weighs(tree, joint)).then(|| {
         format!(
             "held: it moves link `{}`, which has no mass; give it an `<inertial>`, and it is free as a rocker is",
             child.name
@@ -596,7 +629,7 @@ fn sprung(loading: &mut Loading, joint: usize, spring: &JointSpring) -> Option<R
     } else {
         ["N m", "rad"]
     };
-    let has_mass = tree.links[of.child].mass.is_some();
+    let has_mass = weighs(tree, joint);
     if !has_mass || of.travel[0] >= of.travel[1] {
         let why = if has_mass {
             "its limits leave it no way"

@@ -1,7 +1,7 @@
 //! Joints of neither wheels nor rollers: which of them move, their properties, and refusals.
 
 use ilon_formats::{JointOptions, LoadOptions, LoadRobot, Loaded, RoleOption};
-use ilon_robot::{JointKind, JointRole, JointServo, JointSpring, Robot};
+use ilon_robot::{JointKind, JointRole, JointServo, JointSpring, Robot, Roller, Wheel};
 use nalgebra::Vector3;
 use test_case::test_case;
 
@@ -125,7 +125,6 @@ const ROCKER: (&str, &str) = ("revolute", "1 0 0");
 #[test_case(ROCKER, LIMIT, MASS, with(|o| (o.role, o.rest_rad) = (Some(RoleOption::Held), Some(0.1))), "it is held"; "held, and sprung")]
 #[test_case(ROCKER, LIMIT, MASS, with(|o| (o.role, o.rest_rad) = (Some(RoleOption::Free), Some(0.1))), "it is free"; "free, and sprung")]
 #[test_case(ROCKER, LIMIT, MASS, with(|_| ()), "nobody says"; "nothing at all")]
-#[test_case(ROCKER, LIMIT, "", with(|o| o.role = Some(RoleOption::Free)), "no mass"; "a body without mass")]
 #[test_case(ROCKER, r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, with(|o| o.role = Some(RoleOption::Free)), "not below its upper"; "limits the wrong way round")]
 #[test_case(("fixed", "1 0 0"), "", MASS, with(|o| o.role = Some(RoleOption::Free)), "it is fixed"; "a fixed joint")]
 #[test_case(("floating", "1 0 0"), "", MASS, with(|o| o.role = Some(RoleOption::Free)), "floats"; "a floating joint")]
@@ -182,8 +181,18 @@ fn a_driven_joint_has_the_limits_of_its_file_and_gains_of_what_it_moves() {
     let text = text(ROCKER, DRIVEN, MASS);
     let robot = load(&text, &[("rock", driven.clone())]).unwrap().robot;
     let servo = *robot.joints[0].servo().expect("it is driven");
-    // Two wheels of 0.5 kg at 0.13 m, as points, and the body's own inertia.
-    let inertia = 2.0 * 0.5 * 0.13 * 0.13 + 3.5e-4;
+    // Two wheels of 0.5 kg at 0.13 m, and the inertia across the axle of each and of the body,
+    // without that of rollers about their axles, on which they turn freely.
+    let rolls = |wheel: &Wheel| -> f64 {
+        let along = |roller: &Roller| (wheel.body_from_hub * roller.axis_in_hub.into_inner()).x;
+        let rollers = wheel.rollers.iter();
+        let each = rollers.map(|roller| roller.axial_inertia_kg_m2 * along(roller).powi(2));
+        each.sum()
+    };
+    let of_wheels = robot.wheels[..2]
+        .iter()
+        .map(|wheel| 0.5 * 0.13 * 0.13 + 3.5e-4 - rolls(wheel));
+    let inertia = of_wheels.sum::<f64>() + 3.5e-4;
     let expected = JointServo {
         effort: 5.0,
         rate_limit: 2.0,
@@ -330,10 +339,39 @@ fn a_spring_of_mjcf_is_read_with_its_reference_and_class() {
     assert!(remarked(&far, "joint `rock`", "which no joint reaches"));
 }
 
+/// A link without mass that carries wheels moves with 1 % of what they weigh, which is said: 10 g of
+/// two wheels of 0.5 kg, at their common centre. One that carries nothing that weighs cannot move.
+#[test]
+fn a_link_without_mass_takes_a_share_of_what_it_carries() {
+    let robot = load(&text(("revolute", "1 0 0"), LIMIT, ""), &[])
+        .unwrap()
+        .robot;
+    let [rocker] = &robot.joints[..] else {
+        panic!("{:?}", robot.joints);
+    };
+    assert!(rocker.role == JointRole::Free, "{:?}", rocker.role);
+    let mass = &rocker.body.mass;
+    assert!((mass.mass_kg - 0.01).abs() < 1e-12 && mass.center_of_mass_m.norm() < 1e-12);
+    assert!(remarked(
+        &robot,
+        "joint `rock`",
+        "takes 1 % of what it carries, 10.000 g"
+    ));
+    let empty = r#"<link name="flag"/><joint name="rock" type="revolute"><parent link="base_link"/><child link="flag"/>
+        <axis xyz="1 0 0"/><limit lower="-0.1" upper="0.1" effort="0" velocity="0"/></joint></robot>"#;
+    let alone = text(("fixed", "1 0 0"), "", MASS).replace("\"rock\"", "\"bar\"");
+    let alone = alone.replace("</robot>", empty);
+    let free = with(|o| o.role = Some(RoleOption::Free));
+    let error = load(&alone, &[("rock", free)]).unwrap_err();
+    assert!(
+        error.contains("no mass") && error.contains("flag"),
+        "{error}"
+    );
+}
+
 /// A rocker that is held because of an error reports it, with what would make it free.
 #[test_case(r#"<limit lower="0.1" upper="-0.1" effort="0" velocity="0"/>"#, MASS, "exchange them"; "limits the wrong way round")]
 #[test_case(r#"<limit lower="0" upper="0" effort="0" velocity="0"/>"#, MASS, "held: both of its limits are 0, so that it cannot move; set them apart"; "no way at all")]
-#[test_case(LIMIT, "", "which has no mass"; "no mass")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="rock"/>"#, MASS, "it mimics itself"; "a mimic of itself")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="nobody"/>"#, MASS, "which is no joint of the file"; "a mimic of nobody")]
 #[test_case(r#"<limit lower="-0.1" upper="0.1" effort="0" velocity="0"/><mimic joint="mecanum_rear_left"/>"#, MASS, "give that one a role"; "a mimic of a wheel")]
