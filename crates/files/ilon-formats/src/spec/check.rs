@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use ilon_files::keys::MOST_FAULTS;
 
+use super::ranges::out_of_range;
 use super::{Arrangement, Described, RollerSpec, Spec, SuspensionLaw, SuspensionSpec, ranges};
 use crate::error::{Fault, RobotError};
 
@@ -35,14 +36,6 @@ pub(super) fn refused(errors: impl IntoIterator<Item = RobotError>) -> Result<()
         }
     }
     RobotError::of_all(told).map_or(Ok(()), Err)
-}
-
-pub(super) fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
-    Fault::OutOfRange {
-        key: key.to_owned(),
-        value: value.to_string(),
-        range,
-    }
 }
 
 /// The faults of all but the shapes of the single wheels.

@@ -9,7 +9,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::check::{out_of_range, refused};
+use super::check::refused;
+use super::ranges::out_of_range;
 use super::reading::{placed, read};
 use super::{ChassisSpec, MAX_BYTES, exactly, ranges};
 use crate::error::{Fault, RobotError};

@@ -4,7 +4,6 @@ use ilon_files::toml::leaves;
 use serde::Serialize;
 use toml::{Table, Value};
 
-use super::check::out_of_range;
 use crate::error::Fault;
 
 /// Whether a range has a number.
@@ -55,6 +54,14 @@ const RANGES: [(Holds, &str, &str); 7] = [
 
 /// All keys.
 const ANY: &str = "";
+
+pub(super) fn out_of_range(key: &str, value: impl ToString, range: &'static str) -> Fault {
+    Fault::OutOfRange {
+        key: key.to_owned(),
+        value: value.to_string(),
+        range,
+    }
+}
 
 /// The numbers of a description that are out of their ranges, by their keys.
 pub(super) fn faults(spec: &impl Serialize) -> Vec<Fault> {

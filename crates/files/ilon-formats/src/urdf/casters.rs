@@ -41,6 +41,26 @@ pub(super) fn swivels_freely(tree: &Tree, joint: usize) -> bool {
     is_caster(tree, joint) && swivel_of(tree, joint).is_some() && !is_ball(tree, below)
 }
 
+/// Whether a joint swivels, or turns, a wheel that its file shows as a disc about its axle: no part
+/// of an arm is one.
+pub(super) fn carries_disc(tree: &Tree, joint: usize) -> bool {
+    /// Cosine of the largest angle between a disc's axis and its axle.
+    const ALONG: f64 = 0.99;
+    let wheel = tree.turning_below(joint).unwrap_or(joint);
+    let of = &tree.joints[wheel];
+    let is_disc = |shape: &PlacedShape| {
+        let Geometry::Cylinder { radius, length } = shape.geometry else {
+            return false;
+        };
+        let along = shape.body_from_shape * Vector3::z();
+        let off_m = shape.body_from_shape.translation.vector - of.origin.coords;
+        length <= 2.0 * radius && along.dot(&of.axis).abs() > ALONG && off_m.norm() < radius
+    };
+    let link = &tree.links[of.child];
+    let mut shapes = link.shapes.iter().chain(&link.visuals).peekable();
+    shapes.peek().is_some() && shapes.all(is_disc)
+}
+
 /// Whether a joint turns a ball.
 pub(super) fn is_ball(tree: &Tree, joint: usize) -> bool {
     let link = &tree.links[tree.joints[joint].child];

@@ -543,11 +543,13 @@ fn default_role(
 }
 
 /// Whether a joint belongs to a caster that swivels, and turns freely. On rollers a caster is one
-/// that is called so: a joint of an arm may trail another.
+/// that is called so, or shows a disc: a joint of an arm may trail another.
 fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
-        && (given.iter().any(BareWheel::has_tyre) || names::is_called_caster(tree, joint))
+        && (given.iter().any(BareWheel::has_tyre)
+            || names::is_called_caster(tree, joint)
+            || casters::carries_disc(tree, joint))
         && casters::swivels_freely(tree, joint)
         && weighs(tree, joint)
 }

@@ -244,8 +244,8 @@ fn the_size_of_a_pair_of_wheels_is_asked_for() {
     );
 }
 
-/// Casters of a robot on rollers are free too, where the file calls them so: held, they would carry
-/// the robot as its chassis does.
+/// Casters of a robot on rollers are free too, where the file calls them so or shows a disc about
+/// the axle: held, they would carry the robot as its chassis does.
 #[test]
 fn casters_beside_rollers_swivel_freely() {
     let (start, end) = ("<link name=\"front_caster_fork\">", "</joint>");
@@ -256,6 +256,9 @@ fn casters_beside_rollers_swivel_freely() {
     assert_eq!((robot.wheels.len(), robot.joints.len()), (4, 4));
     let mut roles = robot.joints.iter().map(|joint| joint.role);
     assert!(roles.all(|role| role == JointRole::Free));
+    let unnamed = casters.replace("caster", "part");
+    let robot = load(&MECANUM.replace("</robot>", &unnamed));
+    assert_eq!(robot.joints.len(), 4, "{:?}", robot.remarks);
 }
 
 /// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A
