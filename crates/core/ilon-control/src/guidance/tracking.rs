@@ -83,8 +83,9 @@ impl PathTracking {
         self.point_m
     }
 
-    /// Returns the twist of that point in the body frame, for the body's pose and the path now.
-    pub fn twist(&self, body: &Pose, path: &PathPoint) -> Twist {
+    /// Returns the error (e_x, e_y, e_theta) of that point in the robot's frame, ahead and to the
+    /// left in metres, and in radians, for the body's pose and the path now.
+    pub fn error(&self, body: &Pose, path: &PathPoint) -> [f64; 3] {
         let (sin, cos) = libm::sincos(body.heading_rad);
         let p = self.point_m;
         let at_m = body.position_m() + Vector2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y);
@@ -93,7 +94,12 @@ impl PathTracking {
         let (sin, cos) = libm::sincos(theta_rad);
         let e_x = cos * off_m.x + sin * off_m.y;
         let e_y = cos * off_m.y - sin * off_m.x;
-        let e_theta = wrap_angle(path.direction_rad - theta_rad);
+        [e_x, e_y, wrap_angle(path.direction_rad - theta_rad)]
+    }
+
+    /// Returns the twist of that point in the body frame, for the body's pose and the path now.
+    pub fn twist(&self, body: &Pose, path: &PathPoint) -> Twist {
+        let [e_x, e_y, e_theta] = self.error(body, path);
         let [k_y, k_theta] = [self.length_m.powi(-2), 2.0 / self.length_m];
         let v = path.speed_m_s * libm::cos(e_theta) + self.gain_per_s * e_x;
         let omega =

@@ -44,6 +44,16 @@ fn end(robot: &str, lines: &str) -> Pose {
     "wheel_loop.law = \"passive\"\nreference.circle = { radius_m = 1, speed_m_s = 0.2 }",
     Some("passive law")
 )]
+#[test_case(
+    "differential",
+    "reference.hold_pose = { x_m = 1, y_m = 1, heading_deg = 90 }",
+    Some("1.000 m to the side of the robot at its start and 90.0 deg off its heading")
+)]
+#[test_case(
+    "differential",
+    "reference.hold_pose = { x_m = 1, y_m = 0, heading_deg = 0 }",
+    None
+)]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
     let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
     let robot = load_robot(&scenario).expect("a shipped robot");
