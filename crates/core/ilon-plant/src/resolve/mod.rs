@@ -157,6 +157,15 @@ fn refuse_sideways(
                 "drive it by [twist] or [playback]",
             ));
         };
+        if let Some(key) = warnings::unused_by_tracking(&scenario.guidance) {
+            return Err(Error::invalid(
+                format!(
+                    "`guidance.{key}` has no effect: {names} are not steered, and the middle of their axles follows the reference by a law whose one gain is \
+                     `guidance.position_gain_per_s`"
+                ),
+                format!("leave `guidance.{key}` out, or set `guidance.position_gain_per_s`"),
+            ));
+        }
         let [_, aside_m, off_rad] = law.error(&scenario.robot.start(), &reference.path_at(0.0));
         let of = scenario.reference.as_ref().map(|section| &section.path);
         let is_pose = matches!(of, Some(Path::HoldPose { .. }));

@@ -5,7 +5,9 @@ use ilon_robot::{Robot, Twist, wrap_angle};
 use ilon_trace::significant;
 
 use crate::pilot::FeasibilityInTime;
-use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario, WheelLaw, WheelLoop};
+use ilon_scenario::scenario::{
+    Guidance, ReferencePoint, Saturation, Scenario, WheelLaw, WheelLoop,
+};
 
 /// No pair of materials of wheels and floors has a higher friction. Chosen.
 const MOST_FRICTION: f64 = 2.0;
@@ -134,6 +136,28 @@ fn bent(held: Option<[Twist; 2]>) -> String {
         ": ({:.3}, {:.3}) m/s and {:.3} rad/s are left of ({:.3}, {:.3}) m/s and {:.3} rad/s{turns}",
         left.vx_m_s, left.vy_m_s, left.omega_rad_s, asked.vx_m_s, asked.vy_m_s, asked.omega_rad_s
     )
+}
+
+/// The first key set that the tracking law of robots which cannot move sideways does not look at.
+pub(crate) fn unused_by_tracking(guidance: &Guidance) -> Option<&'static str> {
+    let usual = Guidance::default();
+    let keys = [
+        ("tasks", !guidance.tasks.is_empty()),
+        (
+            "position_gain_matrix_per_s",
+            guidance.position_gain_matrix_per_s.is_some(),
+        ),
+        (
+            "heading_gain_per_s",
+            guidance.heading_gain_per_s != usual.heading_gain_per_s,
+        ),
+        (
+            "reference_point",
+            guidance.reference_point != usual.reference_point,
+        ),
+    ];
+    keys.into_iter()
+        .find_map(|(key, is_set)| is_set.then_some(key))
 }
 
 /// Warns of guidance keys that an open-loop motion ignores, because it has a single task.

@@ -151,6 +151,27 @@ fn what_makes_no_sense_of_tyres_is_refused(line: &str, words: &str) {
     assert!(refused.contains(words), "{refused}");
 }
 
+/// Each of these gave the same bits as without it.
+#[test_case("heading_gain_per_s = 5")]
+#[test_case("reference_point.at = { x_m = 0.1, y_m = 0.3 }")]
+#[test_case("position_gain_matrix_per_s = [[9, 0], [0, 9]]")]
+#[test_case("tasks = [\"heading_feedback\"]")]
+fn keys_that_a_path_on_tyres_does_not_look_at_are_refused(line: &str) {
+    let resolved = |robot: &str| {
+        let circle = "reference.circle = { radius_m = 1, speed_m_s = 0.3 }\nrun.duration_s = 1";
+        let scenario = scenario(robot, &format!("{circle}\n[guidance]\n{line}"));
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        resolve(&scenario, &robot).map(|_| ())
+    };
+    assert!(resolved("swerve4").is_ok());
+    let (said, help) = message(resolved("differential"));
+    let key = format!("`guidance.{}`", line.split([' ', '.']).next().unwrap());
+    assert!(
+        said.contains(&key) && help.contains("`guidance.position_gain_per_s`"),
+        "{said}"
+    );
+}
+
 /// A swerve robot and its mirror image, driven in mirror image, end in mirror image. Wheels are
 /// solved for in another order.
 #[test]
