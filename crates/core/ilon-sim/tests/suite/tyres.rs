@@ -121,6 +121,7 @@ fn a_module_that_cannot_turn_so_far_is_remarked() {
 /// has it.
 #[test_case("differential", "", true)]
 #[test_case("differential", "heading = \"along_path\"", false)]
+#[test_case("differential", "heading = { from_path_deg = 180 }", false)]
 #[test_case("swerve4", "", false)]
 fn a_heading_beside_the_path_is_remarked(robot: &str, heading: &str, is_remarked: bool) {
     let lines =
@@ -170,6 +171,23 @@ fn keys_that_a_path_on_tyres_does_not_look_at_are_refused(line: &str) {
         said.contains(&key) && help.contains("`guidance.position_gain_per_s`"),
         "{said}"
     );
+}
+
+/// Backing is plain rolling: from 5 degrees off its heading a robot backs 1.5 m onto the end of its
+/// path. It stands 0.2 m wide, by which what is left of 5 degrees falls by e^-7 on the way.
+#[test_case("{ from_path_deg = 180 }")]
+#[test_case("{ constant_deg = 0 }")]
+fn a_robot_that_faces_against_its_path_backs_along_it(heading: &str) {
+    let line = "reference.line = { to_x_m = -1.5, to_y_m = 0, speed_m_s = 0.3";
+    let lines =
+        format!("{line}, heading = {heading} }}\nrobot.heading_deg = 5\nrun.duration_s = 9");
+    let end = end("differential", &lines);
+    // What is missing ahead falls by e a second, for four.
+    assert!(
+        (end.x_m + 1.5).abs() < 5e-3 && end.y_m.abs() < 2e-3,
+        "{end:?}"
+    );
+    assert!(end.heading_rad.abs() < 5e-3, "{end:?}");
 }
 
 /// A swerve robot and its mirror image, driven in mirror image, end in mirror image. Wheels are
