@@ -85,6 +85,7 @@ pub(crate) fn resolve_as_given(
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     warnings.extend(pilot.beyond_steering());
+    warnings.extend(pilot.beyond_steering_rates(scenario.run.duration_s));
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &inputs.joint_targets), &pilot),

@@ -117,6 +117,32 @@ fn a_module_that_cannot_turn_so_far_is_remarked() {
     assert!(remarked(0.0) && !remarked(0.3));
 }
 
+/// A heading that stays on a circle of 0.5 m at 0.5 m/s turns each module on the robot by 1 rad/s.
+#[test_case(0.99, true)]
+#[test_case(1.01, false)]
+fn modules_that_a_path_turns_faster_than_they_can_are_remarked(
+    limit_rad_s: f64,
+    is_remarked: bool,
+) {
+    let lines = format!(
+        "reference.circle = {{ radius_m = 0.5, speed_m_s = 0.5 }}\nrun.duration_s = 5\n\
+         robot.joints.rear_left_steer = {{ role = \"driven\", rate_limit_rad_s = {limit_rad_s} }}"
+    );
+    let scenario = scenario("swerve4", &lines);
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it drives");
+    let words = format!(
+        "up to 1.000 rad/s of the module `rear_left_steer`, whose limit is {limit_rad_s:.3} rad/s, and more than that for 100 %"
+    );
+    let mut warnings = resolved.warnings().iter();
+    assert_eq!(warnings.any(|said| said.contains(&words)), is_remarked);
+    let mut warnings = resolved.warnings().iter();
+    assert_eq!(
+        warnings.any(|said| said.contains("of the module")),
+        is_remarked
+    );
+}
+
 /// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot
 /// has it.
 #[test_case("differential", "", true)]
