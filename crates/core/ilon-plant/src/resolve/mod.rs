@@ -84,6 +84,7 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_contacts);
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
+    warnings.extend(warnings::of_toe(robot, &inputs.kinematics));
     warnings.extend(pilot.beyond_steering());
     warnings.extend(pilot.beyond_steering_rates(scenario.run.duration_s));
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
@@ -192,7 +193,7 @@ fn refuse_sideways(
         let linear = Twist::new(twist.vx_m_s, twist.vy_m_s, 0.0);
         let off_m_s = kinematics.sideways_m_s(linear);
         let is_meant = kinematics.sideways_m_s(*twist) > ROUNDED * off_m_s;
-        off_m_s > ROUNDED * linear.linear_m_s().norm() && is_meant
+        off_m_s > kinematics.allowed_aside() * linear.linear_m_s().norm() && is_meant
     });
     let Some(twist) = sideways else {
         return Ok(());

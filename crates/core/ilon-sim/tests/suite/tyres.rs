@@ -143,6 +143,62 @@ fn modules_that_a_path_turns_faster_than_they_can_are_remarked(
     );
 }
 
+/// Four wheels, one with toe: a twist ahead is driven, within the toe, a turn on the spot stays
+/// there, and both are remarked.
+#[test_case(90.5, "vx_m_s = 0.3", [0.6, 0.0, 0.0])]
+#[test_case(93.0, "vx_m_s = 0.3", [0.6, 0.0, 0.0])]
+#[test_case(93.0, "omega_rad_s = 0.8", [0.0, 0.0, 1.0])]
+fn a_wheel_with_toe_leaves_a_robot_that_drives_and_turns(
+    axis_deg: f64,
+    twist: &str,
+    ends: [f64; 3],
+) {
+    let wheel = |x_m: f64, y_m: f64, axis_deg: f64| {
+        format!(
+            "[[wheels]]\nname = \"w{x_m}{y_m}\"\nposition_m = [{x_m}, {y_m}]\naxis_deg = {axis_deg}\n"
+        )
+    };
+    let robot = format!(
+        "name = \"toe\"\n[chassis]\nshape.box.size_m = [0.5, 0.3, 0.1]\nmass_kg = 20\ncenter_m = [0, 0, 0.1]\n[tyres]\nradius_m = 0.06\nwidth_m = 0.03\nmass_kg = 0.6\n\
+         motor_effort_n_m = 6\nmotor_velocity_rad_s = 30\n{}{}{}{}",
+        wheel(0.2, 0.15, axis_deg),
+        wheel(0.2, -0.15, 90.0),
+        wheel(-0.2, 0.15, 90.0),
+        wheel(-0.2, -0.15, 90.0)
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("toe.toml"), robot).expect("written");
+    let text = format!(
+        "robot.file = \"toe.toml\"\ntwist = {{ {twist}, rest_s = 0, ramp_s = 0 }}\nrun.duration_s = 2"
+    );
+    let scenario = Scenario::from_toml(&text, "toe", folder.path()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("four wheels");
+    let resolved = resolve(&scenario, &robot).expect("it drives");
+    let warnings = resolved.warnings();
+    assert!(
+        warnings.iter().any(|said| said.contains("(toe)")),
+        "{warnings:?}"
+    );
+    let run = Simulation::new(&scenario).expect("it drives").run();
+    let summary = &run.summary;
+    let [x_m, y_m, turned_rad] = ends;
+    let off = [
+        summary.end_x_m.expect("an end") - x_m,
+        summary.end_y_m.expect("an end") - y_m,
+    ];
+    // Aside by the toe at most; turned by what a skid robot loses, half or less.
+    let aside_m = 0.6 * (axis_deg - 90.0).to_radians().sin();
+    assert!(
+        off.iter().all(|off| off.abs() < aside_m.max(0.03)),
+        "{off:?}"
+    );
+    let end_rad = summary.end_heading_rad.expect("an end");
+    assert!(
+        (turned_rad * 0.5 - 0.1..turned_rad * 1.6 + 0.1).contains(&end_rad),
+        "{end_rad}"
+    );
+}
+
 /// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot
 /// has it.
 #[test_case("differential", "", true)]
