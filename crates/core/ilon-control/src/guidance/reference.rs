@@ -374,13 +374,27 @@ impl Reference {
         }
     }
 
+    /// Whether its heading is against the path all the way: a robot that cannot move sideways
+    /// drives it backwards.
+    fn is_backwards(&self) -> bool {
+        let beside_rad = match (&self.heading, &self.path) {
+            (Heading::Tangent { offset_rad }, _) => *offset_rad,
+            (Heading::Constant { heading_rad }, Path::Line { direction, .. }) => {
+                heading_rad - libm::atan2(direction.y, direction.x)
+            }
+            _ => 0.0,
+        };
+        libm::cos(beside_rad) < -1e-9
+    }
+
     /// Returns how its path goes at a time in seconds, for a robot that cannot move sideways. While
     /// it stands, its direction is the reference heading.
     pub fn path_at(&self, t_s: f64) -> PathPoint {
         /// Half of the time over which the turning of the path is taken, in seconds (chosen).
         const HALF_S: f64 = 1e-3;
+        let sign = if self.is_backwards() { -1.0 } else { 1.0 };
         let direction_rad = |desired: &Desired| {
-            let v = desired.velocity_in_world.linear_m_s();
+            let v = sign * desired.velocity_in_world.linear_m_s();
             (v.norm() > 0.0).then(|| libm::atan2(v.y, v.x))
         };
         let now = self.at(t_s);
@@ -392,7 +406,7 @@ impl Reference {
         PathPoint {
             position_m: now.pose.position_m(),
             direction_rad: direction_rad(&now).unwrap_or(now.pose.heading_rad),
-            speed_m_s: now.velocity_in_world.linear_m_s().norm(),
+            speed_m_s: sign * now.velocity_in_world.linear_m_s().norm(),
             turning_rad_s: turned_rad / (2.0 * HALF_S),
         }
     }

@@ -12,6 +12,9 @@
 //! The gains across the path are lengths: K_y = 1 / L^2 and K_theta = 2 / L make the error to the
 //! side fall along the path without overshoot, by e in the way L (their section 4, critical
 //! damping).
+//!
+//! Theirs drives ahead. Backwards, v_r < 0, K_theta takes |v_r|: then V = (e_x^2 + e_y^2) / 2 + (1 -
+//! cos(e_theta)) / K_y falls as there, by V' = -K_x e_x^2 - |v_r| K_theta / K_y sin(e_theta)^2.
 
 use ilon_robot::{Pose, Twist, wrap_angle};
 use nalgebra::Vector2;
@@ -26,9 +29,10 @@ const LENGTHS: f64 = 1.0;
 pub struct PathPoint {
     /// In the world frame, in metres.
     pub position_m: Vector2<f64>,
-    /// Direction of the way, counter-clockwise from the world's x axis, in radians.
+    /// Direction of the way, or against it where it is driven backwards, counter-clockwise from the
+    /// world's x axis, in radians.
     pub direction_rad: f64,
-    /// Speed along it, in m/s, >= 0.
+    /// Speed along that, in m/s; negative backwards.
     pub speed_m_s: f64,
     /// Turning of that direction, in rad/s.
     pub turning_rad_s: f64,
@@ -83,8 +87,9 @@ impl PathTracking {
         self.point_m
     }
 
-    /// Returns the twist of that point in the body frame, for the body's pose and the path now.
-    pub fn twist(&self, body: &Pose, path: &PathPoint) -> Twist {
+    /// Returns the error (e_x, e_y, e_theta) of that point in the robot's frame, ahead and to the
+    /// left in metres, and in radians, for the body's pose and the path now.
+    pub fn error(&self, body: &Pose, path: &PathPoint) -> [f64; 3] {
         let (sin, cos) = libm::sincos(body.heading_rad);
         let p = self.point_m;
         let at_m = body.position_m() + Vector2::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y);
@@ -93,11 +98,16 @@ impl PathTracking {
         let (sin, cos) = libm::sincos(theta_rad);
         let e_x = cos * off_m.x + sin * off_m.y;
         let e_y = cos * off_m.y - sin * off_m.x;
-        let e_theta = wrap_angle(path.direction_rad - theta_rad);
+        [e_x, e_y, wrap_angle(path.direction_rad - theta_rad)]
+    }
+
+    /// Returns the twist of that point in the body frame, for the body's pose and the path now.
+    pub fn twist(&self, body: &Pose, path: &PathPoint) -> Twist {
+        let [e_x, e_y, e_theta] = self.error(body, path);
         let [k_y, k_theta] = [self.length_m.powi(-2), 2.0 / self.length_m];
         let v = path.speed_m_s * libm::cos(e_theta) + self.gain_per_s * e_x;
-        let omega =
-            path.turning_rad_s + path.speed_m_s * (k_y * e_y + k_theta * libm::sin(e_theta));
+        let back = k_theta.copysign(path.speed_m_s) * libm::sin(e_theta);
+        let omega = path.turning_rad_s + path.speed_m_s * (k_y * e_y + back);
         let (sin, cos) = libm::sincos(self.ahead_rad);
         Twist::new(v * cos, v * sin, omega)
     }
@@ -149,11 +159,15 @@ mod tests {
     }
 
     /// Small errors beside a straight path fall as (1 + x / L) e^(-x / L) does along it: both roots
-    /// of s^2 + (2 / L) s + 1 / L^2 are -1 / L.
+    /// of s^2 + (2 / L) s + 1 / L^2 are -1 / L; backwards likewise.
     #[test]
     fn an_error_to_the_side_falls_along_the_path_without_overshoot() {
+        [0.5, -0.5].into_iter().for_each(an_error_falls);
+    }
+
+    fn an_error_falls(speed_m_s: f64) {
         let law = law(&[[0.0, 0.2], [0.0, -0.2]]);
-        let (speed_m_s, dt_s) = (0.5, 1e-4);
+        let dt_s = 1e-4;
         let mut pose = Pose {
             x_m: 0.0,
             y_m: 1e-3,
@@ -167,7 +181,7 @@ mod tests {
                 speed_m_s,
                 turning_rad_s: 0.0,
             };
-            let lengths = x_m / law.length_m;
+            let lengths = x_m.abs() / law.length_m;
             let expected_m = 1e-3 * (1.0 + lengths) * f64::exp(-lengths);
             // Of the first order in the step, and of the third in the error.
             assert!((pose.y_m - expected_m).abs() < 2e-6, "{x_m}: {}", pose.y_m);

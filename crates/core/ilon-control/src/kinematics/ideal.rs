@@ -20,7 +20,7 @@ use crate::kinematics::module::Module;
 use crate::kinematics::singularity::{
     RANK_TOLERANCE, reach_m, scaled, singular_values, singularity_of,
 };
-use crate::kinematics::tyres::{Mount, held_rows, mounts};
+use crate::kinematics::tyres::{Mount, ROUNDED, held_rows, mounts, toe};
 
 /// The map between wheel rates and the motion of the robot's reference point, eqs. (7)-(10).
 #[derive(Clone, Debug)]
@@ -40,6 +40,8 @@ pub struct Kinematics {
     /// How each wheel stands, and the rows of tyres that nothing turns.
     mounts: Vec<Mount>,
     excluded: Vec<Vector3<f64>>,
+    /// By how much axles of the latter are off their mean, as a sine.
+    toe: f64,
 }
 
 impl Kinematics {
@@ -89,10 +91,9 @@ impl Kinematics {
         let count = wheels.len();
         let each = || wheels.iter().zip(mounts.iter().copied());
         let held = held_rows(each(), reference_point_m);
-        let excluded = held_rows(
-            each().filter(|(_, mount)| *mount == Mount::Fixed),
-            reference_point_m,
-        );
+        let fixed = || each().filter(|(_, mount)| *mount == Mount::Fixed);
+        let excluded = held_rows(fixed(), reference_point_m);
+        let toe = toe(fixed());
         if count + held.len() < 3 {
             return Err(ControlError::TooFewWheels { count });
         }
@@ -145,6 +146,7 @@ impl Kinematics {
             held: held.iter().map(|row| row.transpose()).collect(),
             excluded: excluded.iter().map(|row| row.transpose()).collect(),
             mounts,
+            toe,
         })
     }
 
@@ -194,6 +196,18 @@ impl Kinematics {
     /// Those of the tyres that are not steered.
     pub(crate) fn excluded_rows(&self) -> &[Vector3<f64>] {
         &self.excluded
+    }
+
+    /// The largest sine of the angle between the axle of an unsteered tyre and the mean of those that
+    /// count as parallel with it: they scrub as they roll.
+    pub fn toe(&self) -> f64 {
+        self.toe
+    }
+
+    /// A motion this much beside what unsteered tyres allow is allowed, over its size: tyres with toe
+    /// do not agree on more, and files hold rounded angles.
+    pub fn allowed_aside(&self) -> f64 {
+        self.toe.max(ROUNDED)
     }
 
     /// Returns how fast a twist in the body frame drags tyres sideways that are not steered, in

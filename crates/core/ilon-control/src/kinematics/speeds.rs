@@ -6,7 +6,6 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use crate::Kinematics;
 use crate::kinematics::matrix::vector_of;
 use crate::kinematics::module::Module;
-use crate::kinematics::tyres::ROUNDED;
 
 /// The twists that a robot's wheels can roll within their rate limits: the polytope |row h of eq.
 /// (9) . twist| <= q'_max_h in (vx, vy, omega), symmetric about rest. A steered tyre has turned to
@@ -22,6 +21,8 @@ pub struct SpeedLimits {
     turn: Vector3<f64>,
     /// Rows that tyres hold at zero which are not steered.
     held: Vec<Vector3<f64>>,
+    /// A twist this much beside them, over its size, is allowed.
+    aside: f64,
 }
 
 impl SpeedLimits {
@@ -48,6 +49,7 @@ impl SpeedLimits {
             modules,
             turn: vector_of(kinematics.reachable(Twist::new(0.0, 0.0, 1.0))),
             held: kinematics.excluded_rows().to_vec(),
+            aside: kinematics.allowed_aside(),
         }
     }
 
@@ -57,8 +59,8 @@ impl SpeedLimits {
     }
 
     /// Returns the largest share of its limit that any wheel needs for a twist in the body frame: 1
-    /// is the boundary of the polytope. Infinite for a twist that tyres exclude by more than the
-    /// rounding of a file's angles.
+    /// is the boundary of the polytope. Infinite for a twist that tyres exclude by more than their
+    /// toe, or the rounding of a file's angles.
     pub fn share(&self, twist_in_body: Twist) -> f64 {
         let twist = Vector3::new(
             twist_in_body.vx_m_s,
@@ -66,7 +68,7 @@ impl SpeedLimits {
             twist_in_body.omega_rad_s,
         );
         let is_held =
-            |row: &Vector3<f64>| row.dot(&twist).abs() > ROUNDED * row.norm() * twist.norm();
+            |row: &Vector3<f64>| row.dot(&twist).abs() > self.aside * row.norm() * twist.norm();
         if self.held.iter().any(is_held) {
             return f64::INFINITY;
         }

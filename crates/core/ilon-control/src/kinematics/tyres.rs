@@ -8,8 +8,9 @@
 //! **Skid steering.** Unsteered tyres on parallel axles that do not lie on one line contradict each
 //! other in every turn: some of them slide. The rows of such axles are therefore taken together as
 //! their mean, the row of a wheel in their middle: a robot of two axles is expected to turn about
-//! the middle of both. By how much less it turns, its contacts decide. A steered tyre has a row of
-//! its own.
+//! the middle of both. By how much less it turns, its contacts decide. Axles with toe, nearly
+//! parallel, are such too: their tyres scrub as they roll, about along the mean. A steered tyre has a
+//! row of its own.
 //!
 //! **Casters.** A tyre that swivels freely and has no motor turns to any motion. It has no rows.
 
@@ -19,9 +20,9 @@ use nalgebra::{RowVector3, Vector2};
 /// A motion this much beside what a tyre allows is allowed, over its size: files hold rounded
 /// angles.
 pub(crate) const ROUNDED: f64 = 1e-3;
-/// Axles count as parallel within this sine of the angle between them (chosen): tyres that are set
-/// to converge by a degree drive ahead all the same, and slide a little.
-const PARALLEL: f64 = 0.02;
+/// Axles count as parallel within this sine of the angle between them (chosen, 5.7 degrees): tyres
+/// with toe drive ahead all the same, and slide a little.
+const PARALLEL: f64 = 0.1;
 
 /// How a wheel stands on its robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,10 +83,15 @@ impl Group<'_> {
         let places_m = self.wheels.iter().map(|wheel| wheel.position_m().xy());
         let sum: Vector2<f64> = places_m.map(|b| b - reference_point_m).sum();
         let b = sum / self.wheels.len() as f64;
-        // Their mean, of length one to 5e-5; axles are lines, so that each may point either way.
+        // Their mean; axles are lines, so that each may point either way.
         let along = |wheel: &&Wheel| wheel.axis() * wheel.axis().dot(&self.n).signum();
         let sum: Vector2<f64> = self.wheels.iter().map(along).sum();
-        let n = sum / self.wheels.len() as f64;
+        let mean = sum / self.wheels.len() as f64;
+        // Of axles without toe it is one long but for rounding.
+        let n = match (mean.norm() - 1.0).abs() < 1e-12 {
+            true => mean,
+            false => mean.normalize(),
+        };
         RowVector3::new(n.x, n.y, b.perp(&n))
     }
 
@@ -108,6 +114,18 @@ pub(crate) fn held_rows<'w>(
 ) -> Vec<RowVector3<f64>> {
     let groups = grouped(wheels);
     groups.iter().map(|of| of.row(reference_point_m)).collect()
+}
+
+/// Returns the largest sine of the angle between a tyre's axle and the mean of those that give a row
+/// with it.
+pub(crate) fn toe<'w>(wheels: impl Iterator<Item = (&'w Wheel, Mount)>) -> f64 {
+    let groups = grouped(wheels).into_iter();
+    let of_group = groups.flat_map(|of| {
+        let n = of.row(Vector2::zeros()).transpose().xy();
+        let wheels = of.wheels.into_iter();
+        wheels.map(move |wheel| wheel.axis().perp(&n).abs())
+    });
+    of_group.fold(0.0, f64::max)
 }
 
 /// Returns the same rows of a robot about its body's origin, with their wheels.
@@ -209,6 +227,31 @@ mod tests {
         assert!(kinematics.sideways_m_s(Twist::new(0.3, 0.0, 0.5)) < 1e-15);
         let tops = SpeedLimits::uniform(&kinematics, 10.0);
         assert!(tops.top_speed_m_s(0.0) > 9.9 * robot.wheels[0].radius_m);
+    }
+
+    /// One wheel of four with a toe of 3 degrees: all drive about along the mean, 0.75 degrees aside,
+    /// and turn about their middle. (Taken as two directions they left a turn about a point 5 m away,
+    /// and 0.8 rad/s was 4 m/s ahead.)
+    #[test]
+    fn a_wheel_with_toe_leaves_the_way_ahead_and_the_turn_on_the_spot() {
+        let mut robot = on_tyres(&[[0.2, 0.15], [0.2, -0.15], [-0.2, 0.15], [-0.2, -0.15]]);
+        let toe_rad = 3.0_f64.to_radians();
+        let turn = UnitQuaternion::from_scaled_axis(toe_rad * Vector3::z());
+        robot.wheels[0].body_from_hub.rotation = turn * robot.wheels[0].body_from_hub.rotation;
+        let kinematics = Kinematics::new(&robot).expect("it drives");
+        let spot = kinematics.reachable(Twist::new(0.0, 0.0, 0.8));
+        assert!(close(spot, Twist::new(0.0, 0.0, 0.8)), "{spot:?}");
+        let ahead = kinematics.reachable(Twist::new(0.3, 0.0, 0.0));
+        // The mean of three unit vectors and one at the toe.
+        let aside_rad = f64::atan2(toe_rad.sin(), 3.0 + toe_rad.cos());
+        let found_rad = f64::atan2(ahead.vy_m_s, ahead.vx_m_s);
+        assert!((found_rad - aside_rad).abs() < 1e-12, "{ahead:?}");
+        assert!((kinematics.toe() - (toe_rad - aside_rad).sin()).abs() < 1e-12);
+        let tops = SpeedLimits::uniform(&kinematics, 10.0);
+        let ahead_m_s = tops.top_speed_m_s(0.0) / (10.0 * robot.wheels[0].radius_m);
+        // The wheel with toe, or the others, roll by the cosines of small angles of the way.
+        assert!((0.99..1.01).contains(&ahead_m_s), "{ahead_m_s}");
+        assert!(tops.top_yaw_rate_rad_s() > 0.0 && tops.top_speed_m_s(1.0) == 0.0);
     }
 
     /// Two axles contradict each other in every turn: the mean axle counts.

@@ -428,6 +428,46 @@ impl Pilot {
         ))
     }
 
+    /// A remark if the planned motion turns modules faster than they can for more than a moment of a
+    /// run, in seconds: on the one that is asked for the most.
+    pub fn beyond_steering_rates(&self, duration_s: f64) -> Option<String> {
+        /// Times that are looked at, and the share of them that is more than a moment (chosen).
+        const TIMES: usize = 1000;
+        const MOMENT: f64 = 0.01;
+        // Such a robot does not hold the reference's heading.
+        if self.heading_beside_path(duration_s).is_some() {
+            return None;
+        }
+        let modules = self.modules.as_ref()?;
+        let limit_rad_s = |joint: usize| {
+            let servo = self.robot.joints[joint].servo();
+            servo.map_or(f64::INFINITY, |servo| servo.rate_limit)
+        };
+        let mut beyond = vec![(0, 0.0_f64); self.robot.joints.len()];
+        for time in 0..TIMES {
+            let (twist, rate) = self.planned(duration_s * time as f64 / TIMES as f64)?;
+            for (joint, rate_rad_s) in modules.turning_rad_s(&self.robot, [twist, rate]) {
+                if rate_rad_s.abs() > limit_rad_s(joint) * (1.0 + 1e-6) {
+                    let (times, most_rad_s) = &mut beyond[joint];
+                    *times += 1;
+                    *most_rad_s = most_rad_s.max(rate_rad_s.abs());
+                }
+            }
+        }
+        let share = |times: usize| times as f64 / TIMES as f64;
+        let lasting = beyond.into_iter().enumerate();
+        let lasting = lasting.filter(|(_, (times, _))| share(*times) > MOMENT);
+        let (joint, (times, most_rad_s)) =
+            lasting.reduce(|a, b| if b.1.1 > a.1.1 { b } else { a })?;
+        let name = &self.robot.joints[joint].name;
+        Some(format!(
+            "the motion takes up to {most_rad_s:.3} rad/s of the module `{name}`, whose limit is {:.3} rad/s, and more than that for {:.0} % of the run: its wheel \
+             stands beside its way, and no limit of wheel rates slows the motion down for it; slow it down, or raise `robot.joints.{name}.rate_limit_rad_s`",
+            limit_rad_s(joint),
+            100.0 * share(times)
+        ))
+    }
+
     /// Commands the wheels by the numbers in `torques_n_m`, of either kind.
     fn command_wheels(&mut self, commanded: Commanded) {
         self.commanded = commanded;

@@ -152,6 +152,29 @@ impl Modules {
         beyond
     }
 
+    /// The rates that a twist of the body's origin and its rate of change in the body frame take of
+    /// modules that turn to an angle, in rad/s, by their joints.
+    pub fn turning_rad_s(
+        &self,
+        robot: &Robot,
+        [twist, rate]: [Twist; 2],
+    ) -> impl Iterator<Item = (usize, f64)> {
+        let turns = |of: &&Module| of.pair.is_none();
+        self.0.iter().filter(turns).map(move |module| {
+            let of = robot.joints[module.joint].body_from_joint;
+            let axis_m = of.translation.vector.xy();
+            let [v, a] = [twist, rate].map(|of| of.at(axis_m).linear_m_s());
+            // Of atan2(v_y, v_x).
+            let is_still = v.norm() < STILL_M_S;
+            let rate_rad_s = if is_still {
+                0.0
+            } else {
+                v.perp(&a) / v.norm_squared()
+            };
+            (module.joint, rate_rad_s)
+        })
+    }
+
     /// The commands of the steering joints, by their indices among the robot's.
     pub fn commands(&self) -> impl Iterator<Item = (usize, JointCommand)> {
         self.0.iter().map(|module| {

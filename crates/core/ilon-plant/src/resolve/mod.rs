@@ -23,7 +23,9 @@ use ilon_scenario::course::joint_targets::JointTargets;
 use ilon_scenario::course::playback::{self, Played};
 use ilon_scenario::course::reference;
 use ilon_scenario::robot::belief::believed;
-use ilon_scenario::scenario::{Contacts, Drives, Playback, Rollers, Scenario, Step};
+use ilon_scenario::scenario::{
+    Contacts, Drives, Playback, Reference as Path, Rollers, Scenario, Step,
+};
 use ilon_scenario::{Choices, Error, Resolved};
 
 /// The source of the commands to the wheels.
@@ -57,7 +59,7 @@ pub(crate) fn resolve_as_given(
     choose_duration(&mut scenario, &inputs.played)?;
     let reference = choose_reference(&mut scenario, robot, &inputs)?;
     if let Driver::Guidance = driver {
-        refuse_sideways(&scenario, reference.is_some(), (robot, &inputs.kinematics))?;
+        refuse_sideways(&scenario, reference.as_ref(), (robot, &inputs.kinematics))?;
     }
     let pilot = inputs.pilot(&scenario, reference.clone(), robot, driver)?;
     let model = wheel_loop::dynamic_model(&inputs.standing)?;
@@ -82,7 +84,9 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_contacts);
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
+    warnings.extend(warnings::of_toe(robot, &inputs.kinematics));
     warnings.extend(pilot.beyond_steering());
+    warnings.extend(pilot.beyond_steering_rates(scenario.run.duration_s));
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
     let beyond = match driver {
         Driver::Guidance => limits::beyond(&scenario, (robot, &inputs.joint_targets), &pilot),
@@ -128,13 +132,15 @@ pub(crate) fn resolve_as_given(
     Ok(Resolved::new(scenario, choices))
 }
 
-/// Refuses motions that tyres exclude which are not steered: a twist sideways, and a reference
-/// where they only let the robot turn about a point.
+/// Refuses motions that tyres exclude which are not steered: a twist sideways, a reference where
+/// they only let the robot turn about a point, and a pose to its side.
 fn refuse_sideways(
     scenario: &Scenario,
-    follows: bool,
+    followed: Option<&Reference>,
     (robot, kinematics): (&Robot, &Kinematics),
 ) -> Result<(), Error> {
+    /// Of a speed, in metres, or in radians: numbers of a file are rounded.
+    const ROUNDED: f64 = 1e-3;
     if kinematics.is_omnidirectional() {
         return Ok(());
     }
@@ -142,30 +148,52 @@ fn refuse_sideways(
     let fixed = robot.wheels.iter().filter(is_fixed);
     let names: Vec<String> = fixed.map(|wheel| format!("`{}`", wheel.name)).collect();
     let names = names.join(", ");
-    if follows {
+    if let Some(reference) = followed {
         // With one direction of axles the path is tracked along it.
         let gain_per_s = scenario.guidance.position_gain_per_s;
-        if PathTracking::new(kinematics, gain_per_s)?.is_some() {
-            return Ok(());
+        let Some(law) = PathTracking::new(kinematics, gain_per_s)? else {
+            return Err(Error::invalid(
+                format!(
+                    "no reference can be followed: {names} have axles of several directions that nothing steers"
+                ),
+                "drive it by [twist] or [playback]",
+            ));
+        };
+        if let Some(key) = warnings::unused_by_tracking(&scenario.guidance) {
+            return Err(Error::invalid(
+                format!(
+                    "`guidance.{key}` has no effect: {names} are not steered, and the middle of their axles follows the reference by a law whose one gain is \
+                     `guidance.position_gain_per_s`"
+                ),
+                format!("leave `guidance.{key}` out, or set `guidance.position_gain_per_s`"),
+            ));
         }
-        return Err(Error::invalid(
-            format!(
-                "no reference can be followed: {names} have axles of several directions that nothing steers"
-            ),
-            "drive it by [twist] or [playback]",
-        ));
+        let [_, aside_m, off_rad] = law.error(&scenario.robot.start(), &reference.path_at(0.0));
+        let of = scenario.reference.as_ref().map(|section| &section.path);
+        let is_pose = matches!(of, Some(Path::HoldPose { .. }));
+        if is_pose && aside_m.abs().max(off_rad.abs()) > ROUNDED {
+            return Err(Error::invalid(
+                format!(
+                    "`reference.hold_pose` cannot be reached: it is {:.3} m to the side of the robot at its start and {:.1} deg off its heading, and {names} are \
+                     not steered: with no path that moves, the robot only drives straight ahead or back",
+                    aside_m.abs(),
+                    off_rad.to_degrees().abs()
+                ),
+                "let it start at the pose's heading, with the pose straight ahead or behind, or give a path there: `[reference.waypoints]` with `heading = \
+                 \"along_path\"`",
+            ));
+        }
+        return Ok(());
     }
     let Some(section) = &scenario.twist else {
         return Ok(());
     };
-    /// Of the speed: numbers of a file are rounded.
-    const ROUNDED: f64 = 1e-3;
     // What a turn about an axle off the origin moves the origin by is no motion sideways.
     let sideways = TwistProfile::new(section).held().find(|twist| {
         let linear = Twist::new(twist.vx_m_s, twist.vy_m_s, 0.0);
         let off_m_s = kinematics.sideways_m_s(linear);
         let is_meant = kinematics.sideways_m_s(*twist) > ROUNDED * off_m_s;
-        off_m_s > ROUNDED * linear.linear_m_s().norm() && is_meant
+        off_m_s > kinematics.allowed_aside() * linear.linear_m_s().norm() && is_meant
     });
     let Some(twist) = sideways else {
         return Ok(());

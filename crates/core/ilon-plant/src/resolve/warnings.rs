@@ -1,14 +1,19 @@
 //! Warnings about a scenario that can be run.
 
-use ilon_control::DynamicModel;
-use ilon_robot::{Robot, Twist, wrap_angle};
+use ilon_control::{DynamicModel, Kinematics};
+use ilon_robot::{Robot, Twist, Wheel, wrap_angle};
 use ilon_trace::significant;
 
 use crate::pilot::FeasibilityInTime;
-use ilon_scenario::scenario::{ReferencePoint, Saturation, Scenario, WheelLaw, WheelLoop};
+use ilon_scenario::scenario::{
+    Guidance, ReferencePoint, Saturation, Scenario, WheelLaw, WheelLoop,
+};
 
 /// No pair of materials of wheels and floors has a higher friction. Chosen.
 const MOST_FRICTION: f64 = 2.0;
+
+/// Axles less off their mean than this sine are parallel in a file with rounded angles. Chosen.
+const TOE: f64 = 1e-3;
 
 /// Warns of a floor with an implausible friction.
 pub(crate) fn of_friction(scenario: &Scenario) -> Option<String> {
@@ -134,6 +139,46 @@ fn bent(held: Option<[Twist; 2]>) -> String {
         ": ({:.3}, {:.3}) m/s and {:.3} rad/s are left of ({:.3}, {:.3}) m/s and {:.3} rad/s{turns}",
         left.vx_m_s, left.vy_m_s, left.omega_rad_s, asked.vx_m_s, asked.vy_m_s, asked.omega_rad_s
     )
+}
+
+/// Warns of unsteered tyres whose axles are not quite parallel.
+pub(crate) fn of_toe(robot: &Robot, kinematics: &Kinematics) -> Option<String> {
+    let toe = kinematics.toe();
+    let is_fixed =
+        |of: &&Wheel| of.has_tyre() && robot.steering_of(of).is_none() && !robot.swivels(of);
+    let fixed = robot.wheels.iter().filter(is_fixed);
+    let names: Vec<String> = fixed.map(|of| format!("`{}`", of.name)).collect();
+    // The rounding of a file's angles counts for nothing.
+    (toe > TOE).then(|| {
+        format!(
+            "axles of {} are up to {:.2} deg off their mean (toe), so that these tyres scrub as they roll: of a twist the part along the mean axle is left out, \
+             and the wheels are commanded for the rest",
+            names.join(", "),
+            libm::asin(toe).to_degrees()
+        )
+    })
+}
+
+/// The first key set that the tracking law of robots which cannot move sideways does not look at.
+pub(crate) fn unused_by_tracking(guidance: &Guidance) -> Option<&'static str> {
+    let usual = Guidance::default();
+    let keys = [
+        ("tasks", !guidance.tasks.is_empty()),
+        (
+            "position_gain_matrix_per_s",
+            guidance.position_gain_matrix_per_s.is_some(),
+        ),
+        (
+            "heading_gain_per_s",
+            guidance.heading_gain_per_s != usual.heading_gain_per_s,
+        ),
+        (
+            "reference_point",
+            guidance.reference_point != usual.reference_point,
+        ),
+    ];
+    keys.into_iter()
+        .find_map(|(key, is_set)| is_set.then_some(key))
 }
 
 /// Warns of guidance keys that an open-loop motion ignores, because it has a single task.

@@ -93,7 +93,8 @@ impl Resolved {
         let (mut changed, of) = (self.clone(), robot);
         let mut robot = of.clone();
         change(&mut changed.scenario, &mut robot);
-        let changed_joints = robot.joints.len() != of.joints.len();
+        let changed_joints = robot.joints.len() != of.joints.len()
+            || changed.scenario.robot.joints != self.scenario.robot.joints;
         changed.scenario.validate()?;
         changed.choices.believed = believed(&changed.scenario, &robot)?.map(Arc::new);
         if let Step::Seconds(dt_s) = changed.scenario.run.physics_dt_s {

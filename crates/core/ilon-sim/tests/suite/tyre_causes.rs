@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ilon_sim::robot::{JointRole, Robot};
-use ilon_sim::trace::effects;
+use ilon_sim::trace::{Summary, effects};
 use ilon_sim::{Causes, Run, Scenario, Simulation, load_robot};
 use test_case::test_case;
 
@@ -72,7 +72,24 @@ fn casters_and_steering_do_what_the_run_without_them_lacks(
     let mut without = load_robot(&scenario).expect("shipped");
     change(&mut without);
     let without = Simulation::with_robot(&scenario, &without).expect("it drives");
-    let without = without.run().summary;
+    is_without(summary, cause, &without.run().summary);
+}
+
+/// A module that a target holds is a cause: without it the robot ends where it does with that
+/// module steered.
+#[test]
+fn a_module_that_is_held_does_what_the_run_with_it_steered_lacks() {
+    let held = "robot.joints.front_left_steer = { role = \"driven\", target_rad = 0.2 }";
+    let found = explained(&scenario("swerve4", &format!("{held}\n{THEN_LEFT}")));
+    let cause = "joints.front_left_steer";
+    let moved = found.summary.effects.get(cause, effects::APART_M);
+    assert_eq!(moved.map(|moved| moved.differs), Some(true), "{moved:?}");
+    let without = Simulation::new(&scenario("swerve4", THEN_LEFT)).expect("it drives");
+    is_without(&found.summary, cause, &without.run().summary);
+}
+
+/// The run without a cause ends where that by hand does.
+fn is_without(summary: &Summary, cause: &str, without: &Summary) {
     for (key, with, without) in [
         ("end_x_m", summary.end_x_m, without.end_x_m),
         ("end_y_m", summary.end_y_m, without.end_y_m),

@@ -44,6 +44,16 @@ fn end(robot: &str, lines: &str) -> Pose {
     "wheel_loop.law = \"passive\"\nreference.circle = { radius_m = 1, speed_m_s = 0.2 }",
     Some("passive law")
 )]
+#[test_case(
+    "differential",
+    "reference.hold_pose = { x_m = 1, y_m = 1, heading_deg = 90 }",
+    Some("1.000 m to the side of the robot at its start and 90.0 deg off its heading")
+)]
+#[test_case(
+    "differential",
+    "reference.hold_pose = { x_m = 1, y_m = 0, heading_deg = 0 }",
+    None
+)]
 fn what_tyres_exclude_is_refused(robot: &str, motion: &str, refused: Option<&str>) {
     let scenario = scenario(robot, &format!("{motion}\nrun.duration_s = 1"));
     let robot = load_robot(&scenario).expect("a shipped robot");
@@ -107,10 +117,93 @@ fn a_module_that_cannot_turn_so_far_is_remarked() {
     assert!(remarked(0.0) && !remarked(0.3));
 }
 
+/// A heading that stays on a circle of 0.5 m at 0.5 m/s turns each module on the robot by 1 rad/s.
+#[test_case(0.99, true)]
+#[test_case(1.01, false)]
+fn modules_that_a_path_turns_faster_than_they_can_are_remarked(
+    limit_rad_s: f64,
+    is_remarked: bool,
+) {
+    let lines = format!(
+        "reference.circle = {{ radius_m = 0.5, speed_m_s = 0.5 }}\nrun.duration_s = 5\n\
+         robot.joints.rear_left_steer = {{ role = \"driven\", rate_limit_rad_s = {limit_rad_s} }}"
+    );
+    let scenario = scenario("swerve4", &lines);
+    let robot = load_robot(&scenario).expect("a shipped robot");
+    let resolved = resolve(&scenario, &robot).expect("it drives");
+    let words = format!(
+        "up to 1.000 rad/s of the module `rear_left_steer`, whose limit is {limit_rad_s:.3} rad/s, and more than that for 100 %"
+    );
+    let mut warnings = resolved.warnings().iter();
+    assert_eq!(warnings.any(|said| said.contains(&words)), is_remarked);
+    let mut warnings = resolved.warnings().iter();
+    assert_eq!(
+        warnings.any(|said| said.contains("of the module")),
+        is_remarked
+    );
+}
+
+/// Four wheels, one with toe: a twist ahead is driven, within the toe, a turn on the spot stays
+/// there, and both are remarked.
+#[test_case(90.5, "vx_m_s = 0.3", [0.6, 0.0, 0.0])]
+#[test_case(93.0, "vx_m_s = 0.3", [0.6, 0.0, 0.0])]
+#[test_case(93.0, "omega_rad_s = 0.8", [0.0, 0.0, 1.0])]
+fn a_wheel_with_toe_leaves_a_robot_that_drives_and_turns(
+    axis_deg: f64,
+    twist: &str,
+    ends: [f64; 3],
+) {
+    let wheel = |x_m: f64, y_m: f64, axis_deg: f64| {
+        format!(
+            "[[wheels]]\nname = \"w{x_m}{y_m}\"\nposition_m = [{x_m}, {y_m}]\naxis_deg = {axis_deg}\n"
+        )
+    };
+    let robot = format!(
+        "name = \"toe\"\n[chassis]\nshape.box.size_m = [0.5, 0.3, 0.1]\nmass_kg = 20\ncenter_m = [0, 0, 0.1]\n[tyres]\nradius_m = 0.06\nwidth_m = 0.03\nmass_kg = 0.6\n\
+         motor_effort_n_m = 6\nmotor_velocity_rad_s = 30\n{}{}{}{}",
+        wheel(0.2, 0.15, axis_deg),
+        wheel(0.2, -0.15, 90.0),
+        wheel(-0.2, 0.15, 90.0),
+        wheel(-0.2, -0.15, 90.0)
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("toe.toml"), robot).expect("written");
+    let text = format!(
+        "robot.file = \"toe.toml\"\ntwist = {{ {twist}, rest_s = 0, ramp_s = 0 }}\nrun.duration_s = 2"
+    );
+    let scenario = Scenario::from_toml(&text, "toe", folder.path()).expect("a scenario");
+    let robot = load_robot(&scenario).expect("four wheels");
+    let resolved = resolve(&scenario, &robot).expect("it drives");
+    let warnings = resolved.warnings();
+    assert!(
+        warnings.iter().any(|said| said.contains("(toe)")),
+        "{warnings:?}"
+    );
+    let run = Simulation::new(&scenario).expect("it drives").run();
+    let summary = &run.summary;
+    let [x_m, y_m, turned_rad] = ends;
+    let off = [
+        summary.end_x_m.expect("an end") - x_m,
+        summary.end_y_m.expect("an end") - y_m,
+    ];
+    // Aside by the toe at most; turned by what a skid robot loses, half or less.
+    let aside_m = 0.6 * (axis_deg - 90.0).to_radians().sin();
+    assert!(
+        off.iter().all(|off| off.abs() < aside_m.max(0.03)),
+        "{off:?}"
+    );
+    let end_rad = summary.end_heading_rad.expect("an end");
+    assert!(
+        (turned_rad * 0.5 - 0.1..turned_rad * 1.6 + 0.1).contains(&end_rad),
+        "{end_rad}"
+    );
+}
+
 /// A heading that stays while the path turns is none for a robot on a fixed axle; a swerve robot
 /// has it.
 #[test_case("differential", "", true)]
 #[test_case("differential", "heading = \"along_path\"", false)]
+#[test_case("differential", "heading = { from_path_deg = 180 }", false)]
 #[test_case("swerve4", "", false)]
 fn a_heading_beside_the_path_is_remarked(robot: &str, heading: &str, is_remarked: bool) {
     let lines =
@@ -139,6 +232,44 @@ fn what_makes_no_sense_of_tyres_is_refused(line: &str, words: &str) {
     );
     let refused = load_robot(&scenario).map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains(words), "{refused}");
+}
+
+/// Each of these gave the same bits as without it.
+#[test_case("heading_gain_per_s = 5")]
+#[test_case("reference_point.at = { x_m = 0.1, y_m = 0.3 }")]
+#[test_case("position_gain_matrix_per_s = [[9, 0], [0, 9]]")]
+#[test_case("tasks = [\"heading_feedback\"]")]
+fn keys_that_a_path_on_tyres_does_not_look_at_are_refused(line: &str) {
+    let resolved = |robot: &str| {
+        let circle = "reference.circle = { radius_m = 1, speed_m_s = 0.3 }\nrun.duration_s = 1";
+        let scenario = scenario(robot, &format!("{circle}\n[guidance]\n{line}"));
+        let robot = load_robot(&scenario).expect("a shipped robot");
+        resolve(&scenario, &robot).map(|_| ())
+    };
+    assert!(resolved("swerve4").is_ok());
+    let (said, help) = message(resolved("differential"));
+    let key = format!("`guidance.{}`", line.split([' ', '.']).next().unwrap());
+    assert!(
+        said.contains(&key) && help.contains("`guidance.position_gain_per_s`"),
+        "{said}"
+    );
+}
+
+/// Backing is plain rolling: from 5 degrees off its heading a robot backs 1.5 m onto the end of its
+/// path. It stands 0.2 m wide, by which what is left of 5 degrees falls by e^-7 on the way.
+#[test_case("{ from_path_deg = 180 }")]
+#[test_case("{ constant_deg = 0 }")]
+fn a_robot_that_faces_against_its_path_backs_along_it(heading: &str) {
+    let line = "reference.line = { to_x_m = -1.5, to_y_m = 0, speed_m_s = 0.3";
+    let lines =
+        format!("{line}, heading = {heading} }}\nrobot.heading_deg = 5\nrun.duration_s = 9");
+    let end = end("differential", &lines);
+    // What is missing ahead falls by e a second, for four.
+    assert!(
+        (end.x_m + 1.5).abs() < 5e-3 && end.y_m.abs() < 2e-3,
+        "{end:?}"
+    );
+    assert!(end.heading_rad.abs() < 5e-3, "{end:?}");
 }
 
 /// A swerve robot and its mirror image, driven in mirror image, end in mirror image. Wheels are

@@ -562,7 +562,7 @@ fn taken<const N: usize>(terms: [(&str, Twist); N], mean: impl Fn(Twist) -> f64)
 fn of_contacts(header: &Header, terms: &Terms, mean: impl Fn(Twist) -> f64 + Copy) -> String {
     let rare = [
         (
-            "lift-off (wheels in the air or with little load)",
+            "the unequal load of wheels that contradict each other (lift-off in the budget)",
             terms.lift_off,
         ),
         ("the conflict between the wheels' rates", terms.conflict),
@@ -623,6 +623,22 @@ mod tests {
         ];
         let said = taken(terms, |twist| twist.vx_m_s);
         assert_eq!(said, "slip adds 10.0 %, the motors takes 2.0 %, ");
+    }
+
+    /// The term weighs wheels by their load, whether or not one is in the air.
+    #[test]
+    fn unequal_load_is_not_said_to_lift_wheels() {
+        let lift_off = Twist::new(0.059, 0.0, 0.0);
+        let terms = Terms {
+            lift_off,
+            ..Terms::default()
+        };
+        let said = of_contacts(&Header::default(), &terms, |twist| twist.vx_m_s);
+        let words = "the unequal load of wheels that contradict each other";
+        assert!(
+            said.contains(words) && !said.contains("in the air"),
+            "{said}"
+        );
     }
 
     /// Sentences for an open-loop run with one commanded speed ahead, another by its wheels, and a

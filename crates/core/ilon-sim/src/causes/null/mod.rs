@@ -27,6 +27,7 @@ pub(super) fn named(run: Run) -> Vec<(Cause, Null)> {
     scene::bodies(run.scenario, &mut list);
     scene::sensors(run.scenario, &mut list);
     scene::joints(run, true, &mut list);
+    scene::held_modules(run, &mut list);
     let strengths = &run.scenario.motors.wheels;
     if !strengths.is_empty() {
         let of_wheel = |(name, strength): (&String, &MotorStrength)| {

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use ilon_robot::Robot;
+use ilon_robot::{JointRole, Robot};
 use ilon_trace::Header;
 
 use super::list::{List, MOST_OF_A_KIND, Run};
 use super::machine::steering_joints;
-use crate::scenario::{Encoders, Floor, FloorPatch, Imu, ImuNoise, PoseSensor, Scenario};
+use crate::scenario::{Drives, Encoders, Floor, FloorPatch, Imu, ImuNoise, PoseSensor, Scenario};
 
 /// Each fault by itself. The header lists the faults in the scenario's order.
 pub(super) fn faults(header: &Header, list: &mut List) {
@@ -166,6 +166,37 @@ pub(super) fn joints(run: Run, sent: bool, list: &mut List) {
             format!("joints.{name}"),
             format!("the movement of the joint `{name}`"),
             hold(&[joint]),
+        );
+    }
+}
+
+/// Modules that a target holds where a twist or a reference would steer them.
+pub(super) fn held_modules(run: Run, list: &mut List) {
+    let scenario = run.scenario;
+    let steers = |drives| matches!(drives, Drives::Twist | Drives::Path | Drives::Joints);
+    let mut played = scenario.playback.iter();
+    if !played.all(|played| steers(played.drives)) {
+        return;
+    }
+    for joint in steering_joints(run.robot) {
+        let name = run.robot.joints[joint].name.clone();
+        let asked = scenario.robot.joints.get(&name);
+        let Some(target_rad) = asked.and_then(|asked| asked.options.target_rad) else {
+            continue;
+        };
+        let held_deg = ilon_trace::number(target_rad.to_degrees());
+        list.add(
+            format!("joints.{name}"),
+            format!("the module `{name}` held at {held_deg} deg (replaced by one that is steered)"),
+            move |scenario, robot| {
+                if let Some(asked) = scenario.robot.joints.get_mut(&name) {
+                    asked.options.target_rad = None;
+                }
+                let of = robot.joints.iter_mut().find(|of| of.name == name);
+                if let Some(JointRole::Driven(servo)) = of.map(|of| &mut of.role) {
+                    servo.target = 0.0;
+                }
+            },
         );
     }
 }
