@@ -135,6 +135,31 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     assert!(limited < 0.5 * wound, "{limited} {wound}");
 }
 
+/// A motor at its rate limit of w = 30 rad/s, of which 60 are asked for from 0.1 to 1.5 s: without
+/// anti-windup the integral counts 30 rad/s for 1.4 s, 42 rad, and the robot goes on at full speed
+/// until its wheels have turned that much after the stop, over 42 rad x 50 mm = 2.1 m. The
+/// proportional part ends that a little earlier: 11 N m of 210 N m. A robot that brakes from 1.5 m/s
+/// by a grip of 0.8 stops within 0.14 m.
+#[test]
+fn an_integral_without_anti_windup_counts_what_is_beyond_the_rate_limit() {
+    let after_stop_m = |keys: &str| {
+        let found = driven(&format!(
+            "guidance.saturation = \"none\"\nwheel_loop = {{ integral_n_m = 5.0, {keys} }}\n\
+             twist = {{ vx_m_s = 3.0, rest_s = 0.0, ramp_s = 0.1, schedule = [{{ from_s = 1.5 }}] }}"
+        ));
+        let rows = found.trace.records();
+        let stopped = rows.iter().find(|row| row.t_s > 1.5).expect("rows");
+        rows.last().expect("rows").truth.pose.x_m - stopped.truth.pose.x_m
+    };
+    let wound_m = after_stop_m("anti_windup = \"none\"");
+    let held_m = after_stop_m("anti_windup = \"conditional\"");
+    assert!(held_m < 0.4, "{held_m}");
+    assert!(
+        wound_m > 3.0 * held_m && wound_m > 1.5,
+        "{wound_m} {held_m}"
+    );
+}
+
 /// A PI of 0.05 N m s/rad and at most 0.15 N m on a target of 4 rad/s, against gears of 0.3 N m and
 /// bearings of 1e-3 N m s/rad: 0.05 (4 - w) + 0.15 = 0.3 + 0.001 w, so w = 0.05 / 0.051 = 0.9804
 /// rad/s, and all torques end at 0.3 N m. Nine rollers at 45 degrees let rates ripple by 1e-4.
