@@ -73,12 +73,9 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_scenario(&scenario, robot, &inputs.of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
-    warnings.extend(warnings::of_bandwidth(
-        &scenario,
-        &model,
-        loop_period_s,
-        chooses_gain,
-    ));
+    let lowered = || loop_stability::lowered(&scenario, &model).filter(|_| chooses_gain);
+    let of_bandwidth = || warnings::of_bandwidth(&scenario, &model, loop_period_s, chooses_gain);
+    warnings.extend(lowered().or_else(of_bandwidth));
     warnings.extend(of_contacts);
     warnings.extend(inputs.played.warning());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
