@@ -77,7 +77,7 @@ pub(crate) fn resolve_as_given(
     let of_bandwidth = || warnings::of_bandwidth(&scenario, &model, loop_period_s, chooses_gain);
     warnings.extend(lowered().or_else(of_bandwidth));
     warnings.extend(of_contacts);
-    warnings.extend(inputs.played.warning());
+    warnings.extend(inputs.played.warnings());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     warnings.extend(pilot.beyond_steering());
     warnings.extend(pilot.heading_beside_path(scenario.run.duration_s));
