@@ -169,7 +169,7 @@ fn refuse_sideways(
     };
     Err(Error::invalid(
         format!(
-            "[twist] asks for vx_m_s = {} and vy_m_s = {}, which drags tyres sideways: {names} are not steered",
+            "`twist` asks for vx_m_s = {} and vy_m_s = {}, which drags tyres sideways: {names} are not steered",
             twist.vx_m_s, twist.vy_m_s
         ),
         "leave the motion along their axles out",
