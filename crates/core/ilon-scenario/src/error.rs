@@ -332,6 +332,9 @@ fn help_on_control(error: &ilon_control::ControlError) -> &'static str {
         | ControlError::Uncontrollable { .. } => {
             "`ilon inspect` shows the robot's wheels and the rows of M as they are understood"
         }
+        ControlError::NoTasks | ControlError::TwiceATask { .. } => {
+            "correct the list `guidance.tasks`, or leave it out for the default"
+        }
         _ => "change the number in the scenario or in the robot's file",
     }
 }

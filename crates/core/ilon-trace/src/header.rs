@@ -99,6 +99,9 @@ pub struct Header {
     pub guidance: Option<Guidance>,
     /// The torque line of the DC motors at the wheels; `None` without DC motors, or if unknown.
     pub motor_line: Option<MotorLine>,
+    /// The drives' dead band, in N m: they suppress smaller torques; `None` without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dead_band_n_m: Option<f64>,
     /// Whether the motion was predicted to exceed grip or motors; `None` if it was not, or if
     /// unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -338,6 +341,15 @@ impl Header {
     pub fn knows_its_robot(&self) -> bool {
         let is_scaled = |fault: &Fault| matches!(fault.kind, FaultKind::EncoderScaled { .. });
         self.belief.is_none() && !self.faults.iter().flatten().any(is_scaled)
+    }
+
+    /// What puts the robot off by the term `belief` of the ledger: the robot that the controller
+    /// believes in, or, where it believes in the real one, its encoders.
+    pub fn belief_in_words(&self) -> &'static str {
+        match &self.belief {
+            Some(_) => "what the controller believes of the robot",
+            None => "what the encoders read wrong",
+        }
     }
 
     /// Whether the run records a term of the ledger (see [`crate::ledger::NAMES`]).

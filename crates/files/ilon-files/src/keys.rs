@@ -542,10 +542,12 @@ impl<'s> Checker<'s> {
                 let inner = self.within_another(name, table, known);
                 let around = &self.path[..self.path.len().saturating_sub(1)];
                 let beneath = || elsewhere(name, around, self.root);
-                match inner
-                    .or_else(beneath)
-                    .or_else(|| elsewhere(name, &[], self.root))
-                {
+                // A key of a whole section may have been meant; deeper down it has its own meaning.
+                let anywhere = || match around.len() {
+                    0 | 1 => elsewhere(name, &[], self.root),
+                    _ => None,
+                };
+                match inner.or_else(beneath).or_else(anywhere) {
                     Some(meant) if around.is_empty() || names.len() > 8 => {
                         format!("did you mean `{meant}`?")
                     }
@@ -667,7 +669,13 @@ impl<'s> Checker<'s> {
                 FaultKind::Value,
                 span,
                 format!("`{}` is {number}, but must be {rule}", self.key()),
-                format!("write a number that is {rule}"),
+                match alternatives
+                    .iter()
+                    .find_map(|schema| self.description(schema))
+                {
+                    Some(said) => format!("`{}`: {}", self.last(), said.trim_end_matches('.')),
+                    None => format!("write a number that is {rule}"),
+                },
             )),
             None => Ok(()),
         }

@@ -227,8 +227,19 @@ fn of_no_material(scenario: &Scenario, wheel: &str) -> Error {
         true => "`[materials]` names no material of rollers yet".to_owned(),
         false => format!("`[materials]` names {}", rollers.join(", ")),
     };
+    let floor = &scenario.world.floor;
+    let patch = floor
+        .patches
+        .iter()
+        .position(|patch| patch.material.is_some());
+    let key = match patch.filter(|_| floor.material.is_none()) {
+        Some(patch) => format!("world.floor.patches.{patch}.material"),
+        None => "world.floor.material".to_owned(),
+    };
     Error::invalid(
-        format!("the ground has a material, but the rollers of the wheel `{wheel}` have none"),
+        format!(
+            "the ground has a material, `{key}`, but the rollers of the wheel `{wheel}` have none"
+        ),
         format!("write `rollers.material` in the scenario, or in the robot's description; {known}"),
     )
 }

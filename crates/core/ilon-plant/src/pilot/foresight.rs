@@ -59,13 +59,10 @@ impl Pilot {
         let twist_in_body = profile
             .held()
             .max_by(|a, b| fastest(a).total_cmp(&fastest(b)))?;
-        let task = Task {
-            name: "twist",
-            twist_in_body,
-        };
+        let tasks = Task::of_twist(twist_in_body, self.priority);
         Some([
             twist_in_body,
-            guidance.command(&[task]).saturated_twist_in_body,
+            guidance.command(&tasks).saturated_twist_in_body,
         ])
     }
 

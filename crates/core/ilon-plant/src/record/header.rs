@@ -81,6 +81,7 @@ pub fn header(
             .stability
             .as_ref()
             .map(|stability| stability.recorded(scenario)),
+        dead_band_n_m: scenario.motors.dead_band_n_m,
         motor_line: scenario.motors.dc.map(|dc| MotorLine {
             stall_torque_n_m: dc.stall_torque_n_m,
             no_load_rate_rad_s: dc.no_load_rate_rad_s,

@@ -75,14 +75,11 @@ pub(crate) fn resolve_as_given(
     warnings.extend(of_scenario(&scenario, robot, &inputs.of_ground));
     let unstable_loops = loop_stability::remark(&scenario, &model, physics_dt_s)?;
     warnings.extend(unstable_loops.clone());
-    warnings.extend(warnings::of_bandwidth(
-        &scenario,
-        &model,
-        loop_period_s,
-        chooses_gain,
-    ));
+    let lowered = || loop_stability::lowered(&scenario, &model).filter(|_| chooses_gain);
+    let of_bandwidth = || warnings::of_bandwidth(&scenario, &model, loop_period_s, chooses_gain);
+    warnings.extend(lowered().or_else(of_bandwidth));
     warnings.extend(of_contacts);
-    warnings.extend(inputs.played.warning());
+    warnings.extend(inputs.played.warnings());
     warnings.extend(inputs.joint_targets.beyond_rate_limits(robot));
     warnings.extend(warnings::of_toe(robot, &inputs.kinematics));
     warnings.extend(pilot.beyond_steering());
@@ -200,7 +197,7 @@ fn refuse_sideways(
     };
     Err(Error::invalid(
         format!(
-            "[twist] asks for vx_m_s = {} and vy_m_s = {}, which drags tyres sideways: {names} are not steered",
+            "`twist` asks for vx_m_s = {} and vy_m_s = {}, which drags tyres sideways: {names} are not steered",
             twist.vx_m_s, twist.vy_m_s
         ),
         "leave the motion along their axles out",

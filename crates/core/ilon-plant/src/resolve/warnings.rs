@@ -102,7 +102,7 @@ pub(crate) fn of_twist(
         Some(_) => "the commanded twist needs wheel rates",
     };
     let comes = match saturation {
-        Some(Saturation::Prioritised | Saturation::Scale) => "it is scaled down to that".to_owned(),
+        Some(Saturation::Prioritised | Saturation::Scale) => scaled(held),
         Some(Saturation::Clip) => format!("each wheel is clipped to that by itself{}", bent(held)),
         Some(Saturation::None) => {
             "the command is not limited to that, and the wheels turn as fast as their motors can"
@@ -119,6 +119,27 @@ pub(crate) fn of_twist(
         "{what} of {asked_rad_s:.3} rad/s, but the limit is {limit_rad_s:.3} rad/s{units}: {comes}; command less or raise \
          `guidance.wheel_rate_limit_rad_s`"
     ))
+}
+
+/// Describes a twist that was scaled down: all of it, or only what has the lower priority.
+fn scaled(held: Option<[Twist; 2]>) -> String {
+    /// Shares that differ by less are one. Chosen.
+    const SAME: f64 = 1e-6;
+    let shares = held.map(|[asked, left]| {
+        [
+            left.linear_m_s().norm() / asked.linear_m_s().norm(),
+            (left.omega_rad_s / asked.omega_rad_s).abs(),
+        ]
+    });
+    let (part, share, rest) = match shares {
+        Some([moved, turned]) if moved < turned - SAME => ("translation", moved, "turn"),
+        Some([moved, turned]) if turned < moved - SAME => ("turn", turned, "translation"),
+        _ => return "it is scaled down to that".to_owned(),
+    };
+    format!(
+        "{:.1} % of its {part} is left, for its {rest} comes first",
+        100.0 * share
+    )
 }
 
 /// Describes a twist whose wheels were clipped one by one.
@@ -311,6 +332,27 @@ mod tests {
             let said = of(10.1, 10.0, saturation).unwrap_or_default();
             assert!(said.contains(words), "{said}");
         }
+        // Half of the translation for a whole turn, none of the turn for the translation, and both
+        // alike.
+        for (left, words) in [
+            (
+                Twist::new(0.5, 0.4, 2.0),
+                "50.0 % of its translation is left, for its turn",
+            ),
+            (
+                Twist::new(1.0, 0.8, 0.0),
+                "0.0 % of its turn is left, for its translation",
+            ),
+            (Twist::new(0.5, 0.4, 1.0), "it is scaled down to that"),
+        ] {
+            let held = Some([Twist::new(1.0, 0.8, 2.0), left]);
+            let said = of_twist(36.0, 30.0, scaled, held).unwrap_or_default();
+            assert!(said.contains(words), "{said}");
+        }
+        // A robot that is asked for no turn has none to keep.
+        let held = Some([Twist::new(1.0, 0.8, 0.0), Twist::new(0.5, 0.4, 0.0)]);
+        let said = of_twist(36.0, 30.0, scaled, held).unwrap_or_default();
+        assert!(said.contains("it is scaled down to that"), "{said}");
         // (1, 0.8) m/s of wheels that turn at 4, 36, 36 and 4 rad/s, held to 30: (0.85, 0.65) m/s.
         // Its direction is atan 0.65 / 0.85 = 37.41 deg and was atan 0.8 = 38.66 deg.
         let held = [Twist::new(1.0, 0.8, 0.0), Twist::new(0.85, 0.65, 0.0)];

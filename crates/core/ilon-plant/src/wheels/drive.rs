@@ -13,7 +13,7 @@ use ilon_world::MotorTorque;
 use crate::wheels::motors::motors;
 use ilon_scenario::choices::wheel_loop::{dynamic_model, passive_settings, pid};
 use ilon_scenario::course::command::WheelCommand;
-use ilon_scenario::scenario::{WheelLaw, WheelLoop};
+use ilon_scenario::scenario::{AntiWindup, WheelLaw, WheelLoop};
 use ilon_scenario::{Error, Resolved};
 
 /// The wheel loops of a robot and its motors.
@@ -34,7 +34,10 @@ pub(crate) struct Drive {
     limits: Vec<TorqueRange>,
     /// Smaller torques are suppressed, in N m.
     dead_band_n_m: f64,
-    /// Targets within the motors' limits, in rad/s.
+    /// Whether targets beyond the motors' rate limits reach the law: a PID without anti-windup counts
+    /// what it cannot reach.
+    winds_up: bool,
+    /// Targets within the motors' limits unless the law winds up, in rad/s.
     targets_rad_s: Vec<f64>,
     torques: Vec<MotorTorque>,
 }
@@ -97,6 +100,8 @@ impl Drive {
             held_n_m: vec![0.0; motors.len()],
             on_the_way: OnTheWay::of(&scenario.wheel_loop, physics_dt_s, motors.len()),
             moving: moves.then(|| Box::new(known.clone())),
+            winds_up: scenario.wheel_loop.law == WheelLaw::Pid
+                && scenario.wheel_loop.anti_windup == AntiWindup::None,
             targets_rad_s: vec![0.0; motors.len()],
             torques: vec![MotorTorque::constant(0.0); motors.len()],
             limits: vec![TorqueRange::UNLIMITED; motors.len()],
@@ -175,7 +180,10 @@ impl Drive {
         let held = self.targets_rad_s.iter_mut().zip(targets);
         for ((target, asked), motor) in held.zip(&self.motors) {
             let limit_rad_s = motor.velocity_limit_on(supply_share);
-            *target = asked.clamp(-limit_rad_s, limit_rad_s);
+            *target = match self.winds_up {
+                true => *asked,
+                false => asked.clamp(-limit_rad_s, limit_rad_s),
+            };
         }
         if is_due {
             let (targets, limits) = (&self.targets_rad_s, &self.limits);

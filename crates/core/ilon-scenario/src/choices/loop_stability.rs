@@ -238,6 +238,46 @@ pub fn remark(
     }
 }
 
+/// Remarks a gain that a latency lowered below that of the bandwidth, with what each ground allows.
+///
+/// A wheel with k_p / J times the latency at 1 / e is critically damped: it follows fastest without
+/// overshoot, and at pi / 2 it swings, 4.3 times that. The chosen gain keeps half of pi / 2 for a
+/// wheel in the air, whose inertia is far less than a rolling wheel's share of the robot.
+pub fn lowered(scenario: &Scenario, model: &DynamicModel) -> Option<String> {
+    /// A robot that follows faster than this is not slow, in seconds. Chosen.
+    const SLOW_S: f64 = 0.1;
+    let section = &scenario.wheel_loop;
+    let latency_s = section.latency_s();
+    let chosen_n_m_s = section.proportional_n_m_s?;
+    let ground_kg_m2 = model.ground_inertia_kg_m2();
+    let asked_n_m_s = ground_kg_m2 * section.bandwidth_rad_s;
+    if section.law != WheelLaw::Pid
+        || latency_s == 0.0
+        || chosen_n_m_s > asked_n_m_s.min(ground_kg_m2 / SLOW_S)
+    {
+        return None;
+    }
+    let (_, [lightest, _]) = felt(model);
+    let rolling_n_m_s = lightest.inertia_kg_m2 / (std::f64::consts::E * latency_s);
+    let follows_s = |gain_n_m_s: f64| ilon_trace::significant(ground_kg_m2 / gain_n_m_s, 2);
+    let shown = |gain_n_m_s: f64| ilon_trace::significant(gain_n_m_s, 3);
+    let remedy = match rolling_n_m_s.min(asked_n_m_s) {
+        faster if faster > 1.5 * chosen_n_m_s => format!(
+            "; where all wheels stay on the ground and do not slide, `wheel_loop.proportional_n_m_s` = {} is stable and follows in {} s",
+            rounded_down(faster),
+            follows_s(faster)
+        ),
+        _ => String::new(),
+    };
+    Some(format!(
+        "`wheel_loop.latency_s` = {latency_s} lowers the chosen gain of the wheel loops from {} to {} N m s/rad, half of what lets a wheel in \
+         the air or a sliding one swing: the robot reaches 63 % of a new speed in {} s; shorten the latency{remedy}",
+        shown(asked_n_m_s),
+        shown(chosen_n_m_s),
+        follows_s(chosen_n_m_s)
+    ))
+}
+
 fn refuse_too_fast(section: &WheelLoop, own: &Loop, inertia_kg_m2: f64) -> Result<(), Error> {
     let dt_s = own.period_s;
     let most_n_m_s = STIFFEST * inertia_kg_m2 / dt_s;

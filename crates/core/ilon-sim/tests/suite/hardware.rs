@@ -135,6 +135,31 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     assert!(limited < 0.5 * wound, "{limited} {wound}");
 }
 
+/// A motor at its rate limit of w = 30 rad/s, of which 60 are asked for from 0.1 to 1.5 s: without
+/// anti-windup the integral counts 30 rad/s for 1.4 s, 42 rad, and the robot goes on at full speed
+/// until its wheels have turned that much after the stop, over 42 rad x 50 mm = 2.1 m. The
+/// proportional part ends that a little earlier: 11 N m of 210 N m. A robot that brakes from 1.5 m/s
+/// by a grip of 0.8 stops within 0.14 m.
+#[test]
+fn an_integral_without_anti_windup_counts_what_is_beyond_the_rate_limit() {
+    let after_stop_m = |keys: &str| {
+        let found = driven(&format!(
+            "guidance.saturation = \"none\"\nwheel_loop = {{ integral_n_m = 5.0, {keys} }}\n\
+             twist = {{ vx_m_s = 3.0, rest_s = 0.0, ramp_s = 0.1, schedule = [{{ from_s = 1.5 }}] }}"
+        ));
+        let rows = found.trace.records();
+        let stopped = rows.iter().find(|row| row.t_s > 1.5).expect("rows");
+        rows.last().expect("rows").truth.pose.x_m - stopped.truth.pose.x_m
+    };
+    let wound_m = after_stop_m("anti_windup = \"none\"");
+    let held_m = after_stop_m("anti_windup = \"conditional\"");
+    assert!(held_m < 0.4, "{held_m}");
+    assert!(
+        wound_m > 3.0 * held_m && wound_m > 1.5,
+        "{wound_m} {held_m}"
+    );
+}
+
 /// A PI of 0.05 N m s/rad and at most 0.15 N m on a target of 4 rad/s, against gears of 0.3 N m and
 /// bearings of 1e-3 N m s/rad: 0.05 (4 - w) + 0.15 = 0.3 + 0.001 w, so w = 0.05 / 0.051 = 0.9804
 /// rad/s, and all torques end at 0.3 N m. Nine rollers at 45 degrees let rates ripple by 1e-4.
@@ -148,6 +173,86 @@ fn an_integral_at_its_limit_gives_no_more_than_that(timing: &str) {
     let speed_m_s = found.summary.twist_mean.expect("means").vx_m_s;
     let expected_m_s = 0.05 * 0.05 / 0.051;
     assert!((speed_m_s / expected_m_s - 1.0).abs() < 1e-3, "{speed_m_s}");
+}
+
+/// A loop whose torques come d late is critically damped at k d / J = 1 / e, J the inertia of the
+/// lightest direction of motion, and swings from pi / 2 on (an integrator with a delay). A latency
+/// for which the chosen gain is lowered, to half of what a wheel in the air bears, is remarked with
+/// both gains and the gain that drives: a robot with that gain is faster. A robot that follows within
+/// 0.1 s needs no remark.
+#[test]
+fn a_latency_that_lowers_the_gain_is_remarked_with_one_that_drives() {
+    let of = |latency_s: f64| {
+        let scenario = scenario(&format!(
+            "twist.vx_m_s = 0.3\nwheel_loop.latency_s = {latency_s}"
+        ));
+        let robot = ilon_sim::load_robot(&scenario).expect("a robot");
+        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it drives");
+        let mut warnings = resolved.warnings().iter();
+        let said = warnings
+            .find(|said| said.contains("lowers the chosen gain"))
+            .cloned();
+        (
+            said,
+            resolved
+                .scenario()
+                .wheel_loop
+                .proportional_n_m_s
+                .expect("a gain"),
+        )
+    };
+    assert_eq!([0.0, 0.001].map(|latency_s| of(latency_s).0), [None, None]);
+    let plant = Plant::of_scenario(&scenario("twist = {}")).expect("it stands");
+    let model = ilon_control::DynamicModel::new(plant.robot()).expect("it drives");
+    let r = model.kinematics().rate_matrix();
+    let felt = |axis: usize| {
+        let rates = r * nalgebra::Vector3::ith(axis, 1.0);
+        rates.dot(&(model.inertia() * &rates)) / rates.norm_squared()
+    };
+    let least_kg_m2 = (0..3).map(felt).fold(f64::INFINITY, f64::min);
+    for latency_s in [0.01, 0.05, 0.1, 0.2] {
+        let (said, chosen_n_m_s) = of(latency_s);
+        let said = said.expect("a remark");
+        // Half of pi / 2 for a wheel in the air; a tenth of the latency is the loop's period.
+        let air = chosen_n_m_s * latency_s / model.air_inertia_kg_m2();
+        assert!(
+            (air / std::f64::consts::FRAC_PI_4 - 1.0).abs() < 0.06,
+            "{air}"
+        );
+        let (_, named) = said.split_once("proportional_n_m_s` = ").expect("a gain");
+        let gain_n_m_s: f64 = named
+            .split(' ')
+            .next()
+            .expect("one")
+            .parse()
+            .expect("a number");
+        // Rounded down to two digits or more.
+        let share = gain_n_m_s * latency_s / least_kg_m2 * std::f64::consts::E;
+        assert!(
+            (0.9..=1.001).contains(&share),
+            "{latency_s}: {share} {said}"
+        );
+        let speed_m_s = |gain: &str| {
+            let found = driven(&format!(
+                "twist.vx_m_s = 0.3\nwheel_loop = {{ latency_s = {latency_s}{gain} }}"
+            ));
+            let rows = found.trace.records();
+            let [before, last] = [rows[rows.len() - 20], rows[rows.len() - 1]];
+            (last.truth.pose.x_m - before.truth.pose.x_m) / (last.t_s - before.t_s)
+        };
+        let named_m_s = speed_m_s(&format!(", proportional_n_m_s = {gain_n_m_s}"));
+        let off = |speed_m_s: f64| (speed_m_s / 0.3 - 1.0).abs();
+        assert!(
+            off(named_m_s) < off(speed_m_s("")),
+            "{latency_s}: {named_m_s}"
+        );
+        // At 0.05 s six of its time constants pass, and the bearings, 1e-3 beside 0.0137 N m s/rad,
+        // take 7 %.
+        assert!(
+            latency_s > 0.05 || off(named_m_s) < 0.1,
+            "{latency_s}: {named_m_s}"
+        );
+    }
 }
 
 /// P loops on all wheels of a robot without sliding are one integrator in each direction of motion,

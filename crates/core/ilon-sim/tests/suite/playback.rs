@@ -619,6 +619,41 @@ fn without_a_duration_a_run_ends_with_its_log() {
     }
 }
 
+/// Rows 0.1 s apart, and one 29.9 s later: the last one lasts as long as a row usually does, 0.1 s,
+/// not the mean interval of 10 s; the gap is remarked, and short ones are not.
+#[test]
+fn a_gap_in_a_log_is_remarked_and_does_not_make_its_last_row_longer() {
+    let of = |times_s: &[f64]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rows: String = times_s
+            .iter()
+            .map(|t_s| format!("{t_s},0.1,0,0\n"))
+            .collect();
+        std::fs::write(
+            folder.path().join("log.csv"),
+            format!("t_s,vx_m_s,vy_m_s,omega_rad_s\n{rows}"),
+        )
+        .expect("a log");
+        let text = format!(
+            "[robot]\nfile = \"{ROBOT}\"\n[playback]\nfile = \"log.csv\"\ndrives = \"twist\"\n"
+        );
+        let scenario = Scenario::from_toml(&text, "test", folder.path()).expect("a scenario");
+        let robot = ilon_sim::load_robot(&scenario).expect("a robot");
+        let resolved = ilon_sim::resolve(&scenario, &robot).expect("it stands");
+        let said = resolved.warnings().join("\n");
+        (resolved.scenario().run.duration_s, said)
+    };
+    let (lasts_s, said) = of(&[0.0, 0.1, 0.2, 30.1]);
+    assert!((lasts_s - 30.2).abs() < 1e-9, "{lasts_s}");
+    assert!(
+        said.contains("has no rows from 0.20 to 30.10 s: the row before it holds until then"),
+        "{said}"
+    );
+    let (lasts_s, said) = of(&[0.0, 0.1, 0.2, 0.5]);
+    assert!((lasts_s - 0.6).abs() < 1e-9, "{lasts_s}");
+    assert!(!said.contains("no rows"), "{said}");
+}
+
 #[test]
 fn a_window_beyond_the_end_of_the_log_is_refused_as_one_beyond_a_duration() {
     let further = "[sensors.pose]\nlatency_s = 5\n";

@@ -656,7 +656,7 @@ fn a_filter_that_trusts_odometry_less_than_not_at_all() {
         told(
             "`sensors.fusion.position_drift_m` is -0.01, but must be 0 or more",
             "scenario.toml:9:20",
-            "write a number that is 0 or more"
+            "`position_drift_m`: Standard deviation of the odometry's x and y after 1 m, in metres; it grows with the square root of the distance"
         )
     );
     assert_eq!(

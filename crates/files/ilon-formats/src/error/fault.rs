@@ -502,12 +502,14 @@ pub enum Fault {
     },
     /// An element that names a missing joint.
     #[error("there is no joint `{joint}`")]
-    #[diagnostic(help("{}", near.as_ref().map_or_else(|| "name joints of the file".to_owned(), |near| format!("did you mean `{near}`?"))))]
+    #[diagnostic(help("{}", near.as_ref().map_or_else(|| if others.is_empty() { "the file has no joint that can be named here".to_owned() } else { format!("the file has the joints {}", listed(others)) }, |near| format!("did you mean `{near}`?"))))]
     UnknownJoint {
         /// The joint.
         joint: String,
         /// The joint of the file with the most similar name.
         near: Option<String>,
+        /// The joints that can be named.
+        others: Vec<String>,
     },
     /// A joint named as a wheel is missing.
     #[error(

@@ -23,12 +23,17 @@ impl Fault {
     pub(crate) fn unknown_joint<'a>(joint: &str, others: impl Iterator<Item = &'a str>) -> Self {
         /// Smallest Jaro-Winkler similarity of two names of which one was meant for the other.
         const ALIKE: f64 = 0.8;
-        let alike = others.map(|other| (strsim::jaro_winkler(joint, other), other));
+        let mut others: Vec<&str> = others.collect();
+        others.sort_unstable();
+        let alike = others
+            .iter()
+            .map(|other| (strsim::jaro_winkler(joint, other), other));
         let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
         let near = best.filter(|(likeness, _)| *likeness > ALIKE);
         Self::UnknownJoint {
             joint: joint.to_owned(),
-            near: near.map(|(_, name)| name.to_owned()),
+            near: near.map(|(_, name)| (*name).to_owned()),
+            others: others.iter().map(|name| (*name).to_owned()).collect(),
         }
     }
 

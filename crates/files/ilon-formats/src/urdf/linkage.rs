@@ -671,7 +671,9 @@ fn refuse_strangers(loading: &Loading, wheels: &HashSet<usize>) -> Result<(), Ro
     let tree = loading.tree;
     for name in loading.options.joints.keys() {
         let Some(joint) = tree.joints.iter().position(|joint| joint.name == *name) else {
-            let others = tree.joints.iter().map(|joint| joint.name.as_str());
+            // Wheels and rollers have no role.
+            let places = (0..tree.joints.len()).filter(|joint| !wheels.contains(joint));
+            let others = places.map(|joint| tree.joints[joint].name.as_str());
             return Err(loading
                 .source
                 .robot_error(Fault::unknown_joint(name, others)));

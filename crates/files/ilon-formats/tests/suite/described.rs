@@ -143,6 +143,13 @@ fn a_drive_of_no_joint_is_refused() {
     let text = small().replace("</robot>", "<ilon_drive joint=\"wheel_9\"/></robot>");
     let error = Robot::from_urdf_str(&text, "r.urdf").unwrap_err();
     assert!(matches!(error.fault(), Fault::UnknownJoint { joint, .. } if joint == "wheel_9"));
+    // A name that is like none gets the list.
+    let text = small().replace("</robot>", "<ilon_drive joint=\"nope\"/></robot>");
+    let help = Robot::from_urdf_str(&text, "r.urdf").unwrap_err().help();
+    assert!(
+        help.starts_with("the file has the joints ") && help.contains("`wheel_1`"),
+        "{help}"
+    );
 }
 
 #[test_case(

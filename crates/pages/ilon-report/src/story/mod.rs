@@ -345,7 +345,7 @@ fn in_words<'a>(part: &'a str, (budget, slid): (&Budget, bool), header: &Header)
         "servo" if budget.ahead_m < -CLEARLY * servo_m.abs() => "wheels that lag their targets",
         "servo" => "wheels that are off their targets",
         "compensation" => shortfall::compensation(header),
-        "belief" => "what the controller believes of the robot",
+        "belief" => header.belief_in_words(),
         "incline" => "the incline, whose way is longer than on a map",
         other => other,
     }

@@ -47,11 +47,13 @@ struct Stretch {
     terms: Terms,
     /// Deviation of the wheels from their targets, in rad, summed over all; the part with a motor
     /// at its limit, the part of that with a wheel at its rate limit, the part in which dry
-    /// friction takes most of the torque, and that of wheels without a motor.
+    /// friction takes most of the torque, the part in which a dead band leaves none, and that of wheels
+    /// without a motor.
     off_rad: f64,
     at_limit_rad: f64,
     at_rate_limit_rad: f64,
     held_rad: f64,
+    swallowed_rad: f64,
     undriven_rad: f64,
 }
 
@@ -122,6 +124,8 @@ impl Stretch {
             self.at_limit_rad += where_it_is(gives_all || turns_fastest);
             self.at_rate_limit_rad += where_it_is(turns_fastest);
             self.held_rad += where_it_is(is_held(wheel, sample));
+            let is_swallowed = header.dead_band_n_m.is_some() && sample.torque_n_m == 0.0;
+            self.swallowed_rad += where_it_is(is_swallowed);
         }
     }
 
@@ -163,6 +167,7 @@ impl Stretch {
         let by_rate = 2.0 * self.at_rate_limit_rad > self.at_limit_rad;
         match (is_most(self.at_limit_rad), is_most(self.held_rad)) {
             _ if driven_rad < FOLLOW * self.off_rad => "the rolling of wheels without a motor",
+            _ if is_most(self.swallowed_rad) && !adds => "the motors' dead band",
             (true, _) if by_rate => "the motors' rate limit",
             // Also where friction takes most of it: a stronger motor would overcome that.
             (true, _) => "the motors' limit",
@@ -245,9 +250,16 @@ pub(super) fn at_rest(header: &Header, summary: &Summary, means: &Means) -> Opti
             false => "no motion is commanded".to_owned(),
         }
     } else if means.most_torque_n_m <= NO_TORQUE_N_M {
+        let asked = metres(means.most_asked_m_s);
+        let swallowed = header.dead_band_n_m.filter(|n_m| *n_m > 0.0).map(|n_m| {
+            format!(
+                ": their dead band `motors.dead_band_n_m` suppresses less than {} N m",
+                ilon_trace::significant(n_m, 3)
+            )
+        });
         format!(
-            "up to {} were commanded, but the motors gave no torque",
-            metres(means.most_asked_m_s)
+            "up to {asked} were commanded, but the motors gave no torque{}",
+            swallowed.unwrap_or_default()
         )
     } else {
         let frictions = header.wheels.iter().map(|wheel| wheel.dry_friction_n_m);
@@ -527,7 +539,7 @@ fn of_stretch(
         let before = [
             ("saturation", terms.guidance),
             (compensation(header), terms.compensation),
-            ("what the controller believes of the robot", terms.belief),
+            (header.belief_in_words(), terms.belief),
             (stretch.behind_targets(mean(terms.servo) < 0.0), terms.servo),
         ];
         let before = taken(before, mean);
@@ -830,6 +842,27 @@ mod tests {
         let follows = vec![wheel(1.0, 0.0), free(), free()];
         let by_free = "the rolling of wheels without a motor";
         assert_eq!(said(follows, &alone), [by_free; 2]);
+        // Two wheels that stand under motors with a dead band, without torque and with some.
+        let even = || vec![wheel(1.0, 0.0), wheel(1.0, 0.0)];
+        let said_of = |torque_n_m: f64| {
+            let header = Header {
+                dead_band_n_m: Some(0.2),
+                wheels: even(),
+                ..Header::default()
+            };
+            let sample = WheelSample {
+                target_rad_s: 6.0,
+                torque_n_m,
+                ..WheelSample::default()
+            };
+            let [before, mut after] = [Record::default(); 2];
+            after.t_s = 1.0;
+            let mut stretch = Stretch::default();
+            stretch.add(&header, [&before, &after], &[sample.steady(); 2]);
+            stretch.behind_targets(false)
+        };
+        assert_eq!(said_of(0.0), "the motors' dead band");
+        assert_eq!(said_of(0.3), "the wheel loops' error");
     }
 
     /// From 1 to 3 s 2 m/s are commanded, of which motors limited to 1 m/s give half; then 0.
@@ -909,6 +942,10 @@ mod tests {
         assert!(said(&summary).contains("rests for `twist.rest_s` first, or its twist is 0"));
         let no_torque = at_rest(&header, &summary, &run(2.0, 500)).unwrap_or_default();
         assert!(no_torque.contains("2.0000 m/s were commanded, but the motors gave no torque"));
+        let mut banded = header.clone();
+        banded.dead_band_n_m = Some(0.2);
+        let by_band = at_rest(&banded, &summary, &run(2.0, 500)).unwrap_or_default();
+        assert!(by_band.contains("dead band `motors.dead_band_n_m` suppresses less than 0.2 N m"));
         summary.travelled_m = 1.0;
         assert_eq!(said(&summary), "");
     }

@@ -228,7 +228,13 @@ fn tracker(log: &Log, robot: &Robot, anomalies: &mut Vec<Anomaly>) {
                 "the tracker did not see the robot in {unseen} of {} rows",
                 log.len()
             ),
-            "stretches that begin or end there are left out",
+            match unseen * 2 > log.len() {
+                true => format!(
+                    "record where the robot is on its way as well{}",
+                    log.as_measured(robot)
+                ),
+                false => "stretches that begin or end there are left out".to_owned(),
+            },
         ));
     }
     let steps: Vec<f64> = log

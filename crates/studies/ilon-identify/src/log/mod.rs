@@ -47,7 +47,7 @@ impl Log {
             return Err(Error::contents(
                 path,
                 format!("it has {} rows, which are too few for a drive", log.len()),
-                "record at least some seconds",
+                format!("record at least some seconds{}", log.as_measured(robot)),
             ));
         }
         if let Some(row) = log.times_s.windows(2).position(|pair| pair[1] <= pair[0]) {

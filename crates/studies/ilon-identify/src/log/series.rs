@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ilon_robot::Robot;
 use ilon_sim::Error;
 
 /// Smallest number of rows of a usable log.
@@ -31,6 +32,34 @@ pub struct Log {
 }
 
 impl Log {
+    /// Returns how to give this log's start and end as a row of `measured`, after the other help;
+    /// nothing if they are unknown.
+    pub(super) fn as_measured(&self, robot: &Robot) -> String {
+        let is_known = |pose: &&[f64; 3]| pose.iter().all(|value| value.is_finite());
+        let mut known = self.poses.iter().filter(is_known);
+        let (Some(from), Some(to)) = (known.next(), known.next_back()) else {
+            return String::new();
+        };
+        let turned = |wheel: usize| {
+            let angle = |row: Option<&Vec<f64>>| row.map_or(0.0, |angles| angles[wheel]);
+            angle(self.angles_rad.last()) - angle(self.angles_rad.first())
+        };
+        let wheels = robot.wheels.iter().enumerate();
+        let wheels: Vec<String> = wheels
+            .map(|(place, wheel)| format!("{} = {:.4}", wheel.name, turned(place)))
+            .collect();
+        let (sin, cos) = libm::sincos(from[2]);
+        let [x_m, y_m] = [to[0] - from[0], to[1] - from[1]];
+        format!(
+            "; or, if only its start and end are known, give it as a row of `measured`, without `[log]`: \
+             {{ wheels = {{ {} }}, x_m = {:.4}, y_m = {:.4}, heading_deg = {:.3} }}",
+            wheels.join(", "),
+            cos * x_m + sin * y_m,
+            cos * y_m - sin * x_m,
+            (to[2] - from[2]).to_degrees()
+        )
+    }
+
     /// The number of its rows.
     pub fn len(&self) -> usize {
         self.times_s.len()

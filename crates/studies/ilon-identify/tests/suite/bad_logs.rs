@@ -362,7 +362,7 @@ fn times_that_do_not_grow_and_too_few_rows_are_named() {
                 rows.cut(6, 3001);
             }
         }),
-        &["it has 6 rows"],
+        &["it has 6 rows", "as a row of `measured`", "heading_deg = "],
     );
 }
 

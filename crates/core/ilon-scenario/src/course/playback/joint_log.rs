@@ -1,6 +1,6 @@
 //! The commands of a log to the servo of a joint between bodies.
 
-use super::series::Series;
+use super::series::{Series, usual_interval_s};
 use super::wanted::Wanted;
 use crate::Error;
 use crate::course::command::JointCommand;
@@ -85,12 +85,12 @@ impl JointLog {
     }
 
     /// The end, in seconds of the run: the time of the last position, or the time at which the last
-    /// rate, torque or force has lasted for the mean interval of rows.
+    /// rate, torque or force has lasted for the usual interval of rows.
     pub fn end_s(&self) -> f64 {
-        let ((first_s, ..), (last_s, quantity, _)) = (self.rows[0], self.rows[self.rows.len() - 1]);
+        let (last_s, quantity, _) = self.rows[self.rows.len() - 1];
         match quantity {
             Quantity::Position => last_s,
-            _ => last_s + (last_s - first_s) / (self.rows.len() - 1).max(1) as f64,
+            _ => last_s + usual_interval_s(self.rows.len(), |row| self.rows[row].0),
         }
     }
 

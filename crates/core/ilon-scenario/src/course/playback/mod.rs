@@ -15,7 +15,7 @@ use nalgebra::Vector2;
 
 pub use self::joint_log::JointLog;
 pub use self::series::Placing;
-use self::series::{Series, is_wrapped, place, unwrap};
+use self::series::{Series, is_wrapped, longest_gap_s, place, unwrap};
 use self::wanted::{LogContents, Wanted};
 use crate::Error;
 use crate::scenario::{Drives, Scenario, TIME_SLACK_S};
@@ -57,16 +57,25 @@ pub struct Played {
     pub end_s: f64,
     /// Whether the recording was cut short: it is played as far as it goes.
     pub is_cut_short: bool,
+    /// The beginning and end of its longest gap, in seconds of the run; `None` without one.
+    pub gap_s: Option<[f64; 2]>,
 }
 
 impl Played {
-    /// Returns a warning about a recording that was cut short.
-    pub fn warning(&self) -> Option<String> {
+    /// Returns warnings about a recording that was cut short, or has a gap.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
         let end_s = self.end_s;
         let said = format!(
             "a file of the bag of `playback` was cut short, and messages may be missing: it is played up to {end_s:.2} s"
         );
-        self.is_cut_short.then_some(said)
+        let gap = self.gap_s.map(|[from_s, to_s]| {
+            let over_it = match self.log.as_deref().is_some_and(Log::holds) {
+                true => "the row before it holds until then",
+                false => "it is bridged on a straight line",
+            };
+            format!("the log of `playback` has no rows from {from_s:.2} to {to_s:.2} s: {over_it}")
+        });
+        self.is_cut_short.then_some(said).into_iter().chain(gap)
     }
 }
 
@@ -166,6 +175,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
             end_s: ends_s.fold(0.0, f64::max),
             joints: told,
             is_cut_short: !is_whole,
+            gap_s: None,
         });
     }
     driving.shift_times(shift_s);
@@ -178,6 +188,7 @@ pub fn read(scenario: &Scenario, robot: &Robot, start: Pose) -> Result<Played, E
     )?;
     Ok(Played {
         end_s: log.end_s(),
+        gap_s: longest_gap_s(&log.driving.times_s),
         log: Some(Arc::new(log)),
         joints: told,
         is_cut_short: !is_whole,
@@ -307,15 +318,20 @@ impl Log {
     }
 
     /// The end of the robot's motion, in seconds of the run: if rows hold until the next, the time
-    /// at which the last one has lasted for the mean interval; otherwise the time of the last row.
+    /// at which the last one has lasted for the usual interval; otherwise the time of the last row.
     pub fn end_s(&self) -> f64 {
-        let driving = &self.driving;
-        match self.drives {
-            Drives::WheelRates | Drives::WheelTorques | Drives::Twist => driving.end_s(),
-            Drives::WheelAngles | Drives::Path | Drives::Joints => {
-                driving.times_s.last().copied().unwrap_or(0.0)
-            }
+        match self.holds() {
+            true => self.driving.end_s(),
+            false => self.driving.times_s.last().copied().unwrap_or(0.0),
         }
+    }
+
+    /// Whether each row holds until the next.
+    fn holds(&self) -> bool {
+        matches!(
+            self.drives,
+            Drives::WheelRates | Drives::WheelTorques | Drives::Twist
+        )
     }
 
     /// The path of the log as a reference, if it is one.

@@ -17,6 +17,39 @@ pub(super) struct Series {
     pub width: usize,
 }
 
+/// How long the last of the rows of a log lasts, which have these times: the mean interval, or, where
+/// a few gaps make that long, the median of the last ones; 0 for fewer than two rows.
+pub(super) fn usual_interval_s(rows: usize, time_s: impl Fn(usize) -> f64) -> f64 {
+    /// A mean of more medians than this is one of gaps, and the intervals of the median. Chosen.
+    const MOST: f64 = 1.5;
+    const LAST: usize = 64;
+    let Some(last) = rows.checked_sub(1).filter(|last| *last > 0) else {
+        return 0.0;
+    };
+    let counted = last.saturating_sub(LAST)..last;
+    let mut intervals_s: Vec<f64> = counted.map(|row| time_s(row + 1) - time_s(row)).collect();
+    intervals_s.sort_by(f64::total_cmp);
+    let median_s = intervals_s[(intervals_s.len() - 1) / 2];
+    let mean_s = (time_s(last) - time_s(0)) / last as f64;
+    match mean_s > MOST * median_s {
+        true => median_s,
+        false => mean_s,
+    }
+}
+
+/// The beginning and end, in seconds, of the longest interval without rows, if it is far longer than
+/// usual.
+pub(super) fn longest_gap_s(times_s: &[f64]) -> Option<[f64; 2]> {
+    /// Shorter gaps, in intervals and in seconds, are those of a radio or a busy computer. Chosen.
+    const INTERVALS: f64 = 10.0;
+    const LEAST_S: f64 = 0.5;
+    let gaps = times_s.windows(2).map(|pair| [pair[0], pair[1]]);
+    let longest = gaps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+    let is_gap = longest[1] - longest[0]
+        > LEAST_S.max(INTERVALS * usual_interval_s(times_s.len(), |row| times_s[row]));
+    is_gap.then_some(longest)
+}
+
 impl Series {
     pub fn new(width: usize) -> Self {
         Self {
@@ -52,7 +85,7 @@ impl Series {
     }
 
     /// The mean of a column from one time to another, in seconds, where each row holds until the
-    /// next, and the last for the mean interval; 0 before and after. A row that holds for all of it
+    /// next, and the last for the usual interval; 0 before and after. A row that holds for all of it
     /// has its own value, to the bit.
     pub fn mean(&self, column: usize, from_s: f64, to_s: f64) -> f64 {
         let (mut t_s, mut sum) = (from_s, 0.0);
@@ -80,12 +113,11 @@ impl Series {
         }
     }
 
-    /// The time at which the last row has lasted for the mean interval.
+    /// The time at which the last row has lasted for the usual interval.
     pub fn end_s(&self) -> f64 {
-        let (Some(first), Some(last)) = (self.times_s.first(), self.times_s.last()) else {
-            return 0.0;
-        };
-        last + (last - first) / (self.len() - 1).max(1) as f64
+        self.times_s.last().map_or(0.0, |last| {
+            last + usual_interval_s(self.len(), |row| self.times_s[row])
+        })
     }
 
     /// A linearly interpolated value; constant beyond the first and last row.

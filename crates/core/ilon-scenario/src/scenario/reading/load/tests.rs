@@ -100,6 +100,12 @@ fn a_key_of_another_table_is_named_whole() {
             meant => assert!(help.contains(&format!("{meant}`?")), "{help}"),
         }
     }
+    // A key of a table within another has its own meaning: that of `wheel_loop` is no help here.
+    let circle = told(CIRCLE, &["reference.circle.period_s=5"]).1;
+    assert!(
+        circle.starts_with("the keys here are ") && !circle.contains("wheel_loop"),
+        "{circle}"
+    );
     assert_eq!(
         told(CIRCLE, &["robot.bearings=\"ball\""]).1,
         "did you mean `rollers.bearings`?"
