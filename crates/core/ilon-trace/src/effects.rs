@@ -23,9 +23,9 @@ pub const FLOORS: f64 = 3.0;
 pub const CHAOTIC: f64 = 3.0;
 
 /// A run whose starts beside it end further apart than this share of a wheel's radius is chaotic:
-/// they began within 4e-8 of it, and no regular run spreads what is between them a thousand times.
+/// they began within 4e-8 of it, and no regular run spreads what is between them a hundred times.
 /// Chosen.
-const APART: f64 = 4e-5;
+const APART: f64 = 4e-6;
 
 /// Causes that are noise. The change with another seed has their own size, so it is not their
 /// floor.
@@ -314,11 +314,11 @@ mod tests {
         }
     }
 
-    /// Starts that end further apart than 4e-5 of a wheel's radius, here 2 um, make the run chaotic:
+    /// Starts that end further apart than 4e-6 of a wheel's radius, here 0.2 um, make the run chaotic:
     /// changes by chance count three times, so that 20 mm are no effect beside one of 4 mm.
     #[test]
     fn where_starts_end_apart_the_floor_is_three_times_as_high() {
-        for (beside_m, differs) in [(1e-6, true), (1e-5, false)] {
+        for (beside_m, differs) in [(1e-7, true), (1e-6, false)] {
             let summary = with_twins(|alone| {
                 vec![
                     twin(Change::HalfStep, alone, 0.004),

@@ -669,13 +669,15 @@ impl<'s> Checker<'s> {
                 FaultKind::Value,
                 span,
                 format!("`{}` is {number}, but must be {rule}", self.key()),
-                match alternatives
-                    .iter()
-                    .find_map(|schema| self.description(schema))
-                {
-                    Some(said) => format!("`{}`: {}", self.last(), said.trim_end_matches('.')),
-                    None => format!("write a number that is {rule}"),
-                },
+                // What one of several kinds of value is says nothing of the key.
+                match alternatives {
+                    [only] => self.description(only),
+                    _ => None,
+                }
+                .map_or_else(
+                    || format!("write a number that is {rule}"),
+                    |said| format!("`{}`: {}", self.last(), said.trim_end_matches('.')),
+                ),
             )),
             None => Ok(()),
         }

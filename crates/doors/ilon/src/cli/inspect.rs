@@ -119,7 +119,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             })
             .collect();
         let next = format!(
-            "next: drive it, `ilon run {robot}{settings}{}`",
+            "next: drive it, `ilon run {robot}{settings}{}{}`",
+            arguments.limits.settings_in_words(),
             arguments.sandbox.words()
         );
         console::lines(&format!("\n{}\n", folded(&next)))?;

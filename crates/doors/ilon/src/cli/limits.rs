@@ -89,6 +89,11 @@ impl Conditions {
 }
 
 impl Asked {
+    /// The changed keys as a shell takes them, each behind a space.
+    pub fn settings_in_words(&self) -> String {
+        self.conditions.settings.words()
+    }
+
     /// Adds the limits to an inspection, if they are requested. The conditions are a scenario of a
     /// standing robot, changed by the settings.
     ///

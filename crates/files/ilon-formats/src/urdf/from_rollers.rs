@@ -267,8 +267,8 @@ pub(super) fn give_lone_spheres_a_length(
     }
     if lone > 0 {
         remarks.push(Remark::new(format!("wheel `{wheel}`"), format!(
-                "{lone} of {} rollers are lone spheres: each is taken as a barrel that reaches its neighbours; as \
-                 modelled, the wheel would dip {:.2} mm between rollers",
+                "{lone} of {} rollers show no length (lone spheres, or no shape): each is taken as a barrel that reaches its \
+                 neighbours; as spheres the wheel would dip {:.2} mm between them",
                 seen.len(),
                 1e3 * dip_m
             )));

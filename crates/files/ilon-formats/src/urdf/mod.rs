@@ -243,7 +243,7 @@ fn bare_wheels(loading: &mut Loading, candidates: &[Candidate]) -> Result<Bare, 
     }
     check::check_wheel_count(loading, candidates, (&given, tyres.is_some()), &survey)?;
     if rollers.is_some() {
-        remark_left_alone(loading, &survey);
+        remark_left_alone(loading, &survey, &given);
     }
     Ok((given, rollers, inferred))
 }
@@ -263,10 +263,16 @@ fn other_values(choices: &[(String, Vec<String>)]) -> String {
 }
 
 /// Adds remarks on turning joints that are no wheels, after a search without names.
-fn remark_left_alone(loading: &mut Loading, survey: &Survey) {
-    let steered = survey.left_out(loading.tree, &survey.likely());
+fn remark_left_alone(loading: &mut Loading, survey: &Survey, given: &[BareWheel]) {
+    let tree = loading.tree;
+    let steered = survey.left_out(tree, &survey.likely());
     let is_new = |of: &&CandidateJoint| survey.looked.iter().all(|known| known.joint != of.joint);
-    for looked in survey.looked.iter().chain(steered.iter().filter(is_new)) {
+    let is_wheel = |of: &&CandidateJoint| {
+        let mut wheels = given.iter().map(|of| &tree.joints[of.like.joint].name);
+        wheels.any(|name| *name == of.joint)
+    };
+    let left = survey.looked.iter().chain(steered.iter().filter(is_new));
+    for looked in left.filter(|of| !is_wheel(of)) {
         let subject = format!("joint `{}`", looked.joint);
         loading
             .remarks

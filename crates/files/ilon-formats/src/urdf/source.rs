@@ -246,7 +246,9 @@ impl<'a> Source<'a> {
             };
             for node in outer.children().filter(Node::is_element) {
                 let tag = node.tag_name().name();
-                if !read.split(' ').any(|known| known == tag) {
+                // Friction with a direction stands for rollers, and has remarks of its own.
+                let is_friction = tag == "gazebo" && child(node, "fdir1").is_some();
+                if !is_friction && !read.split(' ').any(|known| known == tag) {
                     *counts.entry((inside, tag)).or_default() += 1;
                 }
             }

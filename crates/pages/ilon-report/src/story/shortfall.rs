@@ -704,7 +704,7 @@ mod tests {
         );
     }
 
-    /// Half of the time at 0.3 m/s, then still before a wall: the mean is told as one, with the
+    /// Half of the time at 0.3 m/s, then still before a wall: the mean is said as one, with the
     /// time from which it is one.
     #[test]
     fn a_mean_that_the_robot_rarely_has_is_told_as_a_mean() {
