@@ -115,18 +115,24 @@ fn a_dead_band_swallows_small_torques() {
     assert!(driven(&text("0.02")).summary.travelled_m > 0.1);
 }
 
+/// How far a robot goes on after a time in seconds, in metres.
+fn goes_on_m(text: &str, from_s: f64) -> f64 {
+    let found = driven(text);
+    let rows = found.trace.records();
+    let then = rows.iter().find(|row| row.t_s > from_s).expect("rows");
+    rows.last().expect("rows").truth.pose.x_m - then.truth.pose.x_m
+}
+
 /// A sampled PI on a motor that cannot reach its target winds up for 1.5 s, and overruns by its
 /// integral unless that is limited.
 #[test]
 fn an_integral_that_winds_up_overruns_unless_it_is_held() {
     let overrun = |keys: &str| {
-        let found = driven(&format!(
+        let text = format!(
             "motors.dc = {{ stall_torque_n_m = 1.0, no_load_rate_rad_s = 10.0 }}\nguidance.saturation = \"none\"\nwheel_loop = {{ {keys} }}\n\
              twist = {{ vx_m_s = 1.0, rest_s = 0.0, ramp_s = 0.1, schedule = [{{ from_s = 1.5 }}] }}"
-        ));
-        let rows = found.trace.records();
-        let stopped = rows.iter().find(|row| row.t_s > 1.65).expect("rows");
-        rows.last().expect("rows").truth.pose.x_m - stopped.truth.pose.x_m
+        );
+        goes_on_m(&text, 1.65)
     };
     let held = overrun("");
     let limited = overrun("anti_windup = \"none\", integral_limit_n_m = 0.05");
@@ -143,13 +149,11 @@ fn an_integral_that_winds_up_overruns_unless_it_is_held() {
 #[test]
 fn an_integral_without_anti_windup_counts_what_is_beyond_the_rate_limit() {
     let after_stop_m = |keys: &str| {
-        let found = driven(&format!(
+        let text = format!(
             "guidance.saturation = \"none\"\nwheel_loop = {{ integral_n_m = 5.0, {keys} }}\n\
              twist = {{ vx_m_s = 3.0, rest_s = 0.0, ramp_s = 0.1, schedule = [{{ from_s = 1.5 }}] }}"
-        ));
-        let rows = found.trace.records();
-        let stopped = rows.iter().find(|row| row.t_s > 1.5).expect("rows");
-        rows.last().expect("rows").truth.pose.x_m - stopped.truth.pose.x_m
+        );
+        goes_on_m(&text, 1.5)
     };
     let wound_m = after_stop_m("anti_windup = \"none\"");
     let held_m = after_stop_m("anti_windup = \"conditional\"");

@@ -449,7 +449,7 @@ mod tests {
             record.truth.pose.x_m = 0.2 * t_s;
             // 6 N at 0.1 m/s for 10 ms.
             slip_energy_j += if sliding { 6e-3 } else { 0.0 };
-            let sample = WheelSample {
+            let mut sample = WheelSample {
                 slip_energy_j,
                 touching: true,
                 normal_force_n: 10.0,
@@ -459,6 +459,10 @@ mod tests {
                 ..WheelSample::default()
             }
             .steady();
+            // Twice as fast for a moment within its row.
+            if row == 450 {
+                sample.slip_speed_max_m_s = 0.2;
+            }
             watch.add(header, &record, &[sample]);
         }
         watch.events(header)
@@ -479,6 +483,11 @@ mod tests {
             slides[0].slid_m
         );
         assert!((slides[0].from_s - 4.0).abs() < 0.015 && (slides[0].until_s - 5.0).abs() < 0.015);
+        // 6 mJ in each of the hundred rows.
+        let lost_j = slides[0].lost_j;
+        assert!((lost_j - 0.6).abs() < 0.01, "{lost_j}");
+        let fastest = "at up to 200 mm/s";
+        assert!(slides[0].text.ends_with(fastest), "{}", slides[0].text);
     }
 
     #[test]
