@@ -41,9 +41,9 @@ pub(super) fn swivels_freely(tree: &Tree, joint: usize) -> bool {
     is_caster(tree, joint) && swivel_of(tree, joint).is_some() && !is_ball(tree, below)
 }
 
-/// Whether a joint swivels, or turns, a wheel that its file shows as a disc about its axle: no part
-/// of an arm is one.
-pub(super) fn carries_disc(tree: &Tree, joint: usize) -> bool {
+/// Whether a joint swivels, or turns, a wheel that its file shows as a disc about its axle, which
+/// reaches below the driven wheels' axles, at `axles_m`: no part of an arm is one.
+pub(super) fn carries_disc(tree: &Tree, joint: usize, axles_m: f64) -> bool {
     /// Cosine of the largest angle between a disc's axis and its axle.
     const ALONG: f64 = 0.99;
     let wheel = tree.turning_below(joint).unwrap_or(joint);
@@ -54,7 +54,8 @@ pub(super) fn carries_disc(tree: &Tree, joint: usize) -> bool {
         };
         let along = shape.body_from_shape * Vector3::z();
         let off_m = shape.body_from_shape.translation.vector - of.origin.coords;
-        length <= 2.0 * radius && along.dot(&of.axis).abs() > ALONG && off_m.norm() < radius
+        let is_about_axle = along.dot(&of.axis).abs() > ALONG && off_m.norm() < radius;
+        length <= 2.0 * radius && is_about_axle && of.origin.z - radius < axles_m
     };
     let link = &tree.links[of.child];
     let mut shapes = link.shapes.iter().chain(&link.visuals).peekable();

@@ -128,6 +128,8 @@ pub(super) fn decide(
     let hubs: Vec<(usize, HashSet<usize>)> = hubs
         .map(|hub| (hub, tree.joints_above(hub).collect()))
         .collect();
+    let axles_m = hubs.iter().map(|(hub, _)| tree.joints[*hub].origin.z);
+    let axles_m = axles_m.fold(f64::INFINITY, f64::min);
     let driven: HashSet<usize> = transmission::drives(loading.source, tree)
         .keys()
         .filter_map(|name| tree.joints.iter().position(|joint| joint.name == *name))
@@ -180,7 +182,7 @@ pub(super) fn decide(
                     };
                     asked(loading, joint, &servo)?
                 }
-                None if is_free_caster(tree, joint, given) => {
+                None if is_free_caster(tree, joint, given, axles_m) => {
                     let free = JointOptions {
                         role: Some(RoleOption::Free),
                         ..JointOptions::default()
@@ -544,12 +546,12 @@ fn default_role(
 
 /// Whether a joint belongs to a caster that swivels, and turns freely. On rollers a caster is one
 /// that is called so, or shows a disc: a joint of an arm may trail another.
-fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel]) -> bool {
+fn is_free_caster(tree: &Tree, joint: usize, given: &[BareWheel], axles_m: f64) -> bool {
     let of = &tree.joints[joint];
     of.motion == Motion::Turning
         && (given.iter().any(BareWheel::has_tyre)
             || names::is_called_caster(tree, joint)
-            || casters::carries_disc(tree, joint))
+            || casters::carries_disc(tree, joint, axles_m))
         && casters::swivels_freely(tree, joint)
         && weighs(tree, joint)
 }

@@ -259,6 +259,11 @@ fn casters_beside_rollers_swivel_freely() {
     let unnamed = casters.replace("caster", "part");
     let robot = load(&MECANUM.replace("</robot>", &unnamed));
     assert_eq!(robot.joints.len(), 4, "{:?}", robot.remarks);
+    // High above the floor the same is no caster.
+    let raised = unnamed.replace("0 0.06\"/>", "0 0.46\"/>");
+    assert_ne!(raised, unnamed);
+    let robot = load(&MECANUM.replace("</robot>", &raised));
+    assert_eq!(robot.joints.len(), 0, "{:?}", robot.remarks);
 }
 
 /// Whatever it is called: by its trail, behind a joint that turns endlessly without a drive. A
